@@ -1,4 +1,5 @@
-//! The in-core engines, and a whole build, on a block that fits the processor's cache.
+//! Benchmarks of the in-core engines, and of a whole build, on a block that fits the processor's
+//! cache.
 
 use std::hint::black_box;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! Readers of points, from files that were just written: rows and bytes per second.
+//! Benchmarks of the point readers, in rows per second, on files that were just written.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -18,7 +18,7 @@ fn read(path: &Path) -> f64 {
     sum
 }
 
-/// The same points in four formats, by the names of the files.
+/// Returns the same points in four formats, each with its file name.
 fn files() -> [(&'static str, Vec<u8>); 4] {
     let (mut blanks, mut csv, mut raw) = (String::new(), String::from("id,lon,lat,name\n"), Vec::new());
     let mut json = String::from(r#"{"type":"FeatureCollection","features":["#);

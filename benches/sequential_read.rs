@@ -1,6 +1,7 @@
-//! All tiles of a file in order, each verified and decoded, from a file that is small and was just read.
+//! Benchmarks reading all tiles of a file in order, each verified and decoded. The file is small
+//! and was just written, so it is in the page cache.
 //!
-//! What the disk does is measured by `tiletool bench read`.
+//! `tiletool bench read` measures the disk.
 
 use std::time::Duration;
 
@@ -59,7 +60,7 @@ fn sequential_read(c: &mut Criterion) {
                     b.iter(|| runtime.block_on(scan(&reader)))
                 });
             }
-            // A ring may be refused.
+            // The system may refuse an io_uring.
             Err(error) => eprintln!("{name} is left out: {error}"),
         }
     }

@@ -1,21 +1,22 @@
-//! Text from outside, made fit to be shown: file names, ids, rows of input, what servers answer.
+//! Escaping of text from outside before it is shown: file names, ids, rows of input, answers of
+//! servers.
 //!
-//! In: text that anyone may have written. Out: text without control characters and without
-//! characters that turn the direction of writing, so that a terminal takes nothing in it for a
-//! command and no line of it passes for another; and not too much of it. The errors of this library
-//! go through here, and so does all that the tool prints for people. Output for programs (JSON,
-//! CSV, GeoJSON) does not: there values stay what they are, quoted as the format wants it.
+//! In: text that anyone may have written. Out: text of limited length, without control characters
+//! and without characters that change the direction of writing, so that a terminal takes no part of
+//! it for a command and no line of it looks like another message. The errors of this library are
+//! escaped here, and so is everything that the tool prints for people. Output for programs (JSON,
+//! CSV, GeoJSON) is not: its values are unchanged, quoted as the format requires.
 
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Bytes of input that a message quotes.
+/// The number of bytes of input that a message quotes.
 const LONGEST_EXCERPT: usize = 60;
-/// Characters of a line of a message.
+/// The number of characters in a line of a message.
 const LONGEST_LINE: usize = 4000;
 
-/// Whether a character is more than a sign to be seen: control characters (Unicode's Cc), line and
-/// paragraph separators, and those that turn the direction of writing (UAX 9).
+/// Returns whether a character is more than a visible sign: a control character (Unicode's Cc), a
+/// line or paragraph separator, or a character that changes the direction of writing (UAX 9).
 fn is_hostile(c: char) -> bool {
     c.is_control()
         || matches!(
@@ -24,19 +25,19 @@ fn is_hostile(c: char) -> bool {
         )
 }
 
-/// Text on one line, with escapes in place of what is not to be shown: `\n`, `\u{1b}`.
+/// Returns text on one line, with hostile characters replaced by escapes such as `\n` and `\u{1b}`.
 #[must_use]
 pub fn text(text: &str) -> Cow<'_, str> {
     escaped(text, |_| false)
 }
 
-/// A path on one line.
+/// Returns a path on one line.
 #[must_use]
 pub fn path(path: &Path) -> String {
     text(&path.to_string_lossy()).into_owned()
 }
 
-/// The beginning of a text, on one line: at most so many characters of it.
+/// Returns the beginning of `long` on one line: at most `most` characters.
 #[must_use]
 pub fn beginning(long: &str, most: usize) -> String {
     match long.char_indices().nth(most) {
@@ -45,7 +46,7 @@ pub fn beginning(long: &str, most: usize) -> String {
     }
 }
 
-/// The beginning of bytes of input, on one line: at most 60 bytes of them.
+/// Returns the beginning of bytes of input on one line: at most 60 bytes.
 #[must_use]
 pub fn excerpt(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(LONGEST_EXCERPT)]);
@@ -56,8 +57,8 @@ pub fn excerpt(bytes: &[u8]) -> String {
     shown
 }
 
-/// Lines of a message, each cut where it is too long, with escapes in place of what is not to be
-/// shown but for line ends.
+/// Returns the lines of a message, each cut where it is too long. Hostile characters other than
+/// line ends are replaced by escapes.
 #[must_use]
 pub fn message(lines: &str) -> String {
     let mut shown = String::with_capacity(lines.len());
@@ -94,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_text_from_outside_commands_a_terminal_or_forges_a_line() {
+    fn text_from_outside_is_escaped_for_terminals_and_stays_on_its_line() {
         assert_eq!(text("é\"'\\ 🏠"), "é\"'\\ 🏠");
         assert_eq!(
             text("a\u{1b}[2J\n\u{9b}b\u{202e}c\0"),
@@ -105,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn no_message_has_a_line_without_bound() {
+    fn long_lines_are_cut() {
         assert_eq!(beginning("abc\ndef", 4), "abc\\n…");
         assert_eq!(beginning("abc", 3), "abc");
         let shown = message(&format!("{}\nnext\n", "ä".repeat(5000)));

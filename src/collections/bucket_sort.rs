@@ -1,6 +1,6 @@
-//! Sorting by a small number first, in linear time, and in each bucket of equal ones as usual.
+//! A sort by a small number in linear time, and by a key within each bucket.
 
-/// Puts items in the order of their keys, whose first part is a number below `buckets`.
+/// Sorts items by bucket, then by key. `bucket` returns a number below `buckets`.
 pub(crate) fn bucket_sort<T: Copy, K: Ord>(
     items: &[T],
     buckets: usize,
@@ -9,7 +9,7 @@ pub(crate) fn bucket_sort<T: Copy, K: Ord>(
 ) -> Vec<T> {
     let Some(&first) = items.first() else { return Vec::new() };
     if items.len() < buckets / 8 {
-        // Passing over the buckets would take longer than sorting.
+        // A pass over the buckets would take longer than a sort.
         let mut sorted = items.to_vec();
         sorted.sort_unstable_by_key(|item| (bucket(item), key(item)));
         return sorted;
@@ -25,9 +25,9 @@ pub(crate) fn bucket_sort<T: Copy, K: Ord>(
     }
     let mut sorted = vec![first; items.len()];
     for item in items {
-        let place = &mut ends[bucket(item) as usize];
-        sorted[*place as usize] = *item;
-        *place += 1;
+        let slot = &mut ends[bucket(item) as usize];
+        sorted[*slot as usize] = *item;
+        *slot += 1;
     }
     let mut start = 0;
     for end in ends {
@@ -46,7 +46,7 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 100, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
         #[test]
-        fn it_is_a_sort(items in prop::collection::vec((0u32..20, 0u32..9), 0..200)) {
+        fn bucket_sort_agrees_with_a_comparison_sort(items in prop::collection::vec((0u32..20, 0u32..9), 0..200)) {
             let mut expected = items.clone();
             expected.sort_unstable();
             prop_assert_eq!(bucket_sort(&items, 20, |item| item.0, |item| *item), expected);

@@ -1,8 +1,8 @@
-//! Things in the order of their keys.
+//! Values ordered by their keys.
 
 use std::cmp::Ordering;
 
-/// A thing that is ordered by its key alone, whatever it is.
+/// A value that is compared by its key alone.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Keyed<K, T> {
     pub(crate) key: K,

@@ -1,8 +1,8 @@
-//! A fast hash for numbers that nobody chooses.
+//! A fast hash for numbers that no adversary can choose.
 
 use std::hash::Hasher;
 
-/// A fast hash for numbers that nobody chooses: multiply and fold.
+/// A fast hash for numbers that no adversary can choose: it multiplies and folds.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Mix(u64);
 
@@ -20,7 +20,7 @@ impl Hasher for Mix {
     }
 
     fn write_u64(&mut self, value: u64) {
-        // The golden ratio's digits.
+        // The digits of the golden ratio.
         self.0 = (self.0.rotate_left(26) ^ value).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     }
 }

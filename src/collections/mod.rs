@@ -1,4 +1,4 @@
-//! Data structures and sorts that know nothing of triangulations.
+//! Data structures and sorts that do not depend on triangulations.
 
 pub(crate) mod bucket_sort;
 pub(crate) mod keyed;

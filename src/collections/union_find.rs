@@ -1,26 +1,26 @@
-//! Union-find: what belongs together, and by how much its parts differ.
+//! Union-find, and union-find with differences of values within a set.
 
-/// Sets of numbers from 0 on.
+/// Disjoint sets of the numbers from 0.
 #[derive(Debug)]
 pub(crate) struct UnionFind {
     parents: Vec<u32>,
 }
 
 impl UnionFind {
-    /// So many sets of one number each.
+    /// Creates `numbers` sets of one number each.
     pub(crate) fn new(numbers: u32) -> Self {
         Self {
             parents: (0..numbers).collect(),
         }
     }
 
-    /// So many more sets of one number each.
+    /// Adds `numbers` sets of one number each.
     pub(crate) fn grow(&mut self, numbers: u32) {
         let next = self.parents.len() as u32;
         self.parents.extend(next..next + numbers);
     }
 
-    /// The number that stands for the set of another one.
+    /// Returns the representative of the set of a number.
     pub(crate) fn find(&mut self, mut number: u32) -> u32 {
         loop {
             let parent = self.parents[number as usize];
@@ -33,24 +33,25 @@ impl UnionFind {
         }
     }
 
-    /// Makes one set of two. The smaller number stands for it.
+    /// Joins the sets of two numbers. The smaller representative stands for both.
     pub(crate) fn union(&mut self, a: u32, b: u32) {
         let (a, b) = (self.find(a), self.find(b));
         self.parents[a.max(b) as usize] = a.min(b);
     }
 }
 
-/// Sets of numbers from 0 on, each with a value that is known up to a constant for its set.
+/// Disjoint sets of the numbers from 0. Each number has a value that is known up to a constant for
+/// its set.
 #[derive(Debug)]
 pub(crate) struct WeightedUnionFind {
     parents: Vec<u32>,
-    /// The value of each number, less that of its parent.
+    /// The value of each number minus that of its parent.
     above_parent: Vec<i32>,
     path: Vec<u32>,
 }
 
 impl WeightedUnionFind {
-    /// So many sets of one number each.
+    /// Creates `numbers` sets of one number each.
     pub(crate) fn new(numbers: u32) -> Self {
         Self {
             parents: (0..numbers).collect(),
@@ -59,14 +60,15 @@ impl WeightedUnionFind {
         }
     }
 
-    /// So many more sets of one number each.
+    /// Adds `numbers` sets of one number each.
     pub(crate) fn grow(&mut self, numbers: u32) {
         let next = self.parents.len() as u32;
         self.parents.extend(next..next + numbers);
         self.above_parent.resize(self.parents.len(), 0);
     }
 
-    /// The number that stands for the set of another one, and by how much more the other's value is.
+    /// Returns the representative of the set of a number, and the number's value minus that of the
+    /// representative.
     pub(crate) fn find(&mut self, number: u32) -> (u32, i32) {
         self.path.clear();
         let mut root = number;
@@ -83,15 +85,16 @@ impl WeightedUnionFind {
         (root, above)
     }
 
-    /// Notes that the value of `a` is by `difference` more than that of `b`. Returns whether that can be.
+    /// Records that the value of `a` minus that of `b` is `difference`. Returns false if this
+    /// contradicts earlier records.
     pub(crate) fn union(&mut self, a: u32, b: u32, difference: i32) -> bool {
         let ((root_a, above_a), (root_b, above_b)) = (self.find(a), self.find(b));
-        // The value of a's root, less that of b's.
+        // The value of the root of `a` minus that of the root of `b`.
         let apart = difference - above_a + above_b;
         if root_a == root_b {
             return apart == 0;
         }
-        // The smaller number stands for both.
+        // The smaller root stands for both sets.
         let (child, parent, above) = if root_a > root_b {
             (root_a, root_b, apart)
         } else {

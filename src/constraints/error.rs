@@ -1,4 +1,4 @@
-//! Why lines and polygons cannot become constraints.
+//! Errors of lines and polygons that cannot become constraints.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,40 +9,42 @@ use crate::memory::MemoryShortage;
 use crate::shown;
 use crate::store::EdgeSource;
 
-/// Why lines and polygons cannot become constraints of a build or an edit.
+/// The reason why lines and polygons cannot become constraints of a build or an edit.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConstraintError {
-    /// The system refused.
+    /// An operation on a file or folder failed.
     #[error("{path}: cannot {what}", path = shown::path(path))]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What was to be done.
+        /// The operation that failed.
         what: &'static str,
-        /// What the system says.
+        /// The system's error.
         source: Arc<io::Error>,
     },
-    /// There is too little memory.
+    /// There is not enough memory.
     #[error(transparent)]
     Memory(#[from] MemoryShortage),
     /// Segments that cross cannot be split.
     #[error(transparent)]
     Split(#[from] SplitError),
-    /// A batch does not tell of all segments which polygon they are of.
-    #[error("a batch has {segments} segments by their ends, and {polygons} numbers of polygons")]
+    /// A batch has polygon numbers for some of its segments only.
+    #[error(
+        "a batch has {segments} segments by their ends, but {polygons} polygon numbers; give one for each segment, or none"
+    )]
     PolygonNumbers {
-        /// Segments by their ends.
+        /// Number of segments that are given by their ends.
         segments: usize,
-        /// Numbers of polygons.
+        /// Number of polygon numbers.
         polygons: usize,
     },
-    /// The end of a segment is not a point.
-    #[error("an end of segment {segment} at ({}, {}) is no valid point", point.x, point.y)]
+    /// An end of a segment is not a valid point.
+    #[error("an end of segment {segment} at ({}, {}) is not a valid point", point.x, point.y)]
     InvalidEnd {
         /// The number of the segment, from 0.
         segment: u64,
-        /// Its end.
+        /// The end.
         point: Point,
     },
     /// The z of a segment's end is infinite.
@@ -50,33 +52,35 @@ pub enum ConstraintError {
     InvalidEndZ {
         /// The number of the segment, from 0.
         segment: u64,
-        /// Its z.
+        /// The z.
         z: f64,
     },
-    /// A line's number is beyond what a file holds.
-    #[error("segment {segment} belongs to line {line}, and lines are numbered up to {max}", max = EdgeSource::MAX_NUMBER)]
+    /// The number of a line is larger than a file can store.
+    #[error("segment {segment} belongs to line {line}, but the largest line number is {max}", max = EdgeSource::MAX_NUMBER)]
     LineNumber {
         /// The number of the segment, from 0.
         segment: u64,
         /// The number of its line.
         line: u64,
     },
-    /// Segments came with another number of z, or of lines.
-    #[error("a batch has {segments} segments, pairs of z for {z} and lines for {lines}")]
+    /// A batch has another number of z or of lines than of segments.
+    #[error(
+        "a batch has {segments} segments, but {z} pairs of z and {lines} line numbers; give a line number for each segment, and a pair of z for each or for none"
+    )]
     SegmentBatch {
-        /// How many there are.
+        /// Number of segments.
         segments: usize,
-        /// How many have z.
+        /// Number of segments with z.
         z: usize,
-        /// How many have a line.
+        /// Number of segments with a line.
         lines: usize,
     },
-    /// A segment was to join a record that no point came of.
-    #[error("segment {segment} joins record {record}, and there is no point with that number")]
+    /// A segment refers to a record for which there is no point.
+    #[error("segment {segment} refers to record {record}, but no point has that record number")]
     NoSuchRecord {
-        /// The number of the segment among those by records, from 0.
+        /// The number of the segment among those given by record numbers, from 0.
         segment: u64,
-        /// The number.
+        /// The record number.
         record: u64,
     },
 }
@@ -91,29 +95,29 @@ impl ConstraintError {
     }
 }
 
-/// Why segments cannot be split.
+/// The reason why segments cannot be split.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SplitError {
-    /// After the last round some still cross.
+    /// Some segments still cross after the last round.
     #[error(
-        "{crossings} pairs of segments still cross after they were split {rounds} times, one at ({}, {}): lines lie too \
-         close to each other there to be told apart by their coordinates; leave some of them out, or move the coordinates \
-         closer to zero, where they are finer",
+        "{crossings} pairs of segments still cross after they were split {rounds} times, one at ({}, {}): lines are too \
+         close to each other there to be distinguished by their coordinates; leave some of them out, or move the \
+         coordinates closer to zero, where they are finer",
         point.x, point.y
     )]
     StillCrossing {
-        /// After how many rounds.
+        /// Number of rounds.
         rounds: usize,
-        /// How many pairs.
+        /// Number of pairs that still cross.
         crossings: u64,
         /// The lexicographically smallest crossing point.
         point: Point,
     },
     /// There are more crossings than allowed.
-    #[error("more than {limit} pairs of segments cross; look for the wrong ones, or allow more memory")]
+    #[error("more than {limit} pairs of segments cross; check the input for wrong segments, or allow more memory")]
     TooMany {
-        /// How many pairs may cross in one round.
+        /// Largest number of pairs that may cross in one round.
         limit: usize,
     },
 }

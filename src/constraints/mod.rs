@@ -1,7 +1,8 @@
-//! Lines, polygons and hole points, before they are edges: what builds and edits share.
+//! Lines, polygons and hole points before they become edges. Builds and edits share this module.
 //!
-//! In: segments as they come from the input. Out: all of them, spooled; where they cross, and the pieces that they are split
-//! into; which polygons are inside out; where hole points lie.
+//! In: segments as they come from the input. Out: all segments, spooled; their crossings, and the
+//! subsegments that they are split into; the polygons that are inside out; the positions of hole
+//! points.
 
 pub(crate) mod crossings;
 pub(crate) mod error;

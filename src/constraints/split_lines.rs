@@ -1,21 +1,24 @@
-//! Lines that cross, split: what becomes of the segments of a build, and where its crossing points lie, z included.
+//! Splitting of lines that cross: the subsegments of a build's segments, and its crossing points
+//! with their z.
 //!
-//! In: all segments, with z at the ends of some. Out: pieces that do not cross, and the points at which they were cut, with
-//! z where a line through them has it at both ends. Everything is in memory.
+//! In: all segments, with z at the ends of some. Out: subsegments that do not cross, and the points
+//! at which segments were cut, with z where a line through them has z at both ends. Everything is
+//! in memory.
 //!
-//! Of several lines through a point, the first one that has z says how high it lies: that of the smallest number (break lines
-//! come before walls, and these before obstacles), and of its segments the one whose ends come first. That is a function of
-//! the lines; their order and direction do not matter. Along a segment z changes evenly with the coordinate that changes
-//! more; rounding takes none beyond the z of its ends.
+//! Of several lines through a point, the first one that has z determines the point's z. The first
+//! line is the one with the smallest number (break lines come before walls, and walls before
+//! obstacles), and of its segments the one whose ends come first. So the z is a function of the
+//! lines; their order and direction do not matter. Along a segment, z is linear in the coordinate
+//! that changes more. Rounding takes no z beyond the z of the ends.
 
 use std::cmp::Ordering;
 
 use crate::constraints::crossings::ends::Ends;
-use crate::constraints::crossings::split::{Points, Segment as Bent, any_cross, split};
+use crate::constraints::crossings::split::{PointSource, TaggedSegment, any_cross, split};
 use crate::constraints::error::{ConstraintError, SplitError};
 use crate::constraints::polygons::arrivals::PolygonNumbers;
-use crate::constraints::polygons::check::{InvertedPolygons, Runs};
-use crate::constraints::polygons::put_right::{PutRight, put_right};
+use crate::constraints::polygons::check::{InvertedPolygons, PolygonCounter};
+use crate::constraints::polygons::repair::{PolygonRepair, repair};
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::constraints::without_z::NO_Z;
 use crate::geometry::{Point, Rect};
@@ -25,21 +28,21 @@ use crate::store::{EdgeSource, LineBatch, LineKind};
 
 /// Bytes of a segment, and of a crossing, while segments are split.
 const BYTES: u64 = 300;
-/// Pieces and points of a batch.
+/// Number of subsegments or points of a batch.
 const BATCH: usize = 8192;
 
 /// A segment before it was split.
 #[derive(Clone, Copy, Debug)]
-struct Line {
+struct InputSegment {
     ends: [Point; 2],
     source: EdgeSource,
     /// z at both ends, or [`NO_Z`].
     z: [f64; 2],
-    /// The number of its polygon, if it is of one.
+    /// The number of its polygon, if it belongs to one.
     polygon: u64,
 }
 
-/// Segments that are to be split where they cross, as a build splits them.
+/// Segments to split where they cross, as a build splits them.
 ///
 /// ```
 /// use delaunay_tiles::{ConstraintError, LinesToSplit};
@@ -58,69 +61,74 @@ struct Line {
 /// let split = lines.split(|_, _| Ok::<_, ConstraintError>(()))?;
 /// assert_eq!(split.crossings(), 1);
 /// assert_eq!(split.points(0).next().unwrap().points, [Point::new(2.0, 2.0)]);
-/// assert_eq!(split.pieces().next().unwrap().ends.len(), 4);
+/// assert_eq!(split.subsegments().next().unwrap().ends.len(), 4);
 /// # Ok::<(), ConstraintError>(())
 /// ```
 #[derive(Debug)]
 pub struct LinesToSplit {
-    lines: Vec<Line>,
-    /// Bytes that it may take.
+    segments: Vec<InputSegment>,
+    /// Bytes of memory that it may take.
     memory: u64,
-    /// They are split here as well.
+    /// Segments are split at these borders too.
     borders: Vec<[Point; 2]>,
-    runs: Runs,
+    counter: PolygonCounter,
 }
 
 impl LinesToSplit {
-    /// None yet; in so many bytes of memory, of which a segment takes about 300, and so does a crossing.
+    /// Makes an empty list that may take `memory` bytes of memory. A segment takes about 300 bytes,
+    /// and so does a crossing.
     #[must_use]
     pub fn new(memory: u64) -> Self {
         Self {
-            lines: Vec::new(),
+            segments: Vec::new(),
             memory,
             borders: Vec::new(),
-            runs: Runs::default(),
+            counter: PolygonCounter::default(),
         }
     }
 
-    /// Has them split too where they cross these borders: those that the file tells of whose lines they are.
+    /// Also splits the segments where they cross `borders`: the borders that the file of these
+    /// lines records.
     #[must_use]
     pub fn at_borders(mut self, borders: &[[Point; 2]]) -> Self {
         self.borders = borders.to_vec();
         self
     }
 
-    /// Takes segments, and z at both ends of those that have any: NaN stands for none, and so does a list that is too short. Segments
-    /// of no length are nothing to split. Of obstacles, `polygons` tells the polygon of each segment; where it is empty, each line is
-    /// one. Segments of one polygon come one after another.
+    /// Adds segments. `z` has the z at both ends of each segment; NaN stands for none, and so does
+    /// a missing entry at the end of the list. Segments of zero length are ignored. For obstacles,
+    /// `polygons` has the polygon of each segment; if it is empty, each line is a polygon. The
+    /// segments of a polygon must be consecutive.
     ///
     /// # Errors
-    /// If they do not fit in memory.
+    /// Returns an error if the segments do not fit in memory.
     pub fn push(&mut self, batch: &LineBatch, z: &[[f64; 2]], polygons: &[u64]) -> Result<(), ConstraintError> {
         for (at, (ends, &source)) in batch.ends.iter().zip(&batch.sources).enumerate() {
             let polygon = match source.kind() {
-                LineKind::Obstacle => self.runs.next(polygons.get(at).copied().unwrap_or(source.number())),
+                LineKind::Obstacle => self.counter.next(polygons.get(at).copied().unwrap_or(source.number())),
                 _ => 0,
             };
-            let line = Line {
+            let segment = InputSegment {
                 ends: ends.map(Point::normalized),
                 source,
                 z: z.get(at).copied().unwrap_or([NO_Z; 2]),
                 polygon,
             };
-            if line.ends[0] != line.ends[1] {
-                self.lines.push(line);
+            if segment.ends[0] != segment.ends[1] {
+                self.segments.push(segment);
             }
         }
-        let needed = self.lines.len() as u64 * BYTES;
+        let needed = self.segments.len() as u64 * BYTES;
         check_memory(needed, self.memory)
     }
 
-    /// Splits them, and at other vertices too, where they lie on those that are bent: `points` gives, as often as it is asked, all
-    /// points and sites of the input within a rectangle, or more, some at a time. Ends of segments may be among them.
+    /// Splits the segments where they cross. Other vertices split the bent segments on which they
+    /// lie. Each call of `points` passes all points and sites of the input within a rectangle, and
+    /// possibly more, in batches. Ends of segments may be among them.
     ///
     /// # Errors
-    /// If there are more crossings than fit in memory, or no end of them; or what `points` says.
+    /// Returns an error if there are more crossings than fit in memory, or if segments still cross
+    /// after the last round; or the error of `points`.
     pub fn split<E: From<ConstraintError>>(
         self,
         mut points: impl FnMut(Rect, &mut dyn FnMut(&[Point])) -> Result<(), E>,
@@ -132,38 +140,41 @@ impl LinesToSplit {
             })
     }
 
-    fn split_at<E: From<SplitError>>(self, points: &mut Points<'_, E>) -> Result<SplitLines, E> {
+    fn split_at<E: From<SplitError>>(self, points: &mut PointSource<'_, E>) -> Result<SplitLines, E> {
         let Self {
-            lines, memory, borders, ..
+            segments,
+            memory,
+            borders,
+            ..
         } = self;
-        let bent = lines.iter().zip(0..).map(|(line, carried)| Bent {
-            ends: line.ends,
-            carried,
+        let bent = segments.iter().zip(0..).map(|(segment, tag)| TaggedSegment {
+            ends: segment.ends,
+            tag,
         });
-        let mut pieces: Vec<Bent<u32>> = bent.collect();
-        let left = memory.saturating_sub(lines.len() as u64 * BYTES);
-        let done = split(&mut pieces, (left / BYTES) as usize, &borders, points)?;
-        let put_right = put_right(&mut pieces, |piece| {
-            let Line { source, polygon, .. } = lines[piece.carried as usize];
+        let mut subsegments: Vec<TaggedSegment<u32>> = bent.collect();
+        let left = memory.saturating_sub(segments.len() as u64 * BYTES);
+        let done = split(&mut subsegments, (left / BYTES) as usize, &borders, points)?;
+        let repair = repair(&mut subsegments, |subsegment| {
+            let InputSegment { source, polygon, .. } = segments[subsegment.tag as usize];
             (source.kind() == LineKind::Obstacle).then_some((polygon, source.number()))
         });
         Ok(SplitLines {
-            lines,
-            pieces,
+            segments,
+            subsegments,
             points: done.points,
             crossings: done.crossings.iter().sum(),
             borders,
-            put_right,
+            repair,
         })
     }
 
-    /// A rectangle around all of them.
+    /// Returns a rectangle around all segments.
     fn bounds(&self) -> Rect {
-        Rect::around(self.lines.iter().flat_map(|line| line.ends))
+        Rect::around(self.segments.iter().flat_map(|segment| segment.ends))
     }
 }
 
-/// Why segments are not split.
+/// The reason why segments are not split.
 enum Stopped<E> {
     Split(SplitError),
     Points(E),
@@ -175,20 +186,20 @@ impl<E> From<SplitError> for Stopped<E> {
     }
 }
 
-/// What was made of segments that crossed.
+/// The result of splitting segments that crossed.
 #[derive(Debug)]
 pub struct SplitLines {
-    lines: Vec<Line>,
-    /// The pieces, each with the number of its line.
-    pieces: Vec<Bent<u32>>,
-    /// The points at which lines were cut, in lexicographic order.
+    segments: Vec<InputSegment>,
+    /// The subsegments, each with the index of its segment.
+    subsegments: Vec<TaggedSegment<u32>>,
+    /// The points at which segments were cut, in lexicographic order.
     points: Vec<Point>,
     crossings: u64,
     borders: Vec<[Point; 2]>,
-    put_right: PutRight,
+    repair: PolygonRepair,
 }
 
-/// Fails if splitting takes more than the budget.
+/// Returns an error if splitting takes more than `budget` bytes.
 fn check_memory(needed: u64, budget: u64) -> Result<(), ConstraintError> {
     match needed > budget {
         true => Err(MemoryShortage {
@@ -202,25 +213,26 @@ fn check_memory(needed: u64, budget: u64) -> Result<(), ConstraintError> {
 }
 
 impl SplitLines {
-    /// Splits all segments of a spool, whose polygons are known by numbers, within so many bytes; `points` are other vertices. None:
-    /// all of them stay as they are, or segments cross though they may not, which is for others to tell of.
+    /// Splits all segments of a spool within `budget` bytes. `polygons` numbers their polygons, and
+    /// `points` passes other vertices. Returns `None` if all segments stay as they are, or if
+    /// segments cross but must not, which is reported elsewhere.
     pub(crate) fn of(
         (segments, mut polygons): (&mut SegmentSpool, PolygonNumbers<'_>),
         budget: u64,
         (may_cross, borders): (bool, &dyn Fn(Rect) -> Vec<[Point; 2]>),
-        points: &mut Points<'_, ConstraintError>,
+        points: &mut PointSource<'_, ConstraintError>,
     ) -> Result<Option<Self>, ConstraintError> {
         let needed = segments.len().saturating_mul(BYTES);
         check_memory(needed, budget)?;
         let mut lines = LinesToSplit::new(budget);
-        lines.lines.reserve_exact(segments.len() as usize);
+        lines.segments.reserve_exact(segments.len() as usize);
         let z = segments.z_of_ends()?;
         segments.for_each_chunk(|some| {
             for segment in some {
-                lines.lines.push(Line {
+                lines.segments.push(InputSegment {
                     ends: segment.ends,
                     source: segment.source,
-                    z: z.get(lines.lines.len()).copied().unwrap_or([NO_Z; 2]),
+                    z: z.get(lines.segments.len()).copied().unwrap_or([NO_Z; 2]),
                     polygon: polygons.next(segment.source),
                 });
             }
@@ -228,59 +240,66 @@ impl SplitLines {
         })?;
         drop(z);
         lines.borders = borders(lines.bounds());
-        if !may_cross && (lines.borders.is_empty() || any_cross(&lines.lines)) {
+        if !may_cross && (lines.borders.is_empty() || any_cross(&lines.segments)) {
             return Ok(None);
         }
-        Ok(Some(lines.split_at(points)?).filter(|split| !split.points.is_empty() || split.put_right.parts > 0))
+        Ok(Some(lines.split_at(points)?).filter(|split| !split.points.is_empty() || split.repair.parts > 0))
     }
 
-    /// What became of polygons that were inside out.
-    pub(crate) fn put_right(&self) -> PutRight {
-        self.put_right
+    /// Returns the result of the repair of polygons that were inside out.
+    pub(crate) fn repair(&self) -> PolygonRepair {
+        self.repair
     }
 
-    /// The polygons that were inside out, and were put right.
+    /// Returns the polygons that were inside out and were repaired.
     #[must_use]
     pub fn inverted(&self) -> Option<InvertedPolygons> {
-        self.put_right.inverted
+        self.repair.inverted
     }
 
-    /// The borders at which they were split.
+    /// Returns the borders at which segments were split.
     pub(crate) fn borders(&self) -> &[[Point; 2]] {
         &self.borders
     }
 
-    /// How many pairs crossed.
+    /// Returns the number of pairs that crossed, summed over all rounds.
     #[must_use]
     pub fn crossings(&self) -> u64 {
         self.crossings
     }
 
-    /// The pieces, which do not cross, each with the source of its segment.
-    pub fn pieces(&self) -> impl Iterator<Item = LineBatch> {
-        self.pieces.chunks(BATCH).map(|pieces| LineBatch {
-            ends: pieces.iter().map(|piece| piece.ends).collect(),
-            sources: pieces.iter().map(|piece| self.line(piece).source).collect(),
+    /// Returns the subsegments, which do not cross, each with the source of its segment, in
+    /// batches.
+    pub fn subsegments(&self) -> impl Iterator<Item = LineBatch> {
+        self.subsegments.chunks(BATCH).map(|subsegments| LineBatch {
+            ends: subsegments.iter().map(|subsegment| subsegment.ends).collect(),
+            sources: subsegments
+                .iter()
+                .map(|subsegment| self.segment(subsegment).source)
+                .collect(),
         })
     }
 
-    fn line(&self, piece: &Bent<u32>) -> Line {
-        self.lines[piece.carried as usize]
+    fn segment(&self, subsegment: &TaggedSegment<u32>) -> InputSegment {
+        self.segments[subsegment.tag as usize]
     }
 
-    /// Puts the pieces into a spool, in the order of their lines.
-    pub(crate) fn push_pieces(&self, spool: &mut SegmentSpool) -> Result<(), ConstraintError> {
-        let kind = |piece: &Bent<u32>| self.line(piece).source.kind();
-        for of_kind in self.pieces.chunk_by(|a, b| kind(a) == kind(b)) {
-            let ends: Vec<[Point; 2]> = of_kind.iter().map(|piece| piece.ends).collect();
-            let lines: Vec<u64> = of_kind.iter().map(|piece| self.line(piece).source.number()).collect();
+    /// Adds the subsegments to a spool, in the order of their lines.
+    pub(crate) fn push_subsegments(&self, spool: &mut SegmentSpool) -> Result<(), ConstraintError> {
+        let kind = |subsegment: &TaggedSegment<u32>| self.segment(subsegment).source.kind();
+        for of_kind in self.subsegments.chunk_by(|a, b| kind(a) == kind(b)) {
+            let ends: Vec<[Point; 2]> = of_kind.iter().map(|subsegment| subsegment.ends).collect();
+            let lines: Vec<u64> = of_kind
+                .iter()
+                .map(|subsegment| self.segment(subsegment).source.number())
+                .collect();
             spool.push(&ends, &[], kind(&of_kind[0]), &lines)?;
         }
         Ok(())
     }
 
-    /// The points at which segments were cut, in lexicographic order, with record numbers from this one on, and with z if
-    /// any segment has, NaN where none does there.
+    /// Returns the points at which segments were cut, in lexicographic order, with record numbers
+    /// from `first_record` on. They have z if any segment has, NaN where no line has z.
     pub fn points(&self, first_record: u64) -> impl Iterator<Item = PointBatch> {
         let z = self.z();
         let points = &self.points;
@@ -294,41 +313,43 @@ impl SplitLines {
         })
     }
 
-    /// z of each point, [`NO_Z`] where no line has it; or nothing, if none has any.
+    /// Returns the z of each point, [`NO_Z`] where no line has it; or an empty list if no line has
+    /// any.
     fn z(&self) -> Vec<f64> {
-        if self.lines.iter().all(|line| !line.has_z()) {
+        if self.segments.iter().all(|segment| !segment.has_z()) {
             return Vec::new();
         }
         let mut first: Vec<Option<u32>> = vec![None; self.points.len()];
-        for piece in &self.pieces {
-            let line = &self.lines[piece.carried as usize];
-            for end in piece.ends.iter().filter(|_| line.has_z()) {
-                if let Ok(place) = self.points.binary_search_by(|point| point.lex_cmp(*end)) {
-                    let kept = &mut first[place];
-                    if kept.is_none_or(|kept| line.order(&self.lines[kept as usize]).is_lt()) {
-                        *kept = Some(piece.carried);
+        for subsegment in &self.subsegments {
+            let segment = &self.segments[subsegment.tag as usize];
+            for end in subsegment.ends.iter().filter(|_| segment.has_z()) {
+                if let Ok(index) = self.points.binary_search_by(|point| point.lex_cmp(*end)) {
+                    let kept = &mut first[index];
+                    if kept.is_none_or(|kept| segment.order(&self.segments[kept as usize]).is_lt()) {
+                        *kept = Some(subsegment.tag);
                     }
                 }
             }
         }
         let points = self.points.iter().zip(first);
-        let z = points.map(|(&point, line)| line.map_or(NO_Z, |line| self.lines[line as usize].z_at(point)));
+        let z =
+            points.map(|(&point, segment)| segment.map_or(NO_Z, |segment| self.segments[segment as usize].z_at(point)));
         z.collect()
     }
 }
 
-impl Ends for Line {
+impl Ends for InputSegment {
     fn ends(&self) -> [Point; 2] {
         self.ends
     }
 }
 
-impl Line {
+impl InputSegment {
     fn has_z(&self) -> bool {
         self.z.iter().all(|z| !z.is_nan())
     }
 
-    /// From the smaller end on.
+    /// Returns the ends and their z, from the smaller end on.
     fn in_order(&self) -> ([Point; 2], [f64; 2]) {
         let ([a, b], [z_a, z_b]) = (self.ends, self.z);
         match a.lex_cmp(b).is_le() {
@@ -337,7 +358,8 @@ impl Line {
         }
     }
 
-    /// Which of two says how high a point lies. Equal ones say the same.
+    /// Compares two segments by which of them determines the z of a point. Equal ones give the same
+    /// z.
     fn order(&self, other: &Self) -> Ordering {
         let (([a, b], z), ([c, d], w)) = (self.in_order(), other.in_order());
         let number = self.source.number().cmp(&other.source.number());
@@ -346,7 +368,7 @@ impl Line {
             .then_with(|| z[1].total_cmp(&w[1]))
     }
 
-    /// z at a point along it.
+    /// Returns the z at a point along the segment.
     fn z_at(&self, point: Point) -> f64 {
         let ([a, b], [low, high]) = self.in_order();
         let (width, height) = (b.x - a.x, b.y - a.y);
@@ -364,8 +386,8 @@ impl Line {
 mod tests {
     use super::*;
 
-    fn line(ends: [[f64; 2]; 2], z: [f64; 2], number: u64) -> Line {
-        Line {
+    fn segment(ends: [[f64; 2]; 2], z: [f64; 2], number: u64) -> InputSegment {
+        InputSegment {
             ends: ends.map(|[x, y]| Point::new(x, y)),
             source: EdgeSource::new(LineKind::Wall, number),
             z,
@@ -373,56 +395,60 @@ mod tests {
         }
     }
 
-    fn reversed(line: Line) -> Line {
-        Line {
-            ends: [line.ends[1], line.ends[0]],
-            z: [line.z[1], line.z[0]],
-            ..line
+    fn reversed(segment: InputSegment) -> InputSegment {
+        InputSegment {
+            ends: [segment.ends[1], segment.ends[0]],
+            z: [segment.z[1], segment.z[0]],
+            ..segment
         }
     }
 
     #[test]
-    fn z_changes_evenly_along_a_segment() {
+    fn z_is_linear_along_a_segment() {
         for (ends, z, at, expected) in [
             ([[0.0, 0.0], [8.0, 4.0]], [10.0, 30.0], [2.0, 1.0], 15.0),
             ([[0.0, 0.0], [-4.0, 8.0]], [10.0, 30.0], [-1.0, 2.0], 15.0),
             ([[3.0, 0.0], [3.0, 8.0]], [1.0, 1.0], [3.0, 7.0], 1.0),
             ([[0.0, 0.0], [1.0, 0.0]], [0.1, 0.1], [0.3, 0.0], 0.1),
             ([[0.0, 0.0], [1.0, 0.0]], [f64::MAX, -f64::MAX], [0.5, 0.0], 0.0),
-            // Rounding may take a point beyond an end in the other coordinate only; z stays between.
+            // Rounding may move a point beyond an end in the other coordinate only; z stays in
+            // between.
             ([[0.0, 0.0], [1e-9, 0.0]], [5.0, 7.0], [1e-9, 1e-20], 7.0),
         ] {
-            let line = line(ends, z, 0);
+            let segment = segment(ends, z, 0);
             let point = Point::new(at[0], at[1]);
-            assert_eq!(line.z_at(point), expected, "{line:?}");
-            assert_eq!(reversed(line).z_at(point), expected);
-            assert!(line.order(&reversed(line)).is_eq());
+            assert_eq!(segment.z_at(point), expected, "{segment:?}");
+            assert_eq!(reversed(segment).z_at(point), expected);
+            assert!(segment.order(&reversed(segment)).is_eq());
         }
     }
 
     #[test]
-    fn the_first_line_with_z_says_how_high_a_point_lies() {
-        let lines = vec![
-            line([[0.0, 0.0], [4.0, 4.0]], [NO_Z; 2], 1),
-            line([[0.0, 4.0], [4.0, 0.0]], [10.0, 30.0], 3),
-            line([[2.0, 0.0], [2.0, 4.0]], [4.0, 8.0], 2),
-            line([[8.0, 0.0], [8.0, 4.0]], [NO_Z; 2], 0),
-            line([[7.0, 1.0], [9.0, 1.0]], [NO_Z; 2], 5),
+    fn the_first_line_with_z_determines_the_z_of_a_point() {
+        let segments = vec![
+            segment([[0.0, 0.0], [4.0, 4.0]], [NO_Z; 2], 1),
+            segment([[0.0, 4.0], [4.0, 0.0]], [10.0, 30.0], 3),
+            segment([[2.0, 0.0], [2.0, 4.0]], [4.0, 8.0], 2),
+            segment([[8.0, 0.0], [8.0, 4.0]], [NO_Z; 2], 0),
+            segment([[7.0, 1.0], [9.0, 1.0]], [NO_Z; 2], 5),
         ];
-        for lines in [lines.clone(), lines.iter().rev().map(|&line| reversed(line)).collect()] {
-            let bent = lines.iter().zip(0..).map(|(line, carried)| Bent {
-                ends: line.ends,
-                carried,
+        for segments in [
+            segments.clone(),
+            segments.iter().rev().map(|&segment| reversed(segment)).collect(),
+        ] {
+            let bent = segments.iter().zip(0..).map(|(segment, tag)| TaggedSegment {
+                ends: segment.ends,
+                tag,
             });
-            let mut pieces: Vec<Bent<u32>> = bent.collect();
-            let done = split::<_, SplitError>(&mut pieces, 100, &[], &mut |_, _| Ok(())).unwrap();
+            let mut subsegments: Vec<TaggedSegment<u32>> = bent.collect();
+            let done = split::<_, SplitError>(&mut subsegments, 100, &[], &mut |_, _| Ok(())).unwrap();
             let split = SplitLines {
-                lines,
-                pieces,
+                segments,
+                subsegments,
                 points: done.points,
                 crossings: done.crossings.iter().sum(),
                 borders: Vec::new(),
-                put_right: PutRight::default(),
+                repair: PolygonRepair::default(),
             };
             assert_eq!(split.points, [Point::new(2.0, 2.0), Point::new(8.0, 1.0)]);
             assert!(matches!(split.z()[..], [6.0, z] if z.is_nan()));

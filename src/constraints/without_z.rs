@@ -5,32 +5,32 @@ use std::fmt;
 use crate::geometry::Point;
 use crate::store::EdgeSource;
 
-/// What stands for the z of what has none: the z that come are finite.
+/// The value that stands for a missing z. The z of the input are finite.
 pub(crate) const NO_Z: f64 = f64::NAN;
 
-/// A vertex that has no z.
+/// A vertex without z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct VertexWithoutZ {
-    /// What it is.
+    /// The kind of vertex.
     pub what: WithoutZ,
-    /// Where it lies.
+    /// The position of the vertex.
     pub point: Point,
-    /// The line of the smallest number that ends there or was cut there, if one does.
+    /// The line with the smallest number that ends there or was cut there, if any.
     pub line: Option<EdgeSource>,
 }
 
-/// What a vertex without z is.
+/// The kind of a vertex without z.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum WithoutZ {
-    /// The point of this record.
+    /// The point with this record number.
     Point(u64),
     /// An end of a line.
     End,
     /// A point where lines cross each other or borders.
     Crossing,
-    /// The site of this number.
+    /// The site with this number.
     Site(u64),
 }
 

@@ -1,18 +1,18 @@
-//! How the tiles of a file contradict themselves or each other.
+//! Contradictions within the tiles of a file, or between them.
 
 use crate::geometry::VertexIndex;
 use crate::mesh::EndlessWalk;
 
-/// What is wrong with a tile that an edit cannot work with.
+/// The reason why an edit cannot work with a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum Contradiction {
     #[error("it has no vertices")]
     NoVertices,
     #[error("vertex {0} has no triangle")]
     LoneVertex(VertexIndex),
-    #[error("a vertex is of a tile that there is not")]
+    #[error("a vertex belongs to a tile that does not exist")]
     NoTile,
-    #[error("a triangle is missing that another tile has")]
+    #[error("a triangle of another tile is missing in it")]
     MissingTriangle,
     #[error("triangles around a line do not fit together")]
     UnfitStrip,
@@ -20,14 +20,14 @@ pub(crate) enum Contradiction {
     UnfitCavity,
     #[error(transparent)]
     Walk(#[from] EndlessWalk),
-    #[error("no triangle around a vertex is on the way of a line")]
+    #[error("no triangle around a vertex contains the direction of a line")]
     NoWay,
     #[error("a line between two vertices leaves the triangulation")]
     LineLeaves,
-    #[error("a line goes in circles")]
+    #[error("the walk along a line does not end")]
     EndlessLine,
-    #[error("an edge is missing that was just put there")]
+    #[error("an edge that was just inserted is missing")]
     MissingEdge,
-    #[error("a constraint knows no line that it comes from")]
+    #[error("a constraint has no source line")]
     NoSource,
 }

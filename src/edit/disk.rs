@@ -1,4 +1,4 @@
-//! The file while it is edited: reads tiles, and writes those that changed behind its end.
+//! The file during an edit: reads tiles, and writes changed tiles behind its end.
 
 use std::io;
 use std::path::PathBuf;
@@ -10,55 +10,57 @@ use foldhash::HashMap;
 use tokio::sync::{MappedMutexGuard, Mutex, MutexGuard, oneshot};
 
 use crate::edit::contradiction::Contradiction;
-use crate::edit::desk::Desk;
 use crate::edit::error::EditError;
-use crate::edit::regions::{Labels, Parts};
+use crate::edit::regions::{RegionLabels, TileParts};
 use crate::edit::target::Target;
 use crate::edit::tile::EditTile;
 use crate::edit::tile::drafts::Counts;
+use crate::edit::workers::Workers;
 use crate::io::{Buffers, ReadAt, ThreadsFile};
 use crate::store::{BLOCK, Directory, Extent, Tile, TileEntry, TileId, TileReader, TileWriter};
 
-/// The file, and where in it each tile lies now.
+/// The file, and the current location of each tile in it.
 pub(crate) struct Disk {
     path: PathBuf,
     /// The file as it was opened.
     pub(crate) reader: TileReader,
     file: ThreadsFile,
     generation: u32,
-    /// None once the file is published.
+    /// `None` once the file is published.
     state: Mutex<Option<Written>>,
-    /// What regions tiles are written with, once it is known.
-    pub(crate) labels: OnceLock<Labels>,
+    /// The regions that tiles are written with, once they are known.
+    pub(crate) labels: OnceLock<RegionLabels>,
     buffers: Buffers,
-    pub(crate) desk: Desk,
-    /// Several tiles may be put together at a time, but are written in the order in which that began.
-    turn: Turn,
+    pub(crate) workers: Workers,
+    /// Several tiles may be encoded at a time, but they are written in the order in which that
+    /// began.
+    order: WriteOrder,
     reads: AtomicU64,
-    /// The last to be dropped, when the file is closed.
+    /// Dropped last, when the file is closed.
     _alive: oneshot::Sender<()>,
 }
 
 struct Written {
     writer: TileWriter<ThreadsFile>,
     entries: Vec<TileEntry>,
-    /// Where tiles lie that this edit has written once more since: places and bytes.
+    /// Offsets and lengths of free ranges: those of tiles that this edit has written once more
+    /// since.
     free: Vec<(u64, u32)>,
-    /// Bytes of the places that were used again, for less.
+    /// Lengths of the ranges that were reused for fewer bytes, by offset.
     reused: HashMap<u64, u32>,
-    /// How many triangles of each tile are in holes, of those that were written with labels.
+    /// Number of triangles in holes, for each tile that was written with labels.
     in_holes: HashMap<TileId, u32>,
 }
 
 impl Written {
-    /// Writes a core, or a border: over what this edit has no use for any more, or behind the end.
+    /// Writes a core or a border: over bytes that this edit no longer needs, or behind the end.
     async fn put(&mut self, bytes: &Bytes, is_core: bool) -> io::Result<Extent> {
-        let fits = |&&(place, room): &&(u64, u32)| room as usize >= bytes.len() && (!is_core || place % BLOCK == 0);
+        let fits = |&&(offset, room): &&(u64, u32)| room as usize >= bytes.len() && (!is_core || offset % BLOCK == 0);
         let best = self.free.iter().filter(fits).min_by_key(|(_, room)| *room).copied();
-        if let Some((place, room)) = best {
-            self.free.retain(|free| free.0 != place);
-            self.reused.insert(place, room);
-            return self.writer.put_at(place, bytes).await;
+        if let Some((offset, room)) = best {
+            self.free.retain(|free| free.0 != offset);
+            self.reused.insert(offset, room);
+            return self.writer.put_at(offset, bytes).await;
         }
         match is_core {
             true => self.writer.append_core(bytes).await,
@@ -66,7 +68,7 @@ impl Written {
         }
     }
 
-    /// Says that nobody looks at these bytes any more.
+    /// Marks bytes that nothing refers to as free.
     fn set_free(&mut self, extent: Extent) {
         let room = self.reused.remove(&extent.offset).unwrap_or(extent.length);
         self.free.push((extent.offset, room));
@@ -74,7 +76,8 @@ impl Written {
 }
 
 impl Disk {
-    /// Opens a file to edit it, with so many threads that put tiles together. When nobody has it any more, the second answer ends.
+    /// Opens a file to edit it, with `threads` worker threads. The returned receiver ends when the
+    /// last reference to the file is dropped.
     pub(crate) fn open(
         target: Target,
         reader: TileReader,
@@ -94,10 +97,10 @@ impl Disk {
         let disk = Self {
             generation: generation.map_err(|_| EditError::Internal("the file was edited too often".to_owned()))?,
             state: Mutex::new(Some(written)),
-            turn: Turn::default(),
+            order: WriteOrder::default(),
             labels: OnceLock::new(),
             buffers: Buffers::default(),
-            desk: Desk::new(threads).map_err(|error| EditError::io(&path, "start a thread to edit", error))?,
+            workers: Workers::new(threads).map_err(|error| EditError::io(&path, "start a thread to edit", error))?,
             path,
             reads: AtomicU64::new(0),
             file,
@@ -111,24 +114,24 @@ impl Disk {
         EditError::io(&self.path, what, source)
     }
 
-    /// The error for a tile that contradicts itself or others.
+    /// Returns the error for a tile that contradicts itself or others.
     pub(crate) fn damaged(&self, tile: TileId, contradiction: Contradiction) -> EditError {
         self.reader.damaged(tile, contradiction.to_string()).into()
     }
 
-    /// Tiles that were read so far.
+    /// Returns the number of tiles that were read so far.
     pub(crate) fn reads(&self) -> u64 {
         self.reads.load(Ordering::Relaxed)
     }
 
-    /// How many triangles of a tile are in holes, if it was written with labels.
+    /// Returns the number of triangles of a tile in holes, if the tile was written with labels.
     pub(crate) async fn in_holes(&self, id: TileId) -> Option<u32> {
         let state = self.state.lock().await;
         state.as_ref()?.in_holes.get(&id).copied()
     }
 
-    /// Makes the file what its tiles are now, with a directory that `change` adapts. Returns its length. No tile can be read or
-    /// written then.
+    /// Publishes the current tiles, with a directory that `change` adapts. Returns the length of
+    /// the file. No tile can be read or written afterwards.
     pub(crate) async fn publish(&self, change: impl FnOnce(&mut Directory)) -> Result<u64, EditError> {
         let Some(Written { writer, entries, .. }) = self.state.lock().await.take() else {
             return Err(EditError::Internal("the file is published already".to_owned()));
@@ -144,11 +147,11 @@ impl Disk {
         MutexGuard::try_map(self.state.lock().await, Option::as_mut).map_err(|_| EditError::Cancelled)
     }
 
-    /// A tile as it lies in the file.
+    /// Reads a tile from the file.
     pub(crate) async fn read(&self, id: TileId) -> Result<Tile, EditError> {
         let entry = {
             let mut state = self.written().await?;
-            // What was gathered to be written must be there to be read.
+            // Buffered writes must be in the file before it is read.
             let flushed = state.writer.flush().await;
             flushed.map_err(|error| self.cannot("write", error))?;
             state.entries.get(id.0 as usize).copied()
@@ -165,27 +168,27 @@ impl Disk {
 
     pub(crate) async fn load(self: Arc<Self>, id: TileId) -> Result<Arc<EditTile>, EditError> {
         let tile = self.read(id).await?;
-        self.desk.computed(move || Arc::new(EditTile::of(&tile))).await
+        self.workers.run(move || Arc::new(EditTile::of(&tile))).await
     }
 
-    /// Writes a tile, after those that this was called for before.
+    /// Writes a tile, after those of earlier calls.
     pub(crate) fn write(
         self: Arc<Self>,
         id: TileId,
         tile: Arc<EditTile>,
     ) -> impl Future<Output = Result<(), EditError>> + Send + 'static {
-        let turn = self.turn.take();
+        let turn = self.order.take();
         self.write_in_turn(id, tile, turn)
     }
 
-    async fn write_in_turn(self: Arc<Self>, id: TileId, tile: Arc<EditTile>, turn: Place) -> Result<(), EditError> {
+    async fn write_in_turn(self: Arc<Self>, id: TileId, tile: Arc<EditTile>, turn: WriteTurn) -> Result<(), EditError> {
         let this = Arc::clone(&self);
-        let (counts, core, border) = self.desk.computed(move || this.encoded(&tile)).await?;
+        let (counts, core, border) = self.workers.run(move || this.encoded(&tile)).await?;
         let _done = turn.wait().await;
         let mut state = self.written().await?;
         let before = state.entries[id.0 as usize];
         if before.generation == self.generation {
-            // No superblock leads there.
+            // No superblock refers to these bytes.
             state.set_free(before.core);
             state.set_free(before.border);
         }
@@ -201,12 +204,12 @@ impl Disk {
         Ok(())
     }
 
-    /// What there is to know of a tile, and the bytes of its core and its border.
+    /// Returns the counts of a tile, and the bytes of its core and its border.
     fn encoded(&self, tile: &EditTile) -> (Counts, Bytes, Bytes) {
         let drafts = match self.labels.get() {
             Some(labels) => {
-                let parts = Parts::of(tile);
-                tile.drafts(Some(&|place| labels.of(tile.id, &parts, place)))
+                let parts = TileParts::of(tile);
+                tile.drafts(Some(&|triangle| labels.of(tile.id, &parts, triangle)))
             }
             None => tile.drafts(None),
         };
@@ -216,29 +219,29 @@ impl Disk {
     }
 }
 
-/// Whose turn it is to write.
+/// The order of writes.
 #[derive(Default)]
-struct Turn(parking_lot::Mutex<Option<oneshot::Receiver<()>>>);
+struct WriteOrder(parking_lot::Mutex<Option<oneshot::Receiver<()>>>);
 
-/// A place in the order: when the one before is done.
-struct Place {
+/// A turn to write, which comes when the one before is done.
+struct WriteTurn {
     before: Option<oneshot::Receiver<()>>,
     done: oneshot::Sender<()>,
 }
 
-impl Turn {
-    fn take(&self) -> Place {
+impl WriteOrder {
+    fn take(&self) -> WriteTurn {
         let (done, after) = oneshot::channel();
         let before = self.0.lock().replace(after);
-        Place { before, done }
+        WriteTurn { before, done }
     }
 }
 
-impl Place {
-    /// Waits for the ones before. It is the next one's turn when the answer is dropped.
+impl WriteTurn {
+    /// Waits for the turns before. The next turn comes when the returned sender is dropped.
     async fn wait(self) -> oneshot::Sender<()> {
         if let Some(before) = self.before {
-            // Whether it was done or given up, its turn is over.
+            // Whether the turn before was completed or abandoned, it is over.
             let _ = before.await;
         }
         self.done

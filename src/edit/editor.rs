@@ -1,4 +1,4 @@
-//! The editor: takes lines, and makes them constraints of a file.
+//! The editor: takes lines and makes them constraints of a file.
 
 use std::num::NonZero;
 use std::path::Path;
@@ -18,30 +18,31 @@ use crate::input::{MissingZ, SegmentBatch};
 use crate::memory::EditShares;
 use crate::store::{EdgeSource, LineKind, LineSource};
 
-/// Makes lines constraints of a file on disk.
+/// An editor that makes lines constraints of a file on disk.
 ///
-/// Ends that are no vertices of it become some, within its hull. The file is locked against other editors; readers may have it open and
-/// see it as it was when they opened it.
+/// Ends that are not vertices of the file become vertices, within its hull. The file is locked
+/// against other editors. Readers may have it open, and see it as it was when they opened it.
 pub struct Editor {
     target: Target,
     memory: u64,
-    /// The lines that there were before.
+    /// The number of the first new line, which is the number of lines before the edit.
     first_line: u64,
-    /// The number of this edit, from 1 on.
+    /// The number of this edit, from 1.
     number: u32,
     lines: Vec<LineSource>,
     segments: Vec<Segment>,
-    /// z at their ends, as far as any have one.
+    /// z at the ends of segments, as far as any have z.
     z: Vec<[f64; 2]>,
     missing_z: MissingZ,
     polygons: PolygonCheck,
 }
 
 impl Editor {
-    /// Begins to edit a file within so many bytes of memory.
+    /// Opens a file to edit it within `memory` bytes of memory.
     ///
     /// # Errors
-    /// If it cannot be opened, or somebody else edits it.
+    /// Returns an error if the file cannot be opened, if another editor has it locked, or if it has
+    /// vertices but no triangles.
     pub async fn open(path: impl AsRef<Path>, memory: u64) -> Result<Self, EditError> {
         let target = Target::lock(path.as_ref())?;
         let opened = target.read().await?;
@@ -52,7 +53,8 @@ impl Editor {
         Ok(Self {
             first_line: metadata.lines.last().map_or(0, |last| last.first + last.lines),
             number: metadata.lines.last().map_or(0, |last| last.edit).saturating_add(1),
-            // All segments are in memory, and a polygon takes no more than what they are counted for.
+            // All segments are in memory, and a polygon takes no more than what is counted for
+            // them.
             polygons: PolygonCheck::new(&target.path, u64::MAX),
             target,
             memory,
@@ -63,19 +65,19 @@ impl Editor {
         })
     }
 
-    /// Says what to do with ends of lines that become vertices and have no z, in a file whose
+    /// Sets what to do with ends of lines that become vertices and have no z, in a file whose
     /// vertices have z.
     pub fn missing_z(&mut self, missing_z: MissingZ) {
         self.missing_z = missing_z;
     }
 
-    /// The number that the first new line gets in the file.
+    /// Returns the number that the first new line gets in the file.
     #[must_use]
     pub fn first_line(&self) -> u64 {
         self.first_line
     }
 
-    /// Says which files the lines come from, in the order of their numbers from 0 on.
+    /// Sets the files that the lines come from, in the order of their numbers from 0 on.
     pub fn add_sources(&mut self, sources: Vec<LineSource>) {
         let (first_line, edit) = (self.first_line, self.number);
         let numbered = sources.into_iter().map(|source| LineSource {
@@ -88,10 +90,11 @@ impl Editor {
         self.lines.extend(numbered);
     }
 
-    /// Takes segments; their lines are numbered from `first_line` on, among those that are new.
+    /// Adds segments. Their lines are numbered from `first_line` on, among the new lines.
     ///
     /// # Errors
-    /// If they are given by record numbers, do not all tell of which polygon they are, or take more than half of the memory.
+    /// Returns an error if segments are given by record numbers, if only some of them have a
+    /// polygon number, or if they take more than half of the memory.
     pub fn push(&mut self, kind: LineKind, first_line: u64, batch: &SegmentBatch) -> Result<(), EditError> {
         if !batch.records.is_empty() {
             return Err(EditError::Records);
@@ -117,11 +120,12 @@ impl Editor {
         Ok(())
     }
 
-    /// Makes the lines constraints. The file is as before until the very end.
+    /// Makes the lines constraints. The file is unchanged until the very end.
     ///
     /// # Errors
-    /// If an end lies outside the hull or lacks a z ([`missing_z`](Self::missing_z)), a line
-    /// crosses a constraint, a ring does not close, a polygon is inside out, or the system refuses.
+    /// Returns an error if an end lies outside the hull or lacks a z
+    /// ([`missing_z`](Self::missing_z)), if a line crosses a constraint, if a ring does not close,
+    /// if a polygon is inside out, or if the system fails.
     pub async fn finish(self) -> Result<EditSummary, EditError> {
         let Self {
             target,

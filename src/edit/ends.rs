@@ -1,4 +1,4 @@
-//! The vertices at the ends of segments: those that are there, and new ones.
+//! The vertices at the ends of segments, existing ones and new ones.
 
 use crate::edit::error::EditError;
 use crate::edit::tile::{EditTile, NewVertex};
@@ -10,17 +10,18 @@ use crate::input::MissingZ;
 use crate::mesh::point_table::PointTable;
 use crate::store::{TileId, Vertex, VertexId};
 
-/// The end of a segment: its tile, its place, and its number among all ends.
+/// An end of a segment: its tile, its point, and its number among all ends.
 type End = (TileId, Point, u32);
 
-/// Finds the vertices at the ends of segments, and makes some where there are none. Returns all, in order, and how many are new.
+/// Finds the vertices at the ends of segments, and adds those that are missing. Returns the
+/// vertices in the order of the ends, and the number of new vertices.
 pub(crate) fn find_ends(
     tiles: &mut Tiles,
     work: &Work,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<(Vec<Vertex>, u64), EditError> {
     let ends = by_tile(tiles, work)?;
-    // All of them are replaced.
+    // A placeholder: each entry is replaced.
     let filler = Vertex {
         id: VertexId {
             tile: TileId(0),
@@ -55,30 +56,31 @@ pub(crate) fn find_ends(
     Ok((found, added))
 }
 
-/// All ends, those in a tile together, by their places.
+/// Returns all ends, grouped by tile and sorted by point.
 fn by_tile(tiles: &Tiles, work: &Work) -> Result<Vec<End>, EditError> {
     let tree = &tiles.directory().tree;
     let mut ends: Vec<End> = Vec::with_capacity(2 * work.segments.len());
-    for (&place, end) in work.segments.iter().flat_map(|segment| &segment.ends).zip(0u32..) {
-        let tile = tree.tile_at(place).ok_or_else(|| no_vertex(place))?;
-        ends.push((tile, place, end));
+    for (&point, end) in work.segments.iter().flat_map(|segment| &segment.ends).zip(0u32..) {
+        let tile = tree.tile_at(point).ok_or_else(|| no_vertex(point))?;
+        ends.push((tile, point, end));
     }
     ends.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1)).then_with(|| a.2.cmp(&b.2)));
     Ok(ends)
 }
 
-/// Finds the vertices at ends in one tile, and enters them in `found`, by the numbers of the ends. Returns those that were made for it.
+/// Finds the vertices at ends in one tile, and writes them to `found`, by the numbers of the ends.
+/// Returns the ends for which vertices were added.
 fn find_in_tile(tiles: &mut Tiles, work: &Work, ends: &[End], found: &mut [Vertex]) -> Result<Vec<End>, EditError> {
     let id = ends[0].0;
     let numbers_in = |tile: &EditTile| -> Vec<Option<u32>> {
         let index = PointTable::new(tile.points());
-        ends.iter().map(|&(_, place, _)| index.at(place)).collect()
+        ends.iter().map(|&(_, point, _)| index.at(point)).collect()
     };
     let mut tile = tiles.get(id)?;
     let mut numbers = numbers_in(&tile);
     let missing = ends.iter().zip(&numbers).filter(|(_, number)| number.is_none());
     let mut missing: Vec<End> = missing.map(|(end, _)| *end).collect();
-    // Of several at one place the first that has z says how high it lies.
+    // Of several ends at one point, the first that has z determines the vertex's z.
     missing.dedup_by(|next, kept| {
         let equal = next.1 == kept.1;
         if equal && work.z_of(kept.2).is_nan() && !work.z_of(next.2).is_nan() {
@@ -92,18 +94,18 @@ fn find_in_tile(tiles: &mut Tiles, work: &Work, ends: &[End], found: &mut [Verte
         tile = tiles.get(id)?;
         numbers = numbers_in(&tile);
     }
-    for (&(_, place, end), number) in ends.iter().zip(numbers) {
-        found[end as usize] = tile.vertex(VertexIndex(number.ok_or_else(|| no_vertex(place))?));
+    for (&(_, point, end), number) in ends.iter().zip(numbers) {
+        found[end as usize] = tile.vertex(VertexIndex(number.ok_or_else(|| no_vertex(point))?));
     }
     Ok(missing)
 }
 
-fn no_vertex(place: Point) -> EditError {
-    EditError::Internal(format!("there is no vertex at ({}, {})", place.x, place.y))
+fn no_vertex(point: Point) -> EditError {
+    EditError::Internal(format!("there is no vertex at ({}, {})", point.x, point.y))
 }
 
-/// Makes vertices of ends in one tile, each at another place. The ends of all segments have the record numbers that come next in
-/// the file, in order.
+/// Adds vertices at ends in one tile, each at another point. The ends of all segments get the next
+/// record numbers of the file, in order.
 fn add_vertices(tiles: &mut Tiles, work: &Work, ends: &[End]) -> Result<(), EditError> {
     let first_record = tiles.directory().metadata.next_record;
     let z_or_zero = |end: u32| {

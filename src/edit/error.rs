@@ -1,4 +1,4 @@
-//! Why a file could not be edited.
+//! Errors of an edit.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,102 +11,102 @@ use crate::memory::MemoryShortage;
 use crate::shown;
 use crate::store::{EdgeSource, Failure, ReadError};
 
-/// Why a file could not be edited. It is as it was.
+/// The reason why a file could not be edited. The file is unchanged.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EditError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// The system refused.
+    /// An operation on the file failed.
     #[error("{file}: cannot {what} it", file = shown::path(file))]
     Io {
         /// The file.
         file: PathBuf,
-        /// What was to be done.
+        /// The operation that failed.
         what: &'static str,
-        /// What the system says.
+        /// The system's error.
         source: Arc<io::Error>,
     },
-    /// Somebody else edits it.
-    #[error("{file}: somebody else is changing it; try again later", file = shown::path(.0))]
+    /// Another editor has the file locked.
+    #[error("{file}: another editor has it locked; try again later", file = shown::path(.0))]
     Busy(PathBuf),
     /// The end of a line lies outside the hull of the file's vertices.
-    #[error("a line has an end at ({x}, {y}), outside the hull of the file's vertices; build it with the line from the start", x = place.x, y = place.y)]
+    #[error("a line has an end at ({x}, {y}), outside the hull of the file's vertices; build it with the line from the start", x = point.x, y = point.y)]
     Outside {
         /// The number of the line.
         line: u64,
         /// The end.
-        place: Point,
+        point: Point,
     },
-    /// The ends of lines would make a tile too large.
+    /// With the ends of lines, a tile would be too large.
     #[error(
-        "with the ends of lines, a tile would have {vertices} vertices, and {most} are the most; build the file with the lines from the start"
+        "with the ends of lines, a tile would have {vertices} vertices, but at most {most} are possible; build the file with the lines from the start"
     )]
     TooMany {
-        /// Vertices that it would have.
+        /// Number of vertices that the tile would have.
         vertices: u64,
-        /// The most that it may have.
+        /// Largest number of vertices of a tile.
         most: u64,
     },
-    /// Ends of lines have no z, and the file's vertices have.
+    /// Ends of lines have no z, but the file's vertices have z.
     #[error(
-        "an end at ({}, {}) has no z, and no vertex lies there; {count} ends would get z = 0, and the file has z; give z to \
-         all, or allow that they get z = 0 (--missing-z zero)",
+        "an end at ({}, {}) has no z, and no vertex is there; {count} ends would get z = 0, although the file has z; give \
+         z to all ends, or allow z = 0 (--missing-z zero)",
         point.x, point.y
     )]
     NoZ {
-        /// The number of the line of the first one, in the order of the lines.
+        /// The number of the line of the first such end, in the order of the lines.
         line: u64,
-        /// That end.
+        /// The first such end.
         point: Point,
-        /// How many vertices would have no z.
+        /// Number of vertices that would have no z.
         count: u64,
     },
     /// A line crosses a constraint.
     #[error(
         "a line crosses a constraint: from ({}, {}) to ({}, {}), and from ({}, {}) to ({}, {}); let them meet in a vertex",
-        piece[0].x, piece[0].y, piece[1].x, piece[1].y, edge[0].x, edge[0].y, edge[1].x, edge[1].y
+        subsegment[0].x, subsegment[0].y, subsegment[1].x, subsegment[1].y, edge[0].x, edge[0].y, edge[1].x, edge[1].y
     )]
     Crossed {
         /// The line.
         line: EdgeSource,
         /// The line that the constraint comes from.
         other: Option<EdgeSource>,
-        /// The part of the line that is in the way.
-        piece: [Point; 2],
+        /// The part of the line that crosses the constraint.
+        subsegment: [Point; 2],
         /// The constraint that it crosses.
         edge: [Point; 2],
     },
     /// A ring of an obstacle does not close.
     #[error("a ring of an obstacle does not close")]
     OpenRing {
-        /// The number of the ring.
+        /// The number of the ring's line.
         line: u64,
     },
     /// Polygons are inside out.
     #[error(
-        "it is inside out at ({}, {}): a hole of it lies outside of it or in another of its holes, or a ring of it runs round \
-         there the other way; {} polygons are inside out",
+        "it is inside out at ({}, {}): one of its holes is outside the polygon or inside another hole, or one of its rings \
+         has the opposite direction there; {} polygons are inside out",
         .0.first.point.x, .0.first.point.y, .0.polygons
     )]
     Inverted(InvertedPolygons),
-    /// There are segments between record numbers, which a file does not know any more.
+    /// Segments are given by record numbers, which a file does not keep.
     #[error("the ends of segments are given as record numbers; a file can be changed by coordinates only")]
     Records,
-    /// There is too little memory.
+    /// There is not enough memory.
     #[error(transparent)]
     Memory(#[from] MemoryShortage),
     /// Lines or polygons cannot become constraints.
     #[error(transparent)]
     Constraint(#[from] ConstraintError),
     /// The file has no triangles that lines could cross.
-    #[error("{file}: it has no triangles, since all its vertices lie on one line; build it with the lines", file = shown::path(.0))]
+    #[error("{file}: its vertices are collinear, so it has no triangles; build it with the lines", file = shown::path(.0))]
     NoTriangles(PathBuf),
-    /// It was cancelled.
+    /// The edit was cancelled.
     #[error("cancelled")]
     Cancelled,
-    /// A defect of the program.
+    /// A defect of the library.
     #[error("internal error: {0}")]
     Internal(String),
 }

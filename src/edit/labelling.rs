@@ -1,18 +1,23 @@
-//! Finds the regions of a file that was edited, and writes the tiles that say of which region their triangles are.
+//! Search for the regions of an edited file, and writing of the tiles that store their triangles'
+//! regions.
 
 use crate::edit::error::EditError;
-use crate::edit::regions::{Joining, Labels, Parts};
+use crate::edit::regions::{RegionJoin, RegionLabels, TileParts};
 use crate::edit::tile::EditTile;
-use crate::edit::tiles::{PartedTile, Tiles};
+use crate::edit::tiles::{TileWithParts, Tiles};
 use crate::memory::EditShares;
 use crate::store::TileId;
 
-/// Joins what lies side by side in all tiles. Returns also how many constraint edges there are.
-pub(crate) fn join(tiles: &mut Tiles, memory: u64, is_stopped: &dyn Fn() -> bool) -> Result<(Labels, u64), EditError> {
+/// Joins adjacent parts in all tiles. Also returns the number of constraint edges.
+pub(crate) fn join(
+    tiles: &mut Tiles,
+    memory: u64,
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<(RegionLabels, u64), EditError> {
     let metadata = tiles.directory().metadata.clone();
-    let mut joining = Joining::new(&metadata);
-    let mut parted = tiles.parted();
-    while let Some(PartedTile { tile, parts, before }) = parted.next()? {
+    let mut joining = RegionJoin::new(&metadata);
+    let mut all_tiles = tiles.with_parts();
+    while let Some(TileWithParts { tile, parts, before }) = all_tiles.next()? {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
@@ -23,8 +28,9 @@ pub(crate) fn join(tiles: &mut Tiles, memory: u64, is_stopped: &dyn Fn() -> bool
     Ok((joining.finish(&metadata)?, constraint_edges))
 }
 
-/// Writes all tiles that were changed, and those in which a region changed. Returns how many triangles are in holes.
-pub(crate) fn label(tiles: &mut Tiles, labels: Labels, is_stopped: &dyn Fn() -> bool) -> Result<u64, EditError> {
+/// Writes all tiles that were changed, and those in which a region changed. Returns the number of
+/// triangles in holes.
+pub(crate) fn label(tiles: &mut Tiles, labels: RegionLabels, is_stopped: &dyn Fn() -> bool) -> Result<u64, EditError> {
     tiles.label(labels)?;
     let mut in_holes = 0;
     for id in (0..tiles.directory().tiles.len() as u32).map(TileId) {
@@ -38,8 +44,8 @@ pub(crate) fn label(tiles: &mut Tiles, labels: Labels, is_stopped: &dyn Fn() -> 
         let mut tile = tiles.read(id)?;
         if !tiles.is_changed(id) {
             let edit = EditTile::of(&tile);
-            let parts = Parts::of(&edit);
-            // The places of a tile that is not changed are its triangles.
+            let parts = TileParts::of(&edit);
+            // In an unchanged tile, triangles have the same numbers as in the file.
             let is_same = tiles.labels().is_none_or(|labels| {
                 let label = |triangle| labels.of(id, &parts, triangle);
                 tile.triangle_ids()

@@ -1,21 +1,23 @@
-//! Changes a file on disk: lines become constraints of a triangulation that is there already.
+//! Edits of a file on disk: lines become constraints of an existing triangulation.
 //!
-//! In: a tile file, and segments within its hull. Out: the same file in its next state, or as it was.
+//! In: a tile file, and segments within its hull. Out: the same file in its next state, or
+//! unchanged.
 //!
 //! ```text
-//!   segments ─▶ new vertices at ends (vertices) ─▶ pieces, in the order of a curve ─▶ strips   (strip, patch)
-//!                                                                              │  ▲
-//!   file ──── tiles that are needed, the least recently used go ◀──────────────▼──┘   (tiles, tile)
-//!     ▲                                                                        │
-//!     └── new tiles, directory, superblock ◀── regions, numbered anew ◀────────┘      (regions)
+//!   segments ─▶ vertices at ends (vertices) ──▶ segments in curve order ─▶ strips (strip, patch)
+//!                                                                        │  ▲
+//!   file ──── tiles in use, in a cache that evicts the least recent ◀────▼──┘ (tiles, tile)
+//!     ▲                                                                  │
+//!     └── new tiles, directory, superblock ◀── regions, renumbered ◀─────┘ (regions)
 //! ```
 //!
-//! Inserting a piece changes exactly the triangles that it crosses, and the result does not depend on when it is inserted (Wu,
-//! Lemma 3.3.6). So a file that was edited has the triangles that it would have been built with. New tiles and a new directory are
-//! appended; then one superblock is replaced, which makes all of it the file, at once. Whoever has it open sees what it was.
+//! Inserting a segment changes exactly the triangles that it crosses, and the result does not
+//! depend on the order of insertion (Wu, Lemma 3.3.6). So an edited file has the triangles that a
+//! build with these lines would give. New tiles and a new directory are appended. Then one
+//! superblock is replaced, which puts all of it in force at once. A reader that has the file open
+//! sees its former state.
 
 mod contradiction;
-mod desk;
 mod disk;
 mod editor;
 mod ends;
@@ -32,6 +34,7 @@ mod tile;
 mod tiles;
 mod vertices;
 mod work;
+mod workers;
 
 pub use editor::Editor;
 pub use error::EditError;

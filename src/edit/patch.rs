@@ -1,7 +1,8 @@
-//! Triangles of several tiles that are taken out together, and others in their place.
+//! Triangles of several tiles that are removed together, and the triangles that replace them.
 //!
-//! Corners and sides are numbered within the patch, once for all tiles, and what lies side by side in it is known by these numbers. So a
-//! tile has little to look for: where its old triangles are, unless that was noted when they were found.
+//! Corners and half-edges are numbered within the patch, once for all tiles, and adjacency within
+//! it refers to these numbers. So a tile has little to search for: only its old triangles, unless
+//! their positions were recorded when they were found.
 
 use foldhash::{HashMap, HashMapExt};
 
@@ -9,78 +10,80 @@ use crate::geometry::{HalfEdge, TriangleId};
 use crate::mesh::Twin;
 use crate::store::{TileId, Vertex, VertexId};
 
-/// A patch: triangles on their way out and in. Side s of the triangle at place t is number 3 t + s, of old and of new ones.
+/// A patch: triangles to remove and triangles to add. Half-edge s of triangle t has the number 3 t
+/// + s, among the old as among the new triangles.
 #[derive(Default)]
 pub(crate) struct Patch {
     pub(crate) vertices: Vec<Vertex>,
     numbers: HashMap<VertexId, u32>,
-    pub(crate) old: Vec<Old>,
-    pub(crate) new: Vec<New>,
-    /// The tiles of the vertices, and the triangles that each of them has, which are those with a corner in it.
-    pub(crate) shares: Vec<Share>,
-    /// Keeps its memory.
-    pub(crate) at: Seats,
+    pub(crate) old: Vec<OldTriangle>,
+    pub(crate) new: Vec<NewTriangle>,
+    /// The tiles of the vertices, and the triangles of each tile: those with a corner in it.
+    pub(crate) shares: Vec<TileShare>,
+    /// A buffer, kept for its capacity.
+    pub(crate) positions: TilePositions,
 }
 
-/// A triangle on its way out.
-pub(crate) struct Old {
-    /// Their numbers.
+/// A triangle to remove.
+pub(crate) struct OldTriangle {
+    /// The numbers of its corners.
     pub(crate) corners: [u32; 3],
-    /// The bits of its sides.
+    /// The bits of its half-edges.
     pub(crate) bits: u8,
-    /// Its first side in a tile that has it. That number is good only until the tile leaves the cache.
+    /// Its first half-edge in a tile that has it. This number is valid only until the tile leaves
+    /// the cache.
     pub(crate) found: (TileId, HalfEdge),
-    /// For each side the new side on the same edge; none inside the patch.
-    pub(crate) follower: [Option<HalfEdge>; 3],
+    /// For each half-edge, the new half-edge on the same edge; `None` inside the patch.
+    pub(crate) replacement: [Option<HalfEdge>; 3],
 }
 
-/// A triangle on its way in.
-pub(crate) struct New {
-    /// Their numbers.
+/// A triangle to add.
+pub(crate) struct NewTriangle {
+    /// The numbers of its corners.
     pub(crate) corners: [u32; 3],
-    /// The bits of its sides.
+    /// The bits of its half-edges.
     pub(crate) bits: u8,
-    /// What lies across each side.
-    pub(crate) across: [Beside; 3],
+    /// The twin of each half-edge.
+    pub(crate) twins: [PatchTwin; 3],
 }
 
-/// What lies across a side of a new triangle.
+/// The twin of a half-edge of a new triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Beside {
-    /// This side of a new triangle.
+pub(crate) enum PatchTwin {
+    /// This half-edge of a new triangle.
     New(HalfEdge),
-    /// What lay across this side of an old one.
+    /// The former twin of this half-edge of an old triangle.
     Old(HalfEdge),
-    /// The outside, where no old triangle had an edge.
+    /// The outside: no old triangle had this edge.
     Hull,
 }
 
-/// What one tile has of a patch.
-pub(crate) struct Share {
+/// The triangles of a patch that one tile has.
+pub(crate) struct TileShare {
     pub(crate) tile: TileId,
     pub(crate) old: Vec<TriangleId>,
     pub(crate) new: Vec<TriangleId>,
 }
 
-/// Where a tile has the triangles of a patch.
+/// The positions in a tile of the triangles of a patch.
 #[derive(Default)]
-pub(crate) struct Seats {
-    /// Where each old triangle is, or was.
-    pub(crate) old: Vec<Option<Seat>>,
-    /// The place of each new one.
+pub(crate) struct TilePositions {
+    /// The position of each old triangle, before its removal.
+    pub(crate) old: Vec<Option<OldPosition>>,
+    /// The position of each new triangle.
     pub(crate) new: Vec<Option<TriangleId>>,
 }
 
-/// Where a tile has an old triangle.
+/// The position of an old triangle in a tile.
 #[derive(Clone, Copy)]
-pub(crate) struct Seat {
-    /// Its first side.
+pub(crate) struct OldPosition {
+    /// Its first half-edge.
     pub(crate) first: HalfEdge,
-    /// What the tile says of the other side of its three.
+    /// The twins of its three half-edges in the tile.
     pub(crate) twins: [Twin; 3],
 }
 
-impl Seats {
+impl TilePositions {
     fn prepare(&mut self, patch: &Patch) {
         self.old.clear();
         self.old.resize(patch.old.len(), None);
@@ -88,26 +91,26 @@ impl Seats {
         self.new.resize(patch.new.len(), None);
     }
 
-    /// Forgets the tile that it was for.
-    pub(crate) fn clear(&mut self, share: &Share) {
+    /// Clears the positions of a tile's share.
+    pub(crate) fn clear(&mut self, share: &TileShare) {
         share.old.iter().for_each(|&old| self.old[old.index()] = None);
         share.new.iter().for_each(|&new| self.new[new.index()] = None);
     }
 
-    /// What the tile says of the other side of an old half-edge of the patch, if it has its triangle.
-    pub(crate) fn beside_old(&self, old: HalfEdge) -> Option<Twin> {
-        let seat = self.old[old.triangle().index()].as_ref()?;
-        Some(seat.twins[old.corner() as usize])
+    /// Returns the tile's twin of an old half-edge of the patch, if the tile has its triangle.
+    pub(crate) fn twin_of_old(&self, old: HalfEdge) -> Option<Twin> {
+        let position = self.old[old.triangle().index()].as_ref()?;
+        Some(position.twins[old.corner() as usize])
     }
 
-    /// The tile's half-edge for a new one of the patch, if it has its triangle.
-    pub(crate) fn of_new(&self, new: HalfEdge) -> Option<HalfEdge> {
-        let place = self.new[new.triangle().index()]?;
-        Some(HalfEdge::new(place, new.corner()))
+    /// Returns the tile's half-edge for a new half-edge of the patch, if the tile has its triangle.
+    pub(crate) fn half_edge_of_new(&self, new: HalfEdge) -> Option<HalfEdge> {
+        let triangle = self.new[new.triangle().index()]?;
+        Some(HalfEdge::new(triangle, new.corner()))
     }
 }
 
-impl Share {
+impl TileShare {
     fn of(tile: TileId) -> Self {
         Self {
             tile,
@@ -117,22 +120,23 @@ impl Share {
     }
 }
 
-impl Old {
+impl OldTriangle {
     pub(crate) fn new(corners: [u32; 3], bits: u8, found: (TileId, HalfEdge)) -> Self {
         Self {
             corners,
             bits,
             found,
-            follower: [None; 3],
+            replacement: [None; 3],
         }
     }
 }
 
-impl New {
-    /// Says what lies across one of its sides, and sets bits of it, which are in the places of a first side.
-    pub(crate) fn set(&mut self, side: HalfEdge, across: Beside, bits: u8) {
-        self.across[side.corner() as usize] = across;
-        self.bits |= bits << side.corner();
+impl NewTriangle {
+    /// Sets the twin of one of its half-edges, and adds bits to that half-edge. `bits` are those of
+    /// a first half-edge.
+    pub(crate) fn set(&mut self, half_edge: HalfEdge, twin: PatchTwin, bits: u8) {
+        self.twins[half_edge.corner() as usize] = twin;
+        self.bits |= bits << half_edge.corner();
     }
 }
 
@@ -144,7 +148,7 @@ impl Patch {
         self.new.clear();
     }
 
-    /// The number of a vertex, and whether it is a new one.
+    /// Returns the number of a vertex, and whether the vertex is new to the patch.
     pub(crate) fn number(&mut self, vertex: Vertex) -> (u32, bool) {
         let next = self.vertices.len() as u32;
         let number = *self.numbers.entry(vertex.id).or_insert(next);
@@ -158,37 +162,38 @@ impl Patch {
         corners.map(|corner| self.vertices[corner as usize].id)
     }
 
-    /// Finds out which new half-edge follows each old one, which tile has which triangles; and gives the seats for them.
-    pub(crate) fn share_out(&mut self) -> Seats {
-        self.find_followers();
+    /// Finds the new half-edge that replaces each old one, and the triangles of each tile. Returns
+    /// the buffer for their positions.
+    pub(crate) fn share_out(&mut self) -> TilePositions {
+        self.find_replacements();
         self.find_shares();
-        let mut at = std::mem::take(&mut self.at);
-        at.prepare(self);
-        at
+        let mut positions = std::mem::take(&mut self.positions);
+        positions.prepare(self);
+        positions
     }
 
-    fn find_followers(&mut self) {
+    fn find_replacements(&mut self) {
         for (new, number) in self.new.iter().zip((0..).map(TriangleId)) {
-            for (across, side) in new.across.iter().zip(HalfEdge::of_triangle(number)) {
-                if let &Beside::Old(old) = across {
-                    self.old[old.triangle().index()].follower[old.corner() as usize] = Some(side);
+            for (twin, half_edge) in new.twins.iter().zip(HalfEdge::of_triangle(number)) {
+                if let &PatchTwin::Old(old) = twin {
+                    self.old[old.triangle().index()].replacement[old.corner() as usize] = Some(half_edge);
                 }
             }
         }
     }
 
-    /// Finds out which tile has which triangles.
+    /// Finds the triangles of each tile.
     fn find_shares(&mut self) {
-        let mut shares: Vec<Share> = Vec::new();
+        let mut shares: Vec<TileShare> = Vec::new();
         let mut share_of: HashMap<TileId, usize> = HashMap::new();
         let mut of_vertex: Vec<usize> = Vec::with_capacity(self.vertices.len());
         for vertex in &self.vertices {
             let tile = vertex.id.tile;
-            // Mostly that of the vertex before.
+            // Usually the share of the vertex before.
             let last = of_vertex.last().copied().filter(|&share| shares[share].tile == tile);
             let share = last.unwrap_or_else(|| {
                 *share_of.entry(tile).or_insert_with(|| {
-                    shares.push(Share::of(tile));
+                    shares.push(TileShare::of(tile));
                     shares.len() - 1
                 })
             });

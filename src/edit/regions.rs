@@ -1,11 +1,13 @@
-//! The regions of a file that was edited: all tiles are passed over, and what lies side by side is joined.
+//! The regions of an edited file: a pass over all tiles joins adjacent triangles.
 //!
-//! In: the tiles, in order, twice. Out: of each triangle its region, by how many obstacles it is covered, and whether it is in a
-//! hole. As in a [build](crate::pipeline::finish::regions), but here the nodes that are joined are the parts of a tile that no constraint
-//! passes through. A triangle that stands in several tiles joins parts of these; it is remembered until the last one has come.
+//! In: the tiles, in order, twice. Out: for each triangle its region, the number of obstacles that
+//! cover it, and whether it is in a hole. This works as in a
+//! [build](crate::pipeline::finish::regions), but here the nodes that are joined are the parts of a
+//! tile that no constraint passes through. A triangle that several tiles store joins parts of these
+//! tiles. It is remembered until the last of them has come.
 //!
-//! Regions keep the numbers that they had, as far as these are still free, so that tiles that nothing has happened to need not
-//! be written again.
+//! Regions keep their former numbers as far as these are still free. So tiles that are not affected
+//! need not be written again.
 
 use foldhash::{HashMap, HashMapExt};
 
@@ -17,39 +19,39 @@ use crate::geometry::{HalfEdge, TriangleId};
 use crate::mesh::{Topology, Twin};
 use crate::store::{Component, EdgeSource, Metadata, Tile, TileId, VertexId};
 
-/// In place of a region's number: it had none.
+/// The number of a region that had none.
 const NEW: u64 = u64::MAX;
 
-/// The parts of a tile: for each place of a triangle its part, and how many there are.
-pub(crate) struct Parts {
-    of_places: Vec<u32>,
+/// The parts of a tile: the part of each triangle, and the number of parts.
+pub(crate) struct TileParts {
+    of_triangles: Vec<u32>,
     count: u32,
 }
 
-impl Parts {
-    /// Finds them. They are numbered by their first triangles.
+impl TileParts {
+    /// Finds the parts of a tile. They are numbered by their first triangles.
     pub(crate) fn of(tile: &EditTile) -> Self {
         let (order, _) = tile.in_order();
-        let places = tile.triangle_count();
-        let mut sets = UnionFind::new(places);
-        for &place in &order {
-            for side in HalfEdge::of_triangle(place) {
-                if let Twin::HalfEdge(twin) = tile.twin(side)
-                    && twin < side
-                    && !tile.is_constraint(side)
+        let triangle_count = tile.triangle_count();
+        let mut sets = UnionFind::new(triangle_count);
+        for &triangle in &order {
+            for half_edge in HalfEdge::of_triangle(triangle) {
+                if let Twin::HalfEdge(twin) = tile.twin(half_edge)
+                    && twin < half_edge
+                    && !tile.is_constraint(half_edge)
                 {
-                    sets.union(place.0, twin.triangle().0);
+                    sets.union(triangle.0, twin.triangle().0);
                 }
             }
         }
         let mut this = Self {
-            // Of places without a triangle it says nothing.
-            of_places: vec![0; places as usize],
+            // Entries of removed triangles mean nothing.
+            of_triangles: vec![0; triangle_count as usize],
             count: 0,
         };
-        let mut of_sets = vec![None; places as usize];
-        for &place in &order {
-            this.of_places[place.index()] = *of_sets[sets.find(place.0) as usize].get_or_insert_with(|| {
+        let mut of_sets = vec![None; triangle_count as usize];
+        for &triangle in &order {
+            this.of_triangles[triangle.index()] = *of_sets[sets.find(triangle.0) as usize].get_or_insert_with(|| {
                 this.count += 1;
                 this.count - 1
             });
@@ -58,42 +60,43 @@ impl Parts {
     }
 }
 
-/// What is known of a region so far.
+/// The known properties of a region.
 #[derive(Clone, Copy, Default)]
-struct Marks {
-    /// Whether it may lie in several tiles.
+struct RegionMarks {
+    /// Whether it may extend over several tiles.
     is_spanning: bool,
     is_seeded: bool,
     reaches_hull: bool,
 }
 
-/// Joins parts: takes all tiles in order.
-pub(crate) struct Joining {
-    /// The outside is number 0.
+/// The join of parts, which takes all tiles in order.
+pub(crate) struct RegionJoin {
+    /// Node 0 is the outside.
     regions: UnionFind,
     depths: WeightedUnionFind,
-    marks: Vec<Marks>,
-    /// The number that each part's region had, or [`NEW`].
-    had: Vec<u64>,
+    marks: Vec<RegionMarks>,
+    /// The former region number of each part, or [`NEW`].
+    previous: Vec<u64>,
     /// The first part of each tile.
     first: Vec<u32>,
-    /// Triangles of several tiles that some have not come of: a part of theirs, and how many tiles are left.
+    /// Triangles of several tiles some of which have not come: one of their parts, and the number
+    /// of tiles that are left.
     waiting: HashMap<[VertexId; 3], (u32, u8)>,
     seeds: Seeds,
     rules: HoleRules,
     pub(crate) constraint_edges: u64,
 }
 
-impl Joining {
-    /// Bytes that each part takes.
+impl RegionJoin {
+    /// Bytes of memory of each part.
     pub(crate) const BYTES: u64 = 32;
 
     pub(crate) fn new(metadata: &Metadata) -> Self {
         Self {
             regions: UnionFind::new(1),
             depths: WeightedUnionFind::new(1),
-            marks: vec![Marks::default()],
-            had: vec![0],
+            marks: vec![RegionMarks::default()],
+            previous: vec![0],
             first: Vec::new(),
             waiting: HashMap::new(),
             seeds: Seeds::new(metadata.seeds.clone()),
@@ -105,15 +108,15 @@ impl Joining {
         }
     }
 
-    /// Bytes that it takes in memory.
+    /// Returns the bytes of memory that it takes.
     pub(crate) fn byte_size(&self) -> u64 {
         self.marks.len() as u64 * Self::BYTES + 64 * self.waiting.len() as u64
     }
 
-    /// Takes the next tile; `before` is the tile as it was, if it is not changed.
+    /// Adds the next tile. `before` is the tile in the file, if it is unchanged.
     ///
-    /// An error is a ring that does not close: the line of an edge of it.
-    pub(crate) fn take(&mut self, tile: &EditTile, parts: &Parts, before: Option<&Tile>) -> Result<(), EditError> {
+    /// Returns an error if a ring does not close, with the line of one of its edges.
+    pub(crate) fn take(&mut self, tile: &EditTile, parts: &TileParts, before: Option<&Tile>) -> Result<(), EditError> {
         let first = self.marks.len() as u32;
         self.first.push(first);
         let end = first
@@ -121,37 +124,37 @@ impl Joining {
             .ok_or_else(|| EditError::Internal("too many parts".to_owned()))?;
         self.regions.grow(parts.count);
         self.depths.grow(parts.count);
-        self.marks.resize(end as usize, Marks::default());
-        self.had.resize(end as usize, NEW);
-        let node = |place: TriangleId| first + parts.of_places[place.index()];
+        self.marks.resize(end as usize, RegionMarks::default());
+        self.previous.resize(end as usize, NEW);
+        let node = |triangle: TriangleId| first + parts.of_triangles[triangle.index()];
         let (order, core_count) = tile.in_order();
         if let Some(before) = before {
-            // The places of a tile that is not changed are its triangles.
-            for &place in &order {
-                let had = &mut self.had[node(place) as usize];
-                *had = (*had).min(before.region(place));
+            // In an unchanged tile, triangles have the same numbers as in the file.
+            for &triangle in &order {
+                let previous = &mut self.previous[node(triangle) as usize];
+                *previous = (*previous).min(before.region(triangle));
             }
         }
-        for &place in &order[core_count..] {
-            self.join_across_tiles(tile, place, node(place));
+        for &triangle in &order[core_count..] {
+            self.join_across_tiles(tile, triangle, node(triangle));
         }
         self.seed(tile, &order, node);
-        for &place in &order {
-            for side in HalfEdge::of_triangle(place) {
-                if tile.twin(side) == Twin::Hull && !tile.is_constraint(side) {
-                    self.marks[node(place) as usize].reaches_hull = true;
-                    // Where nothing parts them, the region is as deep as the outside.
-                    self.deepen([node(place), 0], 0, None)?;
+        for &triangle in &order {
+            for half_edge in HalfEdge::of_triangle(triangle) {
+                if tile.twin(half_edge) == Twin::Hull && !tile.is_constraint(half_edge) {
+                    self.marks[node(triangle) as usize].reaches_hull = true;
+                    // Without a constraint in between, the region is as deep as the outside.
+                    self.deepen([node(triangle), 0], 0, None)?;
                 }
             }
         }
-        for (side, sources) in tile.owned_constraints() {
+        for (half_edge, sources) in tile.owned_constraints() {
             self.constraint_edges += 1;
-            let left = node(side.triangle());
-            let twin = tile.twin(side).half_edge();
+            let left = node(half_edge.triangle());
+            let twin = tile.twin(half_edge).half_edge();
             let right = twin.map_or(0, |twin| node(twin.triangle()));
-            // They are as seen from the smaller corner.
-            let is_against = tile.origin(side) > tile.destination(side);
+            // Sources are seen from the smaller corner.
+            let is_against = tile.origin(half_edge) > tile.destination(half_edge);
             let change: i32 = sources.iter().map(|source| source.depth_change()).sum();
             self.deepen(
                 [left, right],
@@ -171,9 +174,9 @@ impl Joining {
         })
     }
 
-    /// Joins the parts of several tiles that a triangle of theirs is of.
-    fn join_across_tiles(&mut self, tile: &EditTile, place: TriangleId, node: u32) {
-        let (corners, _) = tile.triangle(HalfEdge::new(place, 0));
+    /// Joins the parts of several tiles that have a triangle in common.
+    fn join_across_tiles(&mut self, tile: &EditTile, triangle: TriangleId, node: u32) {
+        let (corners, _) = tile.triangle(HalfEdge::new(triangle, 0));
         let mut ids = corners.map(|vertex| vertex.id);
         if ids.iter().all(|id| id.tile == tile.id) {
             return;
@@ -191,7 +194,7 @@ impl Joining {
             self.waiting.remove(&ids);
         }
         self.regions.union(node, other);
-        // They are parts of one region.
+        // Both are parts of one region.
         self.depths.union(node, other, 0);
     }
 
@@ -199,16 +202,17 @@ impl Joining {
         if self.seeds.is_empty() {
             return;
         }
-        for &place in order {
-            let (corners, _) = tile.triangle(HalfEdge::new(place, 0));
+        for &triangle in order {
+            let (corners, _) = tile.triangle(HalfEdge::new(triangle, 0));
             if self.seeds.any_in(corners.map(|vertex| vertex.point)) {
-                self.marks[node(place) as usize].is_seeded = true;
+                self.marks[node(triangle) as usize].is_seeded = true;
             }
         }
     }
 
-    /// Numbers the regions, of which there were so many, and so many that might lie in several tiles.
-    pub(crate) fn finish(mut self, metadata: &Metadata) -> Result<Labels, EditError> {
+    /// Numbers the regions. `metadata` has the former number of regions that might extend over
+    /// several tiles.
+    pub(crate) fn finish(mut self, metadata: &Metadata) -> Result<RegionLabels, EditError> {
         if !self.waiting.is_empty() {
             return Err(EditError::Internal(
                 "a triangle is missing in one of its tiles".to_owned(),
@@ -227,11 +231,11 @@ impl Joining {
             of_root.is_spanning |= marks.is_spanning;
             of_root.is_seeded |= marks.is_seeded;
             of_root.reaches_hull |= marks.reaches_hull;
-            self.had[root as usize] = self.had[root as usize].min(self.had[node as usize]);
+            self.previous[root as usize] = self.previous[root as usize].min(self.previous[node as usize]);
         }
-        let numbers = numbered(&roots, &self.marks, &self.had, metadata);
+        let numbers = number_regions(&roots, &self.marks, &self.previous, metadata);
         let mut of_regions = vec![Component::default(); nodes as usize];
-        let mut labels = Labels {
+        let mut labels = RegionLabels {
             first: self.first,
             of_parts: Vec::new(),
             regions: roots.len() as u64,
@@ -253,39 +257,41 @@ impl Joining {
     }
 }
 
-struct Numbers {
+struct RegionNumbers {
     of_roots: Vec<u64>,
     spanning: u64,
 }
 
-/// Numbers regions: those that may lie in several tiles first; each keeps the number that it had, where that can be.
-fn numbered(roots: &[u32], marks: &[Marks], had: &[u64], metadata: &Metadata) -> Numbers {
+/// Numbers regions. Those that may extend over several tiles get the first numbers. Each region
+/// keeps its former number where possible.
+fn number_regions(roots: &[u32], marks: &[RegionMarks], previous: &[u64], metadata: &Metadata) -> RegionNumbers {
     let count = roots.len() as u64;
     let spanning_now = roots.iter().filter(|&&root| marks[root as usize].is_spanning).count() as u64;
     let spanning = spanning_now.max(metadata.spanning_regions.min(count));
     let mut is_taken = vec![false; roots.len()];
     let mut of_roots = vec![None; roots.len()];
     for (&root, number) in roots.iter().zip(&mut of_roots) {
-        let wanted = had[root as usize];
+        let wanted = previous[root as usize];
         let fits = wanted < count && (wanted < spanning || !marks[root as usize].is_spanning);
         if fits && !is_taken[wanted as usize] {
             is_taken[wanted as usize] = true;
             *number = Some(wanted);
         }
     }
-    // Those that span take what is free first; it must be among the first numbers, from which others may have to go.
+    // Spanning regions take free numbers first. Theirs must be among the first numbers, so other
+    // regions may have to give these up.
     let mut low = 0;
     let mut displaced = Vec::new();
     let mut holder: HashMap<u64, usize> = HashMap::new();
-    for (place, number) in of_roots.iter().enumerate() {
+    for (index, number) in of_roots.iter().enumerate() {
         if let Some(number) = number.filter(|number| *number < spanning)
-            && !marks[roots[place] as usize].is_spanning
+            && !marks[roots[index] as usize].is_spanning
         {
-            holder.insert(number, place);
+            holder.insert(number, index);
         }
     }
-    for place in 0..roots.len() {
-        if of_roots[place].is_some() || !marks[roots[place] as usize].is_spanning {
+    for index in 0..roots.len() {
+        if of_roots[index].is_some() || !marks[roots[index] as usize].is_spanning {
             continue;
         }
         while low < spanning && is_taken[low as usize] && !holder.contains_key(&low) {
@@ -295,24 +301,24 @@ fn numbered(roots: &[u32], marks: &[Marks], had: &[u64], metadata: &Metadata) ->
             displaced.push(other);
         }
         is_taken[low as usize] = true;
-        of_roots[place] = Some(low);
+        of_roots[index] = Some(low);
         low += 1;
     }
-    for &place in &displaced {
-        of_roots[place] = None;
+    for &index in &displaced {
+        of_roots[index] = None;
     }
     let mut free = (0..count).filter(|&number| !is_taken[number as usize]);
     let of_roots = of_roots
         .into_iter()
         .map(|number| number.or_else(|| free.next()).unwrap_or(NEW));
-    Numbers {
+    RegionNumbers {
         of_roots: of_roots.collect(),
         spanning,
     }
 }
 
-/// What is true of the regions of all triangles.
-pub(crate) struct Labels {
+/// The properties of the regions of all triangles.
+pub(crate) struct RegionLabels {
     first: Vec<u32>,
     of_parts: Vec<Component>,
     pub(crate) regions: u64,
@@ -320,10 +326,10 @@ pub(crate) struct Labels {
     pub(crate) hole_regions: u64,
 }
 
-impl Labels {
-    /// Of a triangle of a tile.
-    pub(crate) fn of(&self, tile: TileId, parts: &Parts, place: TriangleId) -> Component {
-        let node = self.first[tile.0 as usize] + parts.of_places[place.index()];
+impl RegionLabels {
+    /// Returns the properties of the region of a triangle.
+    pub(crate) fn of(&self, tile: TileId, parts: &TileParts, triangle: TriangleId) -> Component {
+        let node = self.first[tile.0 as usize] + parts.of_triangles[triangle.index()];
         self.of_parts[node as usize]
     }
 }

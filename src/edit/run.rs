@@ -1,4 +1,4 @@
-//! An edit from its beginning to its end: vertices, pieces, regions, the directory.
+//! An edit from start to end: vertices, segments, regions, the directory.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,7 +11,7 @@ use crate::constraints::segment::Segment;
 use crate::edit::ends::find_ends;
 use crate::edit::error::EditError;
 use crate::edit::labelling::{join, label};
-use crate::edit::strip::{Inserting, Piece};
+use crate::edit::strip::{LocatedSegment, SegmentInserter};
 use crate::edit::summary::EditSummary;
 use crate::edit::target::Target;
 use crate::edit::tiles::Tiles;
@@ -35,7 +35,7 @@ pub(crate) async fn edit(
     let path = target.path.clone();
     let task = move || {
         let is_stopped = || stopped.load(Ordering::Relaxed) || is_cancelled();
-        // If nobody waits for the answer any more, nobody needs it.
+        // If the receiver is gone, the result is not needed.
         let _ = reply.send(edit_here(target, &work, memory, &is_stopped, runtime));
     };
     start_thread("tile-edit", task).map_err(|error| EditError::io(&path, "start a thread to edit", error))?;
@@ -43,7 +43,7 @@ pub(crate) async fn edit(
     done.await.map_err(gone)?
 }
 
-/// Stops the thread when nobody waits for it any more.
+/// Stops the thread when nothing waits for its result any more.
 struct StopOnDrop(Arc<AtomicBool>);
 
 impl Drop for StopOnDrop {
@@ -72,7 +72,7 @@ fn edit_here(
     if let Some(inverted) = work.inverted {
         return Err(EditError::Inverted(inverted));
     }
-    let totals = Totals {
+    let totals = EditTotals {
         vertices,
         constraint_edges,
         regions,
@@ -89,7 +89,7 @@ fn edit_here(
         constraint_edges,
         tiles: tiles_written as u64,
         tile_reads,
-        triangles_looked_at: inserted.looked_at,
+        triangles_looked_at: inserted.examined,
         regions,
         hole_regions,
         hole_triangles: totals.hole_triangles,
@@ -105,36 +105,36 @@ fn insert(
     work: &Work,
     ends: &[Vertex],
     is_stopped: &dyn Fn() -> bool,
-) -> Result<Inserting, EditError> {
-    let mut inserting = Inserting::default();
-    for piece in pieces(&work.segments, ends) {
+) -> Result<SegmentInserter, EditError> {
+    let mut inserter = SegmentInserter::default();
+    for segment in in_curve_order(&work.segments, ends) {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
-        inserting.insert(tiles, piece)?;
+        inserter.insert(tiles, segment)?;
     }
-    Ok(inserting)
+    Ok(inserter)
 }
 
-/// Puts segments in the order of a space-filling curve, so that those that cross the same tiles come together; these are the vertices at
-/// their ends.
-fn pieces(segments: &[Segment], ends: &[Vertex]) -> impl Iterator<Item = Piece> {
+/// Returns segments in the order of a space-filling curve, so that segments that cross the same
+/// tiles come together. `ends` has the vertices at their ends.
+fn in_curve_order(segments: &[Segment], ends: &[Vertex]) -> impl Iterator<Item = LocatedSegment> {
     let middle = |Segment { ends: [a, b], .. }: &Segment| Point::new((a.x + b.x) / 2.0, (a.y + b.y) / 2.0);
     let square = MortonSquare::around(Rect::around(segments.iter().map(middle)));
     let (ends, _) = ends.as_chunks();
     let keys = segments.iter().map(|segment| square.key(middle(segment)));
     let mut order: Vec<(u64, u32)> = keys.zip(0..).collect();
     order.sort_unstable();
-    order.into_iter().map(move |(_, number)| Piece {
+    order.into_iter().map(move |(_, number)| LocatedSegment {
         ends: ends[number as usize],
         source: segments[number as usize].source,
     })
 }
 
-/// What changes in the directory of a file, beside its tiles.
+/// The changes of a file's directory, besides its tiles.
 #[derive(Clone, Copy)]
-struct Totals {
-    /// Vertices that are new.
+struct EditTotals {
+    /// Number of new vertices.
     vertices: u64,
     constraint_edges: u64,
     regions: u64,
@@ -143,8 +143,8 @@ struct Totals {
     hole_triangles: u64,
 }
 
-/// Enters an edit in the directory, whose tiles are as they are now.
-fn enter(directory: &mut Directory, work: &Work, totals: Totals) {
+/// Enters an edit in the directory, whose tiles are up to date.
+fn enter(directory: &mut Directory, work: &Work, totals: EditTotals) {
     let tiles = &directory.tiles;
     let before = std::mem::take(&mut directory.metadata);
     let most = tiles.iter().map(|tile| tile.vertices).max();

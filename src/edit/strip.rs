@@ -1,15 +1,16 @@
-//! Inserts a piece into the tiles that it crosses.
+//! Insertion of a segment into the tiles that it crosses.
 //!
-//! The piece is followed from one vertex to the next on it, from tile to tile. The triangles that it crosses, a *strip*, are all
-//! that changes (Wu, Lemma 3.3.6); they are triangulated anew by themselves as in core, and each tile with a vertex of theirs
-//! takes the old ones out and the new ones in.
+//! The segment is followed from one vertex on it to the next, from tile to tile. Only the triangles
+//! that it crosses, a *strip*, change (Wu, Lemma 3.3.6). They are triangulated anew by themselves,
+//! as in core. Each tile with a vertex of the strip removes the old triangles and adds the new
+//! ones.
 
 use foldhash::{HashMap, HashMapExt};
 
 use crate::edit::contradiction::Contradiction;
 use crate::edit::error::EditError;
 use crate::edit::exchange::exchange;
-use crate::edit::patch::{Beside, New, Old, Patch};
+use crate::edit::patch::{NewTriangle, OldTriangle, Patch, PatchTwin};
 use crate::edit::tile::EditTile;
 use crate::edit::tile::hubs::MOST_AROUND;
 use crate::edit::tiles::{Pin, Tiles};
@@ -17,22 +18,22 @@ use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 use crate::mesh::{Cavity, Topology, WALLS};
 use crate::store::{EdgeSource, Vertex, VertexId};
 
-/// A part of a line between two vertices of the file, to become constraint edges.
+/// A segment between two vertices of the file, to become constraint edges.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Piece {
+pub(crate) struct LocatedSegment {
     pub(crate) ends: [Vertex; 2],
     pub(crate) source: EdgeSource,
 }
 
-/// Where a line has come from a vertex.
+/// The way from a vertex to the next vertex on a line.
 enum Reached {
-    /// Along an edge, of these triangles, to the next vertex.
+    /// Along an edge, of these triangles, to this vertex.
     Along(Vertex, Vec<[VertexId; 3]>),
     /// Through the triangles of the strip, to this vertex.
     Through(Vertex),
 }
 
-/// How a line leaves a vertex.
+/// The direction in which a line leaves a vertex.
 enum Leaving {
     /// Along the edge of this half-edge, to the next vertex.
     Along(HalfEdge, Vertex),
@@ -40,123 +41,132 @@ enum Leaving {
     Into(HalfEdge),
 }
 
-/// Inserts pieces. Keeps its memory from one to the next.
+/// An inserter of segments, which reuses its buffers.
 #[derive(Default)]
-pub(crate) struct Inserting {
+pub(crate) struct SegmentInserter {
     cavity: Cavity,
-    /// The triangles that a piece crosses, in order.
+    /// The triangles that a segment crosses, in order.
     strip: Patch,
-    /// Their boundary on both sides of the piece.
+    /// The boundary of the strip on both sides of the segment.
     left: Chain,
     right: Chain,
-    /// Whether it may pass an edge twice: it passes a vertex twice.
+    /// Whether the boundary may pass an edge twice, because it passes a vertex twice.
     is_passed_twice: bool,
-    /// How often lines of this edit run along edges as the rings of obstacles, which count each time.
+    /// How often lines of this edit run along an edge as rings of obstacles. Each time counts.
     times: HashMap<(EdgeKey, EdgeSource), usize>,
-    /// Edges that became constraints.
+    /// Number of edges that became constraints.
     pub(crate) edges: u64,
-    /// Triangles that were looked at to follow the pieces.
-    pub(crate) looked_at: u64,
+    /// Number of triangles that were examined to follow the segments.
+    pub(crate) examined: u64,
 }
 
 type EdgeKey = [VertexId; 2];
 
-/// The boundary of a strip on one side of a piece, by the patch's numbers.
+/// The boundary of a strip on one side of a segment, by the patch's numbers.
 #[derive(Default)]
 struct Chain {
     vertices: Vec<u32>,
-    /// Between each vertex and the next, the half-edge of the old triangle there.
-    sides: Vec<HalfEdge>,
+    /// The half-edge of the old triangle between each vertex and the next.
+    half_edges: Vec<HalfEdge>,
 }
 
 impl Chain {
-    fn push(&mut self, vertex: u32, side: HalfEdge) {
+    fn push(&mut self, vertex: u32, half_edge: HalfEdge) {
         self.vertices.push(vertex);
-        self.sides.push(side);
+        self.half_edges.push(half_edge);
     }
 }
 
-impl Inserting {
-    /// Makes a piece a chain of constraint edges.
-    pub(crate) fn insert(&mut self, tiles: &mut Tiles, piece: Piece) -> Result<(), EditError> {
-        let [mut at, mut to] = piece.ends;
+impl SegmentInserter {
+    /// Makes a segment a chain of constraint edges.
+    pub(crate) fn insert(&mut self, tiles: &mut Tiles, segment: LocatedSegment) -> Result<(), EditError> {
+        let [mut at, mut to] = segment.ends;
         while at.id != to.id {
             let is_back = is_shorter_from_end(tiles, [at, to])?;
             let [start, end] = if is_back { [to, at] } else { [at, to] };
-            let next = match self.follow(tiles, start, end.point, piece)? {
+            let next = match self.follow(tiles, start, end.point, segment)? {
                 Reached::Along(next, triangles) => {
-                    mark(tiles, &triangles, piece.source.is_wall())?;
+                    mark(tiles, &triangles, segment.source.is_wall())?;
                     next
                 }
                 Reached::Through(next) => {
-                    self.replace(tiles, piece.source.is_wall())?;
+                    self.replace(tiles, segment.source.is_wall())?;
                     next
                 }
             };
             let part = if is_back { [next, to] } else { [at, next] };
-            self.note(tiles, part, piece.source)?;
+            self.note(tiles, part, segment.source)?;
             *(if is_back { &mut to } else { &mut at }) = next;
         }
         Ok(())
     }
 
-    /// Follows a line from a vertex to the next one on it, and collects what it crosses.
-    fn follow(&mut self, tiles: &mut Tiles, from: Vertex, to: Point, piece: Piece) -> Result<Reached, EditError> {
+    /// Follows a line from a vertex to the next one on it, and collects the triangles that it
+    /// crosses.
+    fn follow(
+        &mut self,
+        tiles: &mut Tiles,
+        from: Vertex,
+        to: Point,
+        segment: LocatedSegment,
+    ) -> Result<Reached, EditError> {
         let tile = tiles.get(from.id.tile)?;
         match self.leave(&tile, from, to) {
             Some(Leaving::Along(edge, next)) => {
-                let sides = [Some(edge), tile.twin(edge).half_edge()].into_iter().flatten();
-                let corners = |side| tile.triangle(side).0.map(|vertex| vertex.id);
-                Ok(Reached::Along(next, sides.map(corners).collect()))
+                let half_edges = [Some(edge), tile.twin(edge).half_edge()].into_iter().flatten();
+                let corners = |half_edge| tile.triangle(half_edge).0.map(|vertex| vertex.id);
+                Ok(Reached::Along(next, half_edges.map(corners).collect()))
             }
-            Some(Leaving::Into(side)) => self.cross(tiles, tile, side, [from.point, to], piece),
+            Some(Leaving::Into(half_edge)) => self.cross(tiles, tile, half_edge, [from.point, to], segment),
             None => Err(tiles.damaged(from.id.tile, Contradiction::NoWay)),
         }
     }
 
-    /// How a line leaves a vertex, in a tile that has this.
+    /// Returns how a line leaves a vertex, in a tile that has the vertex.
     fn leave(&mut self, tile: &EditTile, from: Vertex, to: Point) -> Option<Leaving> {
         let is_ahead = |p: Point| p.lex_cmp(from.point) == to.lex_cmp(from.point);
-        tile.around(from.id.index).find_map(|side| {
-            self.looked_at += 1;
-            let [right, left] = [side.next(), side.prev()].map(|side| tile.from(side));
+        tile.around(from.id.index).find_map(|half_edge| {
+            self.examined += 1;
+            let [right, left] = [half_edge.next(), half_edge.prev()].map(|half_edge| tile.origin_vertex(half_edge));
             match [right, left].map(|vertex| orient2d(from.point, vertex.point, to)) {
-                [Orientation::Collinear, _] if is_ahead(right.point) => Some(Leaving::Along(side, right)),
-                [_, Orientation::Collinear] if is_ahead(left.point) => Some(Leaving::Along(side.prev(), left)),
-                [Orientation::CounterClockwise, Orientation::Clockwise] => Some(Leaving::Into(side)),
+                [Orientation::Collinear, _] if is_ahead(right.point) => Some(Leaving::Along(half_edge, right)),
+                [_, Orientation::Collinear] if is_ahead(left.point) => Some(Leaving::Along(half_edge.prev(), left)),
+                [Orientation::CounterClockwise, Orientation::Clockwise] => Some(Leaving::Into(half_edge)),
                 _ => None,
             }
         })
     }
 
-    /// Follows a line through the triangle of a side that starts where it does, up to the next vertex on it.
+    /// Follows a line through the triangle of a half-edge that starts where the line starts, up to
+    /// the next vertex on the line.
     fn cross(
         &mut self,
         tiles: &Tiles,
         mut tile: Pin,
-        side: HalfEdge,
+        half_edge: HalfEdge,
         line: [Point; 2],
-        piece: Piece,
+        segment: LocatedSegment,
     ) -> Result<Reached, EditError> {
-        // The side by which the line leaves a triangle, and the numbers of its ends, the right one first.
-        let (mut gate, mut ends) = (side.next(), self.begin(&tile, side));
+        // The half-edge through which the line leaves a triangle, and the numbers of its ends, the
+        // right one first.
+        let (mut gate, mut ends) = (half_edge.next(), self.begin(&tile, half_edge));
         loop {
             if tile.is_constraint(gate) {
-                let ends = [gate, gate.next()].map(|side| tile.from(side));
-                return Err(crossed(tiles, line, ends, piece));
+                let ends = [gate, gate.next()].map(|half_edge| tile.origin_vertex(half_edge));
+                return Err(crossed(tiles, line, ends, segment));
             }
             let id = tile.id;
-            let Some((there, entered)) = tiles.over(tile, gate)? else {
+            let Some((there, entered)) = tiles.twin(tile, gate)? else {
                 return Err(tiles.damaged(id, Contradiction::LineLeaves));
             };
             tile = there;
-            self.looked_at += 1;
+            self.examined += 1;
             let triangle = self.strip.old.len() as u32;
-            // A triangle takes more than a byte of the file.
+            // A triangle takes more than one byte of the file.
             if u64::from(triangle) > tiles.length() {
                 return Err(tiles.damaged(id, Contradiction::EndlessLine));
             }
-            let apex = tile.from(entered.prev());
+            let apex = tile.origin_vertex(entered.prev());
             let number = self.push(&tile, entered, ends, apex);
             let [_, right, left] = HalfEdge::of_triangle(TriangleId(triangle));
             match orient2d(line[0], line[1], apex.point) {
@@ -177,37 +187,40 @@ impl Inserting {
         }
     }
 
-    /// Begins a strip with the triangle of a side, which starts where the piece does. Returns the numbers of the other two corners.
-    fn begin(&mut self, tile: &EditTile, side: HalfEdge) -> [u32; 2] {
+    /// Begins a strip with the triangle of a half-edge that starts where the segment starts.
+    /// Returns the numbers of the other two corners.
+    fn begin(&mut self, tile: &EditTile, half_edge: HalfEdge) -> [u32; 2] {
         self.strip.clear();
         self.is_passed_twice = false;
-        let (corners, bits) = tile.triangle(side);
+        let (corners, bits) = tile.triangle(half_edge);
         let [from, right, left] = corners.map(|corner| self.strip.number(corner).0);
         self.strip
             .old
-            .push(Old::new([from, right, left], bits, (tile.id, side)));
+            .push(OldTriangle::new([from, right, left], bits, (tile.id, half_edge)));
         let [on_right, _, on_left] = HalfEdge::of_triangle(TriangleId(0));
-        for (chain, vertex, side) in [(&mut self.right, right, on_right), (&mut self.left, left, on_left)] {
+        for (chain, vertex, half_edge) in [(&mut self.right, right, on_right), (&mut self.left, left, on_left)] {
             chain.vertices.clear();
-            chain.sides.clear();
+            chain.half_edges.clear();
             chain.vertices.push(from);
-            chain.push(vertex, side);
+            chain.push(vertex, half_edge);
         }
         [right, left]
     }
 
-    /// Adds the triangle that the piece enters by a side, between the numbers of its ends. Returns that of the apex.
+    /// Adds the triangle that the segment enters through a half-edge, given the numbers of its
+    /// ends. Returns the number of the apex.
     fn push(&mut self, tile: &EditTile, entered: HalfEdge, [right, left]: [u32; 2], apex: Vertex) -> u32 {
         let (apex, is_new) = self.strip.number(apex);
         self.is_passed_twice |= !is_new;
         let bits = tile.bits_from(entered);
         self.strip
             .old
-            .push(Old::new([left, right, apex], bits, (tile.id, entered)));
+            .push(OldTriangle::new([left, right, apex], bits, (tile.id, entered)));
         apex
     }
 
-    /// Triangulates the strip anew on both sides of a piece between two of its vertices, in all tiles that have some of it.
+    /// Triangulates the strip anew on both sides of a segment between two of its vertices, in all
+    /// tiles that have some of its triangles.
     fn replace(&mut self, tiles: &mut Tiles, is_wall: bool) -> Result<(), EditError> {
         let Self {
             cavity,
@@ -218,9 +231,9 @@ impl Inserting {
         } = self;
         // Both chains have their polygon on the left of the line between their ends.
         right.vertices.reverse();
-        right.sides.reverse();
-        let mut on_piece = [HalfEdge(0); 2];
-        for (chain, on_piece) in [left, right].into_iter().zip(&mut on_piece) {
+        right.half_edges.reverse();
+        let mut on_segment = [HalfEdge(0); 2];
+        for (chain, on_segment) in [left, right].into_iter().zip(&mut on_segment) {
             let points = chain
                 .vertices
                 .iter()
@@ -228,15 +241,15 @@ impl Inserting {
             if !cavity.triangulate(points) {
                 return Err(EditError::Internal("a line does not cross what it crossed".to_owned()));
             }
-            *on_piece = fill(strip, chain, cavity, self.is_passed_twice);
+            *on_segment = fill(strip, chain, cavity, self.is_passed_twice);
         }
-        for [side, twin] in [on_piece, [on_piece[1], on_piece[0]]] {
-            strip.new[side.triangle().index()].set(side, Beside::New(twin), constraint_bits(is_wall));
+        for [half_edge, twin] in [on_segment, [on_segment[1], on_segment[0]]] {
+            strip.new[half_edge.triangle().index()].set(half_edge, PatchTwin::New(twin), constraint_bits(is_wall));
         }
         exchange(strip, tiles)
     }
 
-    /// Notes the source of an edge in the tile that it belongs to.
+    /// Adds the source of an edge in the tile that the edge belongs to.
     fn note(&mut self, tiles: &mut Tiles, ends: [Vertex; 2], source: EdgeSource) -> Result<(), EditError> {
         self.edges += 1;
         let [a, b] = ends;
@@ -257,60 +270,61 @@ impl Inserting {
     }
 }
 
-/// Whether a line is to be followed from its end: its start has many triangles, since thousands of lines may share it, and its end
-/// has fewer.
+/// Returns whether to follow a line from its end: its start has many triangles, since thousands of
+/// lines may share it, and its end has fewer.
 fn is_shorter_from_end(tiles: &Tiles, [start, end]: [Vertex; 2]) -> Result<bool, EditError> {
     let around = |vertex: Vertex| tiles.get(vertex.id.tile).map(|tile| tile.degree(vertex.id.index));
     let at_start = around(start)?;
     Ok(at_start > MOST_AROUND && around(end)? < at_start)
 }
 
-/// Puts the triangles of a cavity into the patch. Returns the side on the piece.
+/// Adds the triangles of a cavity to the patch. Returns the half-edge on the segment.
 fn fill(strip: &mut Patch, chain: &Chain, cavity: &Cavity, is_passed_twice: bool) -> HalfEdge {
     let first = strip.new.len() as u32;
-    let of_patch = |side: HalfEdge| HalfEdge(3 * first + side.0);
+    let of_patch = |half_edge: HalfEdge| HalfEdge(3 * first + half_edge.0);
     for (corners, number) in cavity.triangles.iter().zip((0..).map(TriangleId)) {
-        // A side without a twin is on the chain, or on the piece: what lies there comes later.
-        let across = |side| {
-            let twin = cavity.twin(side);
-            twin.map_or(Beside::Hull, |twin| Beside::New(of_patch(twin)))
+        // A half-edge without a twin is on the chain or on the segment. Its twin is set later.
+        let twin_of = |half_edge| {
+            let twin = cavity.twin(half_edge);
+            twin.map_or(PatchTwin::Hull, |twin| PatchTwin::New(of_patch(twin)))
         };
-        strip.new.push(New {
+        strip.new.push(NewTriangle {
             corners: corners.map(|position| chain.vertices[position as usize]),
             bits: 0,
-            across: HalfEdge::of_triangle(number).map(across),
+            twins: HalfEdge::of_triangle(number).map(twin_of),
         });
     }
-    // An edge between two triangles of the strip that the piece does not cross is passed twice: a constraint that dangles into the cavity,
-    // or an edge from which triangles hang that the piece does not cross.
+    // An edge between two triangles of the strip that the segment does not cross is passed twice.
+    // It is a constraint that dangles into the cavity, or an edge from which triangles hang that
+    // the segment does not cross.
     let mut positions: HashMap<[u32; 2], usize> = HashMap::new();
     if is_passed_twice {
         let edges = chain.vertices.array_windows().zip(0..);
         positions.extend(edges.map(|(&edge, position)| (edge, position)));
     }
-    for (position, (&[from, to], &old)) in chain.vertices.array_windows().zip(&chain.sides).enumerate() {
-        let side = of_patch(cavity.sides[position]);
-        let twin = positions.get(&[to, from]).map(|&other| of_patch(cavity.sides[other]));
+    for (position, (&[from, to], &old)) in chain.vertices.array_windows().zip(&chain.half_edges).enumerate() {
+        let half_edge = of_patch(cavity.edges[position]);
+        let twin = positions.get(&[to, from]).map(|&other| of_patch(cavity.edges[other]));
         let bits = strip.old[old.triangle().index()].bits >> old.corner() & constraint_bits(true);
-        let across = twin.map_or(Beside::Old(old), Beside::New);
-        strip.new[side.triangle().index()].set(side, across, bits);
+        let twin = twin.map_or(PatchTwin::Old(old), PatchTwin::New);
+        strip.new[half_edge.triangle().index()].set(half_edge, twin, bits);
     }
-    of_patch(cavity.sides[chain.sides.len()])
+    of_patch(cavity.edges[chain.half_edges.len()])
 }
 
-/// The bits of a triangle's first side, if that is a constraint.
+/// Returns the bits of a constraint that is the first half-edge of a triangle.
 fn constraint_bits(is_wall: bool) -> u8 {
     1 | u8::from(is_wall) << WALLS
 }
 
-/// Makes the first sides of these triangles constraints, in all tiles that have them.
+/// Makes the first half-edges of these triangles constraints, in all tiles that have the triangles.
 fn mark(tiles: &mut Tiles, triangles: &[[VertexId; 3]], is_wall: bool) -> Result<(), EditError> {
     let bits = constraint_bits(is_wall);
     for corners in triangles {
         let mut of_tiles = corners.map(|id| id.tile);
         of_tiles.sort_unstable();
         for id in of_tiles.chunk_by(|a, b| a == b).map(|same| same[0]) {
-            if !tiles.change(id)?.fix(*corners, bits) {
+            if !tiles.change(id)?.mark_constraint(*corners, bits) {
                 return Err(tiles.damaged(id, Contradiction::MissingTriangle));
             }
         }
@@ -318,22 +332,22 @@ fn mark(tiles: &mut Tiles, triangles: &[[VertexId; 3]], is_wall: bool) -> Result
     Ok(())
 }
 
-/// The error for a line that crosses a constraint.
-fn crossed(tiles: &Tiles, line: [Point; 2], edge: [Vertex; 2], piece: Piece) -> EditError {
+/// Returns the error for a line that crosses a constraint.
+fn crossed(tiles: &Tiles, line: [Point; 2], edge: [Vertex; 2], segment: LocatedSegment) -> EditError {
     // The tile that the edge belongs to knows its lines.
     let edge = match edge[0].point.lex_cmp(edge[1].point).is_lt() {
         true => edge,
         false => [edge[1], edge[0]],
     };
     let by = tiles.get(edge[0].id.tile).ok().and_then(|tile| {
-        let side = tile.side_between(edge[0].id, edge[1].id);
-        let side = side.or_else(|| tile.side_between(edge[1].id, edge[0].id))?;
-        tile.sources_of(side).first().copied()
+        let half_edge = tile.half_edge_between(edge[0].id, edge[1].id);
+        let half_edge = half_edge.or_else(|| tile.half_edge_between(edge[1].id, edge[0].id))?;
+        tile.sources_of(half_edge).first().copied()
     });
     EditError::Crossed {
-        line: piece.source,
+        line: segment.source,
         other: by,
-        piece: line,
+        subsegment: line,
         edge: edge.map(|vertex| vertex.point),
     }
 }

@@ -1,33 +1,33 @@
-//! What an edit did.
+//! The result of an edit.
 
-/// What an edit did.
+/// The result of an edit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct EditSummary {
-    /// Segments that came in.
+    /// Number of segments of the input.
     pub segments: u64,
-    /// Vertices that their ends became, where there were none.
+    /// Number of vertices that were added at their ends.
     pub vertices: u64,
-    /// Edges along them, those that were constraints before included.
+    /// Number of edges along the segments, including those that were constraints before.
     pub edges: u64,
-    /// Constraint edges of the file.
+    /// Number of constraint edges of the file.
     pub constraint_edges: u64,
-    /// Tiles that had to be written again.
+    /// Number of tiles that were written again.
     pub tiles: u64,
-    /// Tiles that were read for the lines, as often as that was.
+    /// Number of tiles that were read for the lines. A tile counts each time that it is read.
     pub tile_reads: u64,
-    /// Triangles that were looked at to follow the lines.
+    /// Number of triangles that were examined to follow the lines.
     pub triangles_looked_at: u64,
-    /// Regions, those that are holes, and the triangles in these.
+    /// Number of regions.
     pub regions: u64,
-    /// Regions that are holes.
+    /// Number of regions that are holes.
     pub hole_regions: u64,
-    /// Triangles in holes.
+    /// Number of triangles in holes.
     pub hole_triangles: u64,
     /// Bytes by which the file has grown.
     pub bytes_appended: u64,
-    /// Bytes of the file.
+    /// Length of the file in bytes.
     pub file_bytes: u64,
-    /// Seconds that it took.
+    /// Duration in seconds.
     pub seconds: f64,
 }

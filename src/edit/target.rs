@@ -1,4 +1,4 @@
-//! The file that is edited, locked.
+//! The locked file of an edit.
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -9,7 +9,8 @@ use crate::io::{ThreadsFile, open_regular, output_target};
 use crate::shown;
 use crate::store::{OpenOptions, ReadError, TileReader};
 
-/// A file that nobody else may edit as long as this, or what it is given to, is there.
+/// A file with an exclusive lock. The lock is released when this, and all that have `file`, are
+/// dropped.
 pub(crate) struct Target {
     pub(crate) path: PathBuf,
     pub(crate) file: ThreadsFile,
@@ -30,7 +31,7 @@ impl Target {
         }
     }
 
-    /// The file as it is now.
+    /// Opens the file in its current state.
     pub(crate) async fn read(&self) -> Result<TileReader, ReadError> {
         let name = shown::path(&self.path);
         TileReader::open_source(self.file.clone(), &name, OpenOptions::default()).await

@@ -1,6 +1,6 @@
-//! A tile that can be changed: all triangles with a vertex in it, side by side in arrays.
+//! A tile that can be changed: arrays of all triangles with a vertex in it, and of their adjacency.
 //!
-//! Read from a [`Tile`], and turned into the drafts (`drafts`) of a core and a border again.
+//! It is read from a [`Tile`], and turned into the drafts (`drafts`) of a core and a border.
 
 pub(crate) mod drafts;
 pub(crate) mod hubs;
@@ -17,12 +17,13 @@ use crate::store::{EdgeSource, Tile, TileId, Vertex, VertexId, Weight};
 use hubs::Hubs;
 use twin::PackedTwin;
 
-/// In place of the corners of a triangle that is no more.
+/// The corners of a removed triangle.
 const GONE: [VertexIndex; 3] = [VertexIndex(u32::MAX); 3];
-/// In the bits of a triangle: it is being replaced.
+/// The bit of a triangle that is being replaced.
 const REMOVED: u8 = 1 << 7;
 
-/// A tile in memory, to be changed. Corners and sides are numbered as in a [`Tile`], but triangles come in any order.
+/// A tile in memory that can be changed. Corners and half-edges are numbered as in a [`Tile`], but
+/// triangles are in any order.
 #[derive(Clone, Debug)]
 pub(crate) struct EditTile {
     pub(crate) id: TileId,
@@ -32,34 +33,35 @@ pub(crate) struct EditTile {
     sites: Vec<(u32, u64)>,
     site_ids: Vec<String>,
     foreign: Vec<Vertex>,
-    foreign_places: HashMap<VertexId, VertexIndex>,
-    /// Their corners, or [`GONE`].
+    foreign_corners: HashMap<VertexId, VertexIndex>,
+    /// The corners of each triangle, or [`GONE`].
     triangles: Vec<[VertexIndex; 3]>,
     twins: Vec<[PackedTwin; 3]>,
     bits: Vec<u8>,
-    /// Places of triangles that are no more.
+    /// Positions of removed triangles.
     free: Vec<TriangleId>,
     /// A half-edge that leaves each vertex of the tile.
     leaving: Vec<PackedHalfEdge>,
     hubs: Hubs,
-    /// Those of each constraint edge that belongs to the tile, by its corners, the smaller first, as seen from that.
+    /// The sources of each constraint edge that belongs to the tile, by its corners, the smaller
+    /// one first. They are seen from the smaller corner.
     sources: HashMap<[VertexIndex; 2], Vec<EdgeSource>>,
-    /// How many these are.
+    /// Number of all sources.
     source_count: usize,
 }
 
-/// A vertex on its way into a tile.
+/// A vertex to be added to a tile.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NewVertex {
     pub(crate) point: Point,
     pub(crate) z: f64,
     pub(crate) record: u64,
-    /// The number of a line that ends here.
+    /// The number of a line that ends at the vertex.
     pub(crate) line: u64,
 }
 
 impl EditTile {
-    /// Takes over what a tile has.
+    /// Copies a tile's content.
     pub(crate) fn of(tile: &Tile) -> Self {
         let vertices = tile.vertex_count();
         let triangles: Vec<[VertexIndex; 3]> = tile.triangle_ids().map(|t| tile.corners(t)).collect();
@@ -67,9 +69,9 @@ impl EditTile {
         let foreign: Vec<Vertex> = (vertices..corners.unwrap_or(0))
             .map(|corner| tile.vertex(VertexIndex(corner)))
             .collect();
-        let bits = |side: HalfEdge| {
-            let s = side.corner();
-            u8::from(tile.is_constraint(side)) << s | u8::from(tile.is_wall(side)) << (s + WALLS)
+        let bits = |half_edge: HalfEdge| {
+            let s = half_edge.corner();
+            u8::from(tile.is_constraint(half_edge)) << s | u8::from(tile.is_wall(half_edge)) << (s + WALLS)
         };
         let mut this = Self {
             id: tile.id(),
@@ -78,15 +80,15 @@ impl EditTile {
             records: tile.vertex_indices().map(|v| tile.record(v)).collect(),
             sites: tile.sites().map(|site| (site.vertex.0, site.number)).collect(),
             site_ids: Vec::new(),
-            foreign_places: foreign
+            foreign_corners: foreign
                 .iter()
                 .zip((vertices..).map(VertexIndex))
-                .map(|(vertex, place)| (vertex.id, place))
+                .map(|(vertex, corner)| (vertex.id, corner))
                 .collect(),
             foreign,
             twins: tile
                 .triangle_ids()
-                .map(|t| HalfEdge::of_triangle(t).map(|side| tile.twin(side).into()))
+                .map(|t| HalfEdge::of_triangle(t).map(|half_edge| tile.twin(half_edge).into()))
                 .collect(),
             bits: tile
                 .triangle_ids()
@@ -109,11 +111,12 @@ impl EditTile {
         this
     }
 
-    /// Bytes that it takes in memory, about: with the room that lists have to grow.
+    /// Returns about how many bytes of memory it takes, including the spare capacity of lists.
     pub(crate) fn byte_size(&self) -> usize {
-        /// Of an entry of a hash table, beside what it holds: tables are seven eighths full at most, and half of that at least.
+        /// Bytes of an entry of a hash table, besides its content. Tables are at most seven eighths
+        /// full, and at least half of that.
         const OF_ENTRY: usize = 8;
-        /// Of a list of one source, which is an allocation of its own.
+        /// Bytes of a list of one source, which is an allocation of its own.
         const OF_SOURCES: usize = 48;
         bytes_of(&self.points)
             + bytes_of(&self.z)
@@ -124,7 +127,7 @@ impl EditTile {
             + bytes_of(&self.bits)
             + bytes_of(&self.free)
             + bytes_of(&self.foreign)
-            + (size_of::<(VertexId, VertexIndex)>() + OF_ENTRY) * self.foreign_places.capacity()
+            + (size_of::<(VertexId, VertexIndex)>() + OF_ENTRY) * self.foreign_corners.capacity()
             + (size_of::<([VertexIndex; 2], Vec<EdgeSource>)>() + OF_ENTRY) * self.sources.capacity()
             + OF_SOURCES * self.sources.len()
             + 8 * self.source_count
@@ -136,7 +139,7 @@ impl EditTile {
         &self.points
     }
 
-    /// A corner, the tile's own or another's.
+    /// Returns the vertex of a corner, the tile's own or another's.
     pub(crate) fn vertex(&self, corner: VertexIndex) -> Vertex {
         match self.points.get(corner.index()) {
             Some(&point) => Vertex {
@@ -150,51 +153,56 @@ impl EditTile {
         }
     }
 
-    /// The vertex that a side starts from.
-    pub(crate) fn from(&self, side: HalfEdge) -> Vertex {
-        self.vertex(self.origin(side))
+    /// Returns the vertex that a half-edge starts from.
+    pub(crate) fn origin_vertex(&self, half_edge: HalfEdge) -> Vertex {
+        self.vertex(self.origin(half_edge))
     }
 
-    /// The corners of a side's triangle, from the side's origin on, and the bits of its sides, from that side on.
-    pub(crate) fn triangle(&self, side: HalfEdge) -> ([Vertex; 3], u8) {
-        let sides = [side, side.next(), side.prev()];
-        (sides.map(|side| self.from(side)), self.bits_from(side))
+    /// Returns the corners of a half-edge's triangle, from the half-edge's origin on, and the bits
+    /// of the triangle's half-edges, from this one on.
+    pub(crate) fn triangle(&self, half_edge: HalfEdge) -> ([Vertex; 3], u8) {
+        let half_edges = [half_edge, half_edge.next(), half_edge.prev()];
+        (
+            half_edges.map(|half_edge| self.origin_vertex(half_edge)),
+            self.bits_from(half_edge),
+        )
     }
 
-    /// The bits of the sides of a side's triangle, from that side on.
-    pub(crate) fn bits_from(&self, side: HalfEdge) -> u8 {
-        let bits = self.bits[side.triangle().index()];
+    /// Returns the bits of the half-edges of a half-edge's triangle, from this one on.
+    pub(crate) fn bits_from(&self, half_edge: HalfEdge) -> u8 {
+        let bits = self.bits[half_edge.triangle().index()];
         let turned = |bits: u8| {
-            let (bits, first) = (bits & 0b111, side.corner());
+            let (bits, first) = (bits & 0b111, half_edge.corner());
             (bits >> first | bits << (3 - first)) & 0b111
         };
         turned(bits) | turned(bits >> WALLS) << WALLS
     }
 
-    /// The bits of a side alone, in the places of a first one.
-    fn side_bits(&self, side: HalfEdge) -> u8 {
-        self.bits[side.triangle().index()] >> side.corner() & (1 | 1 << WALLS)
+    /// Returns the bits of one half-edge, in the positions of a first one.
+    fn half_edge_bits(&self, half_edge: HalfEdge) -> u8 {
+        self.bits[half_edge.triangle().index()] >> half_edge.corner() & (1 | 1 << WALLS)
     }
 
-    pub(crate) fn is_constraint(&self, side: HalfEdge) -> bool {
-        self.side_bits(side) & 1 == 1
+    pub(crate) fn is_constraint(&self, half_edge: HalfEdge) -> bool {
+        self.half_edge_bits(half_edge) & 1 == 1
     }
 
-    /// The number of triangles at a vertex of the tile.
+    /// Returns the number of triangles at a vertex of the tile.
     pub(crate) fn degree(&self, vertex: VertexIndex) -> u32 {
         self.hubs.degree(vertex)
     }
 
-    /// Makes the first side of a triangle with these corners a constraint, or even a wall. The tile must have it.
-    pub(crate) fn fix(&mut self, corners: [VertexId; 3], bits: u8) -> bool {
-        let side = self.side_of(corners);
-        if let Some(side) = side {
-            self.bits[side.triangle().index()] |= bits << side.corner();
+    /// Makes the first half-edge of a triangle with these corners a constraint, or also a wall.
+    /// Returns whether the tile has the triangle.
+    pub(crate) fn mark_constraint(&mut self, corners: [VertexId; 3], bits: u8) -> bool {
+        let half_edge = self.half_edge_of(corners);
+        if let Some(half_edge) = half_edge {
+            self.bits[half_edge.triangle().index()] |= bits << half_edge.corner();
         }
-        side.is_some()
+        half_edge.is_some()
     }
 
-    /// Takes new vertices, which no triangle has yet. The first one gets the number that is returned.
+    /// Adds vertices, which no triangle has yet. Returns the index of the first one.
     pub(crate) fn add_vertices(&mut self, new: &[NewVertex], has_z: bool) -> u32 {
         let own = self.points.len() as u32;
         let more = new.len() as u32;
@@ -208,7 +216,7 @@ impl EditTile {
             self.z.extend(new.iter().map(|vertex| vertex.z));
         }
         self.leaving.resize(self.points.len(), PackedHalfEdge::NONE);
-        // The corners of others come behind the tile's own.
+        // The corners of other tiles come after the tile's own.
         let behind = |corner: &mut VertexIndex| {
             if corner.0 >= own {
                 corner.0 += more;
@@ -216,7 +224,7 @@ impl EditTile {
         };
         let triangles = self.triangles.iter_mut().filter(|corners| **corners != GONE);
         triangles.flatten().for_each(behind);
-        self.foreign_places.values_mut().for_each(behind);
+        self.foreign_corners.values_mut().for_each(behind);
         let sources = std::mem::take(&mut self.sources);
         self.sources = sources
             .into_iter()
@@ -229,7 +237,8 @@ impl EditTile {
         own
     }
 
-    /// The places of its triangles, those whose corners are all its own first.
+    /// Returns the positions of its triangles, those whose corners are all its own first, and the
+    /// number of these.
     pub(crate) fn in_order(&self) -> (Vec<TriangleId>, usize) {
         let own = self.points.len() as u32;
         let all = self
@@ -239,13 +248,13 @@ impl EditTile {
         let (core, border): (Vec<_>, Vec<_>) =
             all.partition(|(_, corners)| corners.iter().all(|&corner| corner.0 < own));
         let core_count = core.len();
-        let places = core.into_iter().chain(border).map(|(place, _)| place);
-        (places.collect(), core_count)
+        let triangles = core.into_iter().chain(border).map(|(triangle, _)| triangle);
+        (triangles.collect(), core_count)
     }
 
-    /// Whether a triangle belongs to the tile.
-    pub(crate) fn owns(&self, place: TriangleId) -> bool {
-        let corners = self.triangles[place.index()].map(|corner| self.vertex(corner));
+    /// Returns whether a triangle belongs to the tile.
+    pub(crate) fn owns(&self, triangle: TriangleId) -> bool {
+        let corners = self.triangles[triangle.index()].map(|corner| self.vertex(corner));
         let smallest = corners.iter().min_by(|a, b| a.point.lex_cmp(b.point));
         smallest.is_some_and(|vertex| vertex.id.tile == self.id)
     }
@@ -257,12 +266,13 @@ impl Weight for EditTile {
     }
 }
 
-/// Bytes of a list, with the room that it has to grow.
+/// Returns the bytes of a list, including its spare capacity.
 fn bytes_of<T>(list: &Vec<T>) -> usize {
     list.capacity() * size_of::<T>()
 }
 
-/// Makes room in a list for so many more, and for an eighth of what is there: tiles grow little, and a cache is full of them.
+/// Makes room in a list for `more` entries, or for an eighth of its length if that is more. Tiles
+/// grow little, and a cache is full of them.
 fn make_room<T>(list: &mut Vec<T>, more: usize) {
     if list.capacity() - list.len() < more {
         list.reserve_exact(more.max(list.len() / 8));

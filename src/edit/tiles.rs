@@ -1,7 +1,8 @@
-//! The tiles of a file while it is edited: those in work in a cache, whose dirty ones are written behind the end of the file when
-//! they have to go.
+//! The tiles of a file during an edit. Those in use are in a cache. Changed tiles are written
+//! behind the end of the file when the cache evicts them.
 //!
-//! What is there is never overwritten: until the superblock says otherwise, the file is what it was.
+//! Existing bytes are never overwritten: until the superblock changes, the file is in its former
+//! state.
 
 use std::collections::VecDeque;
 use std::pin::pin;
@@ -15,7 +16,7 @@ use tokio::task::JoinHandle;
 use crate::edit::contradiction::Contradiction;
 use crate::edit::disk::Disk;
 use crate::edit::error::EditError;
-use crate::edit::regions::{Labels, Parts};
+use crate::edit::regions::{RegionLabels, TileParts};
 use crate::edit::target::Target;
 use crate::edit::tile::EditTile;
 use crate::geometry::HalfEdge;
@@ -23,23 +24,24 @@ use crate::memory::EditShares;
 use crate::mesh::{Topology, Twin};
 use crate::store::{Directory, EditCache, EditLease, EditPin, Tile, TileId};
 
-/// The tiles of a file, to be changed by one thread, which may wait for them; it is none of the runtime's.
+/// The tiles of a file, changed by one thread that may block, which must not be one of the
+/// runtime's.
 pub(crate) struct Tiles {
     runtime: Handle,
     cache: EditCache<TileId, EditTile, EditError>,
     disk: Arc<Disk>,
-    /// Tiles that were changed since the file was opened.
+    /// Whether each tile was changed since the file was opened.
     is_changed: Vec<bool>,
-    /// Ends when nobody has `disk` any more.
+    /// Ends when the last reference to `disk` is dropped.
     gone: oneshot::Receiver<()>,
 }
 
-/// A tile to look at.
+/// A tile to read.
 pub(crate) type Pin = EditPin<TileId, EditTile, EditError>;
 
 impl Tiles {
-    /// Opens a file to edit it; `shares` tells how much memory there is for its tiles, from the bytes of the largest. A file that is a
-    /// `draft` is not made sure to be on the medium.
+    /// Opens a file to edit it. `shares` returns the memory for its tiles, given the bytes of the
+    /// largest one. If `is_draft`, the file is not synced to the medium.
     pub(crate) fn open(
         target: Target,
         shares: &dyn Fn(u64) -> EditShares,
@@ -60,33 +62,35 @@ impl Tiles {
         })
     }
 
-    /// The directory of the file as it was opened.
+    /// Returns the directory of the file as it was opened.
     pub(crate) fn directory(&self) -> &Directory {
         self.disk.reader.directory()
     }
 
-    /// Bytes of the file as it was opened.
+    /// Returns the length in bytes of the file as it was opened.
     pub(crate) fn length(&self) -> u64 {
         self.disk.reader.file_length()
     }
 
-    /// Tiles that were read so far.
+    /// Returns the number of tiles that were read so far.
     pub(crate) fn reads(&self) -> u64 {
         self.disk.reads()
     }
 
-    /// The error for tiles that contradict each other.
+    /// Returns the error for tiles that contradict each other.
     pub(crate) fn damaged(&self, tile: TileId, contradiction: Contradiction) -> EditError {
         self.disk.damaged(tile, contradiction)
     }
 
-    /// A tile to look at. It must be given back before it is changed, or it is copied.
+    /// Returns a tile to read. It must be dropped before the tile is changed; otherwise the tile is
+    /// copied.
     pub(crate) fn get(&self, id: TileId) -> Result<Pin, EditError> {
         let load = || Arc::clone(&self.disk).load(id);
         self.wait_for(self.cache.read(id, load))
     }
 
-    /// What comes of a future. Mostly it is there at once, since the tile is in the cache: then the runtime has nothing to do.
+    /// Returns the result of a future. Usually it is ready at once, since the tile is in the cache.
+    /// Then the runtime is not needed.
     fn wait_for<T>(&self, future: impl Future<Output = T>) -> T {
         let mut future = pin!(future);
         let _context = self.runtime.enter();
@@ -94,47 +98,49 @@ impl Tiles {
         at_once.unwrap_or_else(|| self.runtime.block_on(future))
     }
 
-    /// The twin of a half-edge, with a tile that has it. None: that is the outside.
-    pub(crate) fn over(&self, tile: Pin, side: HalfEdge) -> Result<Option<(Pin, HalfEdge)>, EditError> {
-        match tile.twin(side) {
+    /// Returns the twin of a half-edge, with a tile that has it; `None` on the outside.
+    pub(crate) fn twin(&self, tile: Pin, half_edge: HalfEdge) -> Result<Option<(Pin, HalfEdge)>, EditError> {
+        match tile.twin(half_edge) {
             Twin::HalfEdge(other) => Ok(Some((tile, other))),
             Twin::Hull => Ok(None),
             Twin::Elsewhere => {
-                // The tile of an end of the edge has the triangle across.
-                let ends = [side.next(), side].map(|side| tile.from(side).id);
+                // The tile of an end of the edge has the twin's triangle.
+                let ends = [half_edge.next(), half_edge].map(|half_edge| tile.origin_vertex(half_edge).id);
                 let tile = self.get(ends[0].tile)?;
-                Ok(tile.side_between(ends[0], ends[1]).map(|other| (tile, other)))
+                Ok(tile.half_edge_between(ends[0], ends[1]).map(|other| (tile, other)))
             }
         }
     }
 
-    /// Begins to read tiles that will be asked for next, as many as are put together at a time.
+    /// Starts to read tiles that will be needed next, up to one less than the number of worker
+    /// threads.
     pub(crate) fn read_ahead(&self, ids: impl Iterator<Item = TileId>) {
-        // One thread has enough to do with the one that is waited for.
-        let ids = ids.take(self.disk.desk.threads.saturating_sub(1));
+        // One thread is busy with the tile that is needed now.
+        let ids = ids.take(self.disk.workers.threads.saturating_sub(1));
         for id in ids {
             let (reader, disk) = (self.cache.reader(), Arc::clone(&self.disk));
-            // If it fails, whoever asks for the tile tries again, and has the error.
+            // If it fails, the later request for the tile tries again and returns the error.
             let read = async move { drop(reader.read(id, || disk.load(id)).await) };
             self.runtime.spawn(read);
         }
     }
 
-    /// All tiles in order, with their parts, which are found as many at a time as are put together.
-    pub(crate) fn parted(&self) -> PartedTiles<'_> {
-        PartedTiles {
+    /// Returns all tiles in order, with their parts. The workers find the parts of several tiles at
+    /// a time.
+    pub(crate) fn with_parts(&self) -> TilesWithParts<'_> {
+        TilesWithParts {
             tiles: self,
             next: 0,
             coming: VecDeque::new(),
         }
     }
 
-    /// How many triangles of a tile are in holes, if it was written with labels.
+    /// Returns the number of triangles of a tile in holes, if the tile was written with labels.
     pub(crate) fn in_holes(&self, id: TileId) -> Option<u32> {
         self.runtime.block_on(self.disk.in_holes(id))
     }
 
-    /// A tile to change, one at a time.
+    /// Returns a tile to change, one at a time.
     pub(crate) fn change(&mut self, id: TileId) -> Result<EditLease<'_, TileId, EditTile, EditError>, EditError> {
         if let Some(is_changed) = self.is_changed.get_mut(id.0 as usize) {
             *is_changed = true;
@@ -143,32 +149,33 @@ impl Tiles {
         self.wait_for(self.cache.edit(id, load))
     }
 
-    /// Whether a tile was changed since the file was opened.
+    /// Returns whether a tile was changed since the file was opened.
     pub(crate) fn is_changed(&self, id: TileId) -> bool {
         self.is_changed[id.0 as usize]
     }
 
-    /// How many tiles were.
+    /// Returns the number of tiles that were changed.
     pub(crate) fn count_changed(&self) -> usize {
         self.is_changed.iter().filter(|changed| **changed).count()
     }
 
-    /// A tile as it lies in the file.
+    /// Reads a tile from the file.
     pub(crate) fn read(&self, id: TileId) -> Result<Tile, EditError> {
         self.runtime.block_on(self.disk.read(id))
     }
 
-    /// From now on tiles are written with their regions.
-    pub(crate) fn label(&mut self, labels: Labels) -> Result<&Labels, EditError> {
-        // What has been written without them is written again, and what has not been written yet will be.
+    /// Makes tiles be written with their regions from now on. Writes the changed tiles.
+    pub(crate) fn label(&mut self, labels: RegionLabels) -> Result<&RegionLabels, EditError> {
+        // Tiles that were written without labels are written again. Those not written yet will have
+        // labels.
         let changed = (0..self.is_changed.len()).filter(|&tile| self.is_changed[tile]);
         let changed: Vec<TileId> = changed.map(|tile| TileId(tile as u32)).collect();
         self.disk.labels.get_or_init(|| labels);
         for id in changed {
-            // A tile that is borrowed to be changed is written again.
+            // Borrowing a tile for a change makes the cache write it again.
             let _: &mut EditTile = &mut *self.change(id)?;
         }
-        self.runtime.block_on(self.cache.flush(self.disk.desk.threads))?;
+        self.runtime.block_on(self.cache.flush(self.disk.workers.threads))?;
         match self.disk.labels.get() {
             Some(labels) => Ok(labels),
             None => Err(EditError::Internal("there are no labels".to_owned())),
@@ -182,12 +189,13 @@ impl Tiles {
         self.runtime.block_on(Arc::clone(&self.disk).write(id, Arc::new(tile)))
     }
 
-    /// What the labels of a file are.
-    pub(crate) fn labels(&self) -> Option<&Labels> {
+    /// Returns the labels of the file, once they are known.
+    pub(crate) fn labels(&self) -> Option<&RegionLabels> {
         self.disk.labels.get()
     }
 
-    /// Makes the file what its tiles are now, with a directory that `change` adapts. Returns its length.
+    /// Publishes the current tiles, with a directory that `change` adapts. Returns the length of
+    /// the file.
     pub(crate) fn publish(self, change: impl FnOnce(&mut Directory)) -> Result<u64, EditError> {
         let Self {
             runtime,
@@ -198,29 +206,30 @@ impl Tiles {
         } = self;
         tracing::debug!(cache = %cache.statistics(), "edited");
         let done = runtime.block_on(disk.publish(change));
-        // Tiles may still be read ahead, in vain, with the file locked. Whoever edits it next shall find it free.
+        // Tiles may still be read ahead, needlessly, with the file locked. The next editor must
+        // find it unlocked.
         drop((cache, disk));
         let _ = runtime.block_on(gone);
         done
     }
 }
 
-/// A tile and its parts; and what it was, if it is not changed.
-pub(crate) struct PartedTile {
+/// A tile and its parts; and the tile in the file, if it is unchanged.
+pub(crate) struct TileWithParts {
     pub(crate) tile: Arc<EditTile>,
-    pub(crate) parts: Parts,
+    pub(crate) parts: TileParts,
     pub(crate) before: Option<Tile>,
 }
 
 /// All tiles of a file, in order.
-pub(crate) struct PartedTiles<'a> {
+pub(crate) struct TilesWithParts<'a> {
     tiles: &'a Tiles,
     next: u32,
-    coming: VecDeque<JoinHandle<Result<PartedTile, EditError>>>,
+    coming: VecDeque<JoinHandle<Result<TileWithParts, EditError>>>,
 }
 
-impl PartedTiles<'_> {
-    pub(crate) fn next(&mut self) -> Result<Option<PartedTile>, EditError> {
+impl TilesWithParts<'_> {
+    pub(crate) fn next(&mut self) -> Result<Option<TileWithParts>, EditError> {
         let Tiles {
             runtime,
             cache,
@@ -228,7 +237,7 @@ impl PartedTiles<'_> {
             is_changed,
             ..
         } = self.tiles;
-        while self.coming.len() < disk.desk.threads
+        while self.coming.len() < disk.workers.threads
             && let Some(&is_changed) = is_changed.get(self.next as usize)
         {
             let id = TileId(self.next);
@@ -236,17 +245,17 @@ impl PartedTiles<'_> {
             self.next += 1;
             self.coming.push_back(runtime.spawn(async move {
                 let parted = |tile: Arc<EditTile>, before| {
-                    let parts = Parts::of(&tile);
-                    PartedTile { tile, parts, before }
+                    let parts = TileParts::of(&tile);
+                    TileWithParts { tile, parts, before }
                 };
                 if is_changed {
                     let tile = reader.read(id, || Arc::clone(&disk).load(id)).await?;
                     let tile = Arc::clone(&tile);
-                    disk.desk.computed(move || parted(tile, None)).await
+                    disk.workers.run(move || parted(tile, None)).await
                 } else {
                     let before = disk.read(id).await?;
                     let part = move || parted(Arc::new(EditTile::of(&before)), Some(before));
-                    disk.desk.computed(part).await
+                    disk.workers.run(part).await
                 }
             }));
         }

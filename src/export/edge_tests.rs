@@ -1,4 +1,4 @@
-//! Constraint edges are written to PLY, those of files without triangles too.
+//! Tests that constraint edges are written to PLY, also for files without triangles.
 
 use std::collections::HashSet;
 
@@ -9,7 +9,7 @@ use crate::geometry::Point;
 use crate::pipeline::{BuildOptions, Builder};
 use crate::store::{OpenOptions, TileReader};
 
-/// A file of segments alone, in small tiles.
+/// Builds a file of segments alone, in small tiles.
 async fn built(segments: &[[Point; 2]]) -> TileReader {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("lines.tiles");
@@ -47,7 +47,7 @@ async fn check(segments: &[[Point; 2]], edges: usize) {
 }
 
 #[tokio::test]
-async fn edges_with_triangles_and_without() {
+async fn constraint_edges_are_written_with_and_without_triangles() {
     let on = |i: i32| Point::new(f64::from(i), f64::from(5 - i));
     let line: Vec<_> = (0..2500).map(|i| [on(2 * i), on(2 * i + 2)]).collect();
     check(&line, 2500).await;

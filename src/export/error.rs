@@ -1,42 +1,43 @@
-//! What can go wrong with an export.
+//! The errors of an export.
 
 use std::io;
 
 use crate::geometry::VertexIndex;
 use crate::store::{ReadError, VertexId};
 
-/// Why an export failed.
+/// The error of a failed export.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
-    /// The tile file cannot be read, or is damaged, or a tile does not fit in the memory that its reader may use.
+    /// The tile file cannot be read or is damaged, or a tile does not fit in the memory that its
+    /// reader may use.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// An output does not take what is written; [`source`](std::error::Error::source) says why.
+    /// An output failed; [`source`](std::error::Error::source) has the reason.
     #[error("cannot write the .{suffix} output")]
     Write {
-        /// Which of the format's outputs.
+        /// The suffix of the format's output that failed.
         suffix: &'static str,
-        /// What the system says.
+        /// The operating system's error.
         source: io::Error,
     },
-    /// The format has no room for the triangulation.
+    /// The triangulation exceeds a limit of the format.
     #[error("{0}")]
     Limit(String),
-    /// The runtime was shut down under the export.
+    /// The runtime was shut down during the export.
     #[error("the export was cancelled, because the runtime is shutting down")]
     Cancelled,
 }
 
-/// How a tile contradicts the directory or other tiles, in a way that only shows when it is exported.
+/// A contradiction of a tile to the directory or to other tiles that only an export detects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum Contradiction {
-    /// A corner is no vertex of the tile that is said to own it.
+    /// A corner is not a vertex of the tile that should own it.
     #[error("it has a triangle with vertex {vertex}, but tile {} has {vertices} vertices", vertex.tile)]
     NoSuchVertex {
         /// The corner.
         vertex: VertexId,
-        /// The vertices of its tile.
+        /// The number of vertices of that tile.
         vertices: u32,
     },
     /// No tile owns a corner.
@@ -44,21 +45,21 @@ pub(super) enum Contradiction {
     NoSuchTile {
         /// The corner.
         vertex: VertexId,
-        /// The tiles of the file.
+        /// The number of tiles in the file.
         tiles: usize,
     },
-    /// The z of this vertex is no number.
+    /// The z of this vertex is not finite.
     #[error("vertex {0} has no finite z")]
     InfiniteZ(VertexIndex),
-    /// Either the tile or the directory says that vertices have a z.
+    /// Only one of the tile and the directory says that vertices have a z.
     #[error("it and the directory disagree on whether there is a z")]
     HasZ,
     /// A vertex comes from a record beyond those of all sources.
-    #[error("vertex {vertex} is of record {record}, which no source has, by the directory")]
+    #[error("vertex {vertex} is of record {record}, but the directory has no source with that record")]
     NoSuchRecord {
         /// The vertex.
         vertex: VertexIndex,
-        /// Its record.
+        /// The number of its record.
         record: u64,
     },
 }

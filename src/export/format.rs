@@ -1,21 +1,23 @@
-//! The formats and their names.
+//! The export formats and their names.
 
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-/// A format that triangulations are exported in.
+/// A format to which triangulations are exported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Format {
-    /// PLY, binary, with x, y, z and the record number of each vertex. z is 0 where the file has none.
+    /// PLY, binary, with x, y, z and the record number of each vertex. z is 0 if the file has none.
     Ply,
-    /// Triangle's `.node` and `.ele`, numbered from 0, z as an attribute of the vertices if the file has it.
+    /// Triangle's `.node` and `.ele`, numbered from 0. If the file has z, it is an attribute of the
+    /// vertices.
     Node,
-    /// Wavefront OBJ. z is 0 where the file has none.
+    /// Wavefront OBJ. z is 0 if the file has none.
     Obj,
-    /// GeoJSON: a polygon for each triangle, whose property `vertices` has the numbers of its vertices. A file without
-    /// triangles becomes its vertices as points with the properties `vertex` and `record`.
+    /// GeoJSON: a polygon for each triangle, whose property `vertices` has the numbers of its
+    /// vertices. A file without triangles becomes its vertices, as points with the properties
+    /// `vertex` and `record`.
     GeoJson,
 }
 
@@ -23,7 +25,7 @@ impl Format {
     /// All formats.
     pub const ALL: [Self; 4] = [Self::Ply, Self::Node, Self::Obj, Self::GeoJson];
 
-    /// The suffixes of the files that the format consists of, without the dot.
+    /// Returns the suffixes of the files that the format consists of, without the dot.
     #[must_use]
     pub fn suffixes(self) -> &'static [&'static str] {
         match self {
@@ -34,10 +36,10 @@ impl Format {
         }
     }
 
-    /// The format that a file's name asks for by its suffix.
+    /// Returns the format that a file's suffix indicates.
     ///
     /// # Errors
-    /// If it has none, or one that no format has.
+    /// Fails if the file name has no suffix, or one of no format.
     pub fn from_path(path: &Path) -> Result<Self, UnknownFormat> {
         let suffix = path
             .extension()
@@ -54,7 +56,7 @@ impl fmt::Display for Format {
     }
 }
 
-/// No format has this name.
+/// The error of a name that no format has.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("formats are ply, node (with ele), obj and geojson, not '{0}'")]
 pub struct UnknownFormat(String);
@@ -78,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names() {
+    fn names_and_suffixes_parse_to_their_format() {
         for format in Format::ALL {
             assert_eq!(format.to_string().parse::<Format>().unwrap(), format);
             for suffix in format.suffixes() {

@@ -1,11 +1,13 @@
 //! GeoJSON (RFC 7946): a feature collection with a polygon for each triangle.
 //!
-//! Coordinates are written as they are: RFC 7946 wants WGS 84 and has no place for another reference system. A triangle's
-//! neighbours can be found by the numbers of its vertices, its property `vertices`. Without triangles (fewer than three
-//! points, or all on a line) the vertices themselves are written, as points, so that none is lost.
+//! Coordinates are written unchanged: RFC 7946 requires WGS 84 and cannot express another reference
+//! system. The numbers of a triangle's vertices are in its property `vertices`, from which its
+//! neighbours can be found. If there are no triangles (fewer than three points, or only collinear
+//! ones), the vertices themselves are written as points, so that none is lost.
 //!
-//! A tile knows where the corners are that other tiles own, but not their z. Those tiles are fetched through the reader's
-//! cache; tiles lie in spatial order, so most of them are there.
+//! A tile knows the coordinates of corners that other tiles own, but not their z. Those tiles are
+//! fetched through the reader's cache. Tiles are in spatial order, so most of them are in the
+//! cache.
 
 use std::io::Write;
 use std::sync::Arc;
@@ -14,14 +16,14 @@ use futures::stream::StreamExt;
 
 use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
-use super::output::{Job, Output};
-use super::part::{Cut, ForeignZ, PIECE_BYTES, Part};
+use super::output::{ExportJob, Output};
 use super::text::{put, put_number, put_vertex};
+use super::tile_part::{CHUNK_BYTES, CutBy, ForeignZ, TilePart};
 use crate::geometry::VertexIndex;
 use crate::store::{Needs, ReadError, Tile, joined, spawn};
 
 pub(super) async fn write<W: Write + Send + 'static>(
-    job: &mut Job<'_>,
+    job: &mut ExportJob<'_>,
     output: &mut Output<W>,
 ) -> Result<(), ExportError> {
     job.passes(1);
@@ -35,12 +37,12 @@ pub(super) async fn write<W: Write + Send + 'static>(
                 let foreign = Arc::new(foreign_z(&numbering, &tile).await?);
                 spawn(move || {
                     let tile = Arc::new(tile);
-                    let triangles = numbering.cut(&tile, Cut::Triangles, &foreign)?;
-                    // In a file without triangles, tiles must have none either.
+                    let triangles = numbering.cut(&tile, CutBy::Triangles, &foreign)?;
+                    // In a file without triangles, no tile may have any either.
                     if has_triangles {
                         Ok(triangles)
                     } else {
-                        numbering.cut(&tile, Cut::Vertices, &foreign)
+                        numbering.cut(&tile, CutBy::Vertices, &foreign)
                     }
                 })
                 .await?
@@ -48,8 +50,8 @@ pub(super) async fn write<W: Write + Send + 'static>(
         });
         async move { joined(task?).await? }
     });
-    let features = move |numbering: &Numbering, part: &Part, out: &mut Vec<u8>| {
-        out.reserve(PIECE_BYTES as usize);
+    let features = move |numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>| {
+        out.reserve(CHUNK_BYTES as usize);
         if has_triangles {
             put_polygons(numbering, part, out)
         } else {
@@ -66,24 +68,24 @@ pub(super) async fn write<W: Write + Send + 'static>(
     output.push(b"\n]}\n".to_vec()).await
 }
 
-/// What the pass needs memory for.
+/// Returns the memory that the pass needs.
 fn needs(numbering: &Numbering) -> Needs {
-    let needs = Job::needs();
-    // Where the texts of a part's vertices are, and these.
+    let needs = ExportJob::needs();
+    // The positions of the texts of a part's vertices, and these texts.
     let mut needs = Needs {
-        per_thread: needs.per_thread + PIECE_BYTES / 2,
+        per_thread: needs.per_thread + CHUNK_BYTES / 2,
         per_vertex: size_of::<u32>() as u64,
         ..needs
     };
     if numbering.has_z() {
-        // For each tile that is looked at, another one, from the cache or on its way there.
+        // For each tile in use, another one, in the cache or on its way there.
         needs.fixed += numbering.reader().cache().capacity() as u64;
         needs.per_thread += numbering.reader().largest_tile();
     }
     needs
 }
 
-/// The z of the corners of a tile's own triangles that other tiles own.
+/// Returns the z of corners that other tiles own, for the triangles that this tile owns.
 async fn foreign_z(numbering: &Numbering, tile: &Tile) -> Result<ForeignZ, ReadError> {
     let reader = numbering.reader();
     let mut foreign = ForeignZ::new();
@@ -115,11 +117,13 @@ async fn foreign_z(numbering: &Numbering, tile: &Tile) -> Result<ForeignZ, ReadE
     Ok(foreign)
 }
 
-fn put_polygons(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), Contradiction> {
+fn put_polygons(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Result<(), Contradiction> {
     let tile = &part.tile;
-    // A vertex is a corner of six triangles on average, and stands twice in one of three: its text is made once for the part.
-    let mut texts = Vec::with_capacity(PIECE_BYTES as usize / 2);
-    // Where the text of a vertex starts, from 1; it ends with its bracket. 0 if there is none yet.
+    // A vertex is a corner of six triangles on average, and a polygon names one of its three
+    // corners twice. So the text of a vertex is made only once per part.
+    let mut texts = Vec::with_capacity(CHUNK_BYTES as usize / 2);
+    // The position where the text of a vertex starts, counted from 1; the text ends with its
+    // bracket. 0 if there is no text yet.
     let mut starts = vec![0u32; tile.vertex_count() as usize];
     let mut put_position = |corner: VertexIndex, out: &mut Vec<u8>| -> Result<(), Contradiction> {
         if let Some(start) = starts.get_mut(corner.index()) {
@@ -168,7 +172,7 @@ fn put_polygons(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result
     })
 }
 
-fn put_points(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), Contradiction> {
+fn put_points(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Result<(), Contradiction> {
     for (vertex, number) in part.vertices(numbering) {
         let separator = if out.is_empty() { "" } else { ",\n" };
         let record = part.tile.record(vertex);

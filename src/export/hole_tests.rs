@@ -1,4 +1,5 @@
-//! Triangles in holes are left out, unless they are asked for; vertices never are.
+//! Tests that triangles in holes are left out unless they are requested, and that vertices never
+//! are.
 
 use std::collections::HashSet;
 
@@ -13,7 +14,8 @@ use crate::store::{Component, OpenOptions, Tile, TileReader};
 
 const WIDTH: u32 = 70;
 
-/// Whether all corners of a triangle lie in one of two squares: within a tile, and across many.
+/// Returns whether all corners of a triangle are in one of two squares. One square is within a
+/// tile, the other spans many.
 fn is_hole(tile: &Tile, triangle: TriangleId) -> bool {
     let inside = |from: f64, to: f64| {
         let corners = tile.triangle_points(triangle);
@@ -24,7 +26,8 @@ fn is_hole(tile: &Tile, triangle: TriangleId) -> bool {
     inside(2.0, 4.0) || inside(20.0, 61.0)
 }
 
-/// A grid of 70 × 70 in which there are holes of 8 and 3362 triangles; the directory may err on how many.
+/// Builds a grid of 70 × 70 with holes of 8 and 3362 triangles. The directory says that there are
+/// `hole_triangles`, which may be wrong.
 async fn with_holes(tile_vertices: usize, hole_triangles: u64) -> TileReader {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("grid.tiles");
@@ -61,7 +64,7 @@ async fn exported(reader: &TileReader, format: Format, holes: bool) -> Result<Ex
     .await
 }
 
-/// The triangles of a file by the numbers of their vertices, without those in holes.
+/// Returns the triangles of a file that are not in holes, by the numbers of their vertices.
 async fn free_triangles(reader: &TileReader) -> HashSet<[u64; 3]> {
     let tiles: Vec<_> = reader.tiles().try_collect().await.unwrap();
     let first = |tile: u32| -> u64 {
@@ -81,7 +84,7 @@ async fn free_triangles(reader: &TileReader) -> HashSet<[u64; 3]> {
 }
 
 #[tokio::test]
-async fn holes_are_left_out() {
+async fn triangles_in_holes_are_left_out_unless_requested() {
     for tile_vertices in [100, 65536] {
         let reader = with_holes(tile_vertices, HOLES).await;
         let free = free_triangles(&reader).await;
@@ -105,7 +108,7 @@ async fn holes_are_left_out() {
         assert_eq!(rows.next().unwrap(), [all - HOLES, 3, 0]);
         let mut found = HashSet::new();
         for (row, number) in rows.zip(0..) {
-            assert_eq!(row[0], number, "they are numbered through");
+            assert_eq!(row[0], number, "they are numbered consecutively");
             assert!(found.insert([row[1], row[2], row[3]]));
         }
         assert_eq!(found, free);
@@ -130,9 +133,10 @@ async fn holes_are_left_out() {
     }
 }
 
-/// A header that says how many triangles there are must not be wrong.
+/// Headers contain the number of triangles, so a directory with a wrong number of hole triangles is
+/// an error.
 #[tokio::test]
-async fn a_directory_that_errs_on_the_triangles_in_holes() {
+async fn a_wrong_count_of_hole_triangles_is_damage() {
     for hole_triangles in [1, HOLES - 1, HOLES + 1] {
         let reader = with_holes(100, hole_triangles).await;
         for format in Format::ALL {

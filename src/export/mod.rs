@@ -1,8 +1,8 @@
-//! The triangulation in formats that other programs read.
+//! Export of the triangulation to formats that other programs read.
 //!
-//! In: an open tile file. Out: its vertices and triangles, tile by tile, to anything that takes bytes. Memory is bounded by
-//! what the reader [may use](crate::store::OpenOptions::memory): a few tiles, a few parts of them as bytes, and eight bytes for
-//! each tile of the file.
+//! In: an open tile file. Out: its vertices and triangles, tile by tile, to anything that takes
+//! bytes. Memory is bounded by the reader's [limit](crate::store::OpenOptions::memory): it holds a
+//! few tiles, a few parts of them as bytes, and eight bytes for each tile of the file.
 //!
 //! ```text
 //! reader ──▶ numbering ──▶ part ──▶ ply, node, obj, geojson ──▶ output ──▶ io::Write
@@ -10,10 +10,11 @@
 //!            per vertex     tile     on blocking threads          blocking thread
 //! ```
 //!
-//! Vertices are numbered through the file: in the order of the tiles, and within each as they stand. All formats have them
-//! in this order, and every vertex once. Triangles stand once each, counter-clockwise, in the order of the tiles that they
-//! belong to; those in holes only if they are [asked for](ExportOptions::holes). Whatever a file holds, an export ends with a whole output or an error; what was written until an error must
-//! be thrown away.
+//! Vertices are numbered over the whole file: in the order of the tiles, and in stored order within
+//! a tile. All formats list every vertex once, in this order. They list every triangle once,
+//! counter-clockwise, in the order of the tiles that own them; triangles in holes only if they are
+//! [requested](ExportOptions::holes). Whatever a file contains, an export ends with a complete
+//! output or an error. After an error, what was written so far must be discarded.
 
 mod error;
 mod format;
@@ -23,9 +24,9 @@ mod numbering;
 mod obj;
 mod options;
 mod output;
-mod part;
 mod ply;
 mod text;
+mod tile_part;
 mod write;
 
 #[cfg(test)]

@@ -1,15 +1,16 @@
-//! Triangle's `.node` and `.ele` (Shewchuk, <https://www.cs.cmu.edu/~quake/triangle.html>), numbered from 0.
+//! Triangle's `.node` and `.ele` (Shewchuk, <https://www.cs.cmu.edu/~quake/triangle.html>),
+//! numbered from 0.
 
 use std::io::Write;
 
 use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
-use super::output::{Job, Output};
-use super::part::{Cut, Part};
+use super::output::{ExportJob, Output};
 use super::text::{comments, put, put_vertex};
+use super::tile_part::{CutBy, TilePart};
 
 pub(super) async fn write<W: Write + Send + 'static>(
-    job: &mut Job<'_>,
+    job: &mut ExportJob<'_>,
     node: &mut Output<W>,
     ele: &mut Output<W>,
 ) -> Result<(), ExportError> {
@@ -19,9 +20,9 @@ pub(super) async fn write<W: Write + Send + 'static>(
     let attributes = u8::from(metadata.has_z);
     node.push(header(job, &format!("{vertices} 2 {attributes} 0"))).await?;
     ele.push(header(job, &format!("{triangles} 3 0"))).await?;
-    job.pass(node, Cut::Vertices, put_nodes).await?;
-    let elements = |numbering: &Numbering, part: &Part, out: &mut Vec<u8>| {
-        // The numbers of triangles go through the file too.
+    job.pass(node, CutBy::Vertices, put_nodes).await?;
+    let elements = |numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>| {
+        // Triangles are also numbered over the whole file.
         let mut triangle = part.written_before;
         part.for_each_triangle(numbering, |_, [a, b, c]| {
             put(out, format_args!("{triangle} {a} {b} {c}\n"));
@@ -29,10 +30,10 @@ pub(super) async fn write<W: Write + Send + 'static>(
             Ok(())
         })
     };
-    job.pass(ele, Cut::Triangles, elements).await
+    job.pass(ele, CutBy::Triangles, elements).await
 }
 
-fn header(job: &Job<'_>, counts: &str) -> Vec<u8> {
+fn header(job: &ExportJob<'_>, counts: &str) -> Vec<u8> {
     let mut out = Vec::new();
     for comment in comments(&job.numbering) {
         put(&mut out, format_args!("# {comment}\n"));
@@ -41,7 +42,7 @@ fn header(job: &Job<'_>, counts: &str) -> Vec<u8> {
     out
 }
 
-fn put_nodes(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), Contradiction> {
+fn put_nodes(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Result<(), Contradiction> {
     for (vertex, number) in part.vertices(numbering) {
         put(out, format_args!("{number} "));
         put_vertex(numbering, &part.tile, vertex, b' ', None, out)?;

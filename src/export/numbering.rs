@@ -1,7 +1,8 @@
-//! One number for each vertex of the file, and what a tile's triangles are in those numbers.
+//! The numbers of the vertices over the whole file, and checks that tiles agree with each other.
 //!
-//! Tiles check themselves when they are loaded, but not against each other nor against the directory's counts, which
-//! headers are written from. Here that is made up for: what contradicts becomes an error, and never a broken output.
+//! Tiles are checked when they are loaded, but not against each other and not against the counts of
+//! the directory, from which headers are written. This module does these checks: a contradiction
+//! becomes an error, never a broken output.
 
 use super::error::Contradiction;
 use super::options::ExportOptions;
@@ -38,12 +39,12 @@ impl Numbering {
         self.reader.directory()
     }
 
-    /// The number of a tile's first vertex.
+    /// Returns the number of a tile's first vertex.
     pub(super) fn start(&self, tile: &Tile) -> u64 {
         self.starts[tile.id().0 as usize]
     }
 
-    /// The number of a vertex; an error if the file has no such vertex.
+    /// Returns the number of a vertex. Fails if the file has no such vertex.
     pub(super) fn number(&self, vertex: VertexId) -> Result<u64, Contradiction> {
         let tile = vertex.tile.0 as usize;
         match self.directory().tiles.get(tile) {
@@ -59,37 +60,38 @@ impl Numbering {
         }
     }
 
-    /// The error for a tile that contradicts others.
+    /// Returns the error for a tile with a contradiction.
     pub(super) fn damaged(&self, tile: TileId, contradiction: Contradiction) -> ReadError {
         self.reader.damaged(tile, contradiction.to_string())
     }
 
-    /// Whether there are triangles that are not written because they are in holes.
+    /// Returns whether there are triangles that are not written because they are in holes.
     pub(super) fn leaves_out_holes(&self) -> bool {
         !self.options.holes && self.directory().metadata.hole_triangles > 0
     }
 
-    /// How many triangles are written, by the directory.
+    /// Returns the number of triangles that are written, according to the directory.
     pub(super) fn triangles(&self) -> u64 {
         let metadata = &self.directory().metadata;
         match self.leaves_out_holes() {
-            // The directory was refused if there are more in holes than in all.
+            // A directory with more triangles in holes than triangles was refused at open.
             true => metadata.triangles - metadata.hole_triangles,
             false => metadata.triangles,
         }
     }
 
-    /// Whether a triangle is written with this tile.
+    /// Returns whether a triangle is written as part of this tile.
     pub(super) fn is_written(&self, tile: &Tile, triangle: TriangleId) -> bool {
         tile.owns(triangle) && !(self.leaves_out_holes() && tile.is_hole(triangle))
     }
 
-    /// Whether the vertices have a z.
+    /// Returns whether the vertices have a z.
     pub(super) fn has_z(&self) -> bool {
         self.directory().metadata.has_z
     }
 
-    /// The z of a vertex of a tile, if the file has any; an error if it is no number, or the tile differs from the directory.
+    /// Returns the z of a vertex of a tile, if the file has z. Fails if the z is not finite, or if
+    /// the tile and the directory disagree on whether there is a z.
     pub(super) fn z(&self, tile: &Tile, vertex: VertexIndex) -> Result<Option<f64>, Contradiction> {
         match tile.z(vertex) {
             Some(z) if !z.is_finite() => Err(Contradiction::InfiniteZ(vertex)),

@@ -4,12 +4,12 @@ use std::io::Write;
 
 use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
-use super::output::{Job, Output};
-use super::part::{Cut, Part};
+use super::output::{ExportJob, Output};
 use super::text::{comments, put, put_vertex};
+use super::tile_part::{CutBy, TilePart};
 
 pub(super) async fn write<W: Write + Send + 'static>(
-    job: &mut Job<'_>,
+    job: &mut ExportJob<'_>,
     output: &mut Output<W>,
 ) -> Result<(), ExportError> {
     job.passes(2);
@@ -23,11 +23,11 @@ pub(super) async fn write<W: Write + Send + 'static>(
         format_args!("# {vertices} vertices, {triangles} triangles\n"),
     );
     output.push(header).await?;
-    job.pass(output, Cut::Vertices, put_vertices).await?;
-    job.pass(output, Cut::Triangles, put_faces).await
+    job.pass(output, CutBy::Vertices, put_vertices).await?;
+    job.pass(output, CutBy::Triangles, put_faces).await
 }
 
-fn put_vertices(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), Contradiction> {
+fn put_vertices(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Result<(), Contradiction> {
     for (vertex, _) in part.vertices(numbering) {
         out.extend_from_slice(b"v ");
         put_vertex(numbering, &part.tile, vertex, b' ', Some(0.0), out)?;
@@ -36,7 +36,7 @@ fn put_vertices(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result
     Ok(())
 }
 
-fn put_faces(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), Contradiction> {
+fn put_faces(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Result<(), Contradiction> {
     part.for_each_triangle(numbering, |_, vertices| {
         let [a, b, c] = vertices.map(|vertex| vertex + 1);
         put(out, format_args!("f {a} {b} {c}\n"));

@@ -1,6 +1,6 @@
-//! What is exported.
+//! The options of an export.
 
-/// What is exported.
+/// The options of an export.
 ///
 /// ```
 /// use delaunay_tiles::export::ExportOptions;
@@ -14,7 +14,8 @@ pub struct ExportOptions {
 }
 
 impl ExportOptions {
-    /// Exports triangles in holes too, which are left out otherwise. Vertices are exported in any case.
+    /// Sets whether triangles in holes are exported too; false by default. Vertices are always
+    /// exported.
     #[must_use]
     pub fn holes(mut self, holes: bool) -> Self {
         self.holes = holes;

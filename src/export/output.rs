@@ -1,4 +1,4 @@
-//! The way of a tile's bytes to where they are written.
+//! Writing the bytes of tiles to the outputs of an export.
 
 use std::io::{self, Write};
 use std::pin::pin;
@@ -9,22 +9,22 @@ use futures::stream::{self, Stream, StreamExt};
 use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
 use super::options::ExportOptions;
-use super::part::{Cut, PIECE_BYTES, Part};
-use crate::store::{Needs, Plan, ReadError, TileId, TileReader, spawn};
+use super::tile_part::{CHUNK_BYTES, CutBy, TilePart};
+use crate::store::{Needs, PassPlan, ReadError, TileId, TileReader, spawn};
 
-/// Bytes that are written at once, at least, but for the last.
+/// The least number of bytes per write, except the last one.
 const BUFFER: usize = 1 << 20;
-/// Pieces of output that wait to be written, beside those that are being made.
-const PIECES_AHEAD: usize = 2;
+/// The number of chunks of output that wait to be written, beside those being formatted.
+const CHUNKS_AHEAD: usize = 2;
 
-/// Runs what takes long on a thread for such work.
+/// Runs long work on a thread for blocking work.
 pub(super) async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, ExportError> {
     Ok(spawn(work).await?)
 }
 
-/// One output and what it is about to get.
+/// An output, and the bytes waiting to be written to it.
 pub(super) struct Output<W> {
-    /// None while a thread writes to it.
+    /// `None` while a thread writes to it.
     writer: Option<W>,
     suffix: &'static str,
     buffer: Vec<u8>,
@@ -41,7 +41,7 @@ impl<W: Write + Send + 'static> Output<W> {
         }
     }
 
-    /// Takes bytes.
+    /// Appends bytes.
     pub(super) async fn push(&mut self, bytes: Vec<u8>) -> Result<(), ExportError> {
         if self.buffer.is_empty() {
             self.buffer = bytes;
@@ -56,7 +56,7 @@ impl<W: Write + Send + 'static> Output<W> {
             .await
     }
 
-    /// Writes the rest. Returns the output and the bytes that it got.
+    /// Writes the remaining bytes. Returns the output and the number of bytes that it got.
     pub(super) async fn finish(mut self) -> Result<(W, u64), ExportError> {
         let bytes = std::mem::take(&mut self.buffer);
         self.write(move |writer| {
@@ -68,7 +68,7 @@ impl<W: Write + Send + 'static> Output<W> {
         Ok((self.writer.expect("it came back from writing"), self.bytes))
     }
 
-    /// Lends the output to a thread for blocking work.
+    /// Runs `write` with the output on a thread for blocking work.
     async fn write(
         &mut self,
         write: impl FnOnce(&mut W) -> io::Result<usize> + Send + 'static,
@@ -86,15 +86,15 @@ impl<W: Write + Send + 'static> Output<W> {
     }
 }
 
-/// An export under way.
-pub(super) struct Job<'a> {
+/// The state of an export.
+pub(super) struct ExportJob<'a> {
     pub(super) numbering: Arc<Numbering>,
     progress: &'a mut (dyn FnMut(u64, u64) + Send),
     done: u64,
     total: u64,
 }
 
-impl<'a> Job<'a> {
+impl<'a> ExportJob<'a> {
     pub(super) fn new(
         reader: &TileReader,
         options: ExportOptions,
@@ -112,33 +112,36 @@ impl<'a> Job<'a> {
         self.numbering.reader()
     }
 
-    /// What a pass needs memory for, if tiles are formatted as they are.
+    /// Returns the memory that a pass needs beside its tiles, if each part is formatted without
+    /// further data.
     pub(super) fn needs() -> Needs {
         Needs {
-            // Beside those that wait, one is being written, and one is being appended to what was written last. Pieces are
-            // made by one thread and dropped by another, so the allocator keeps several times as much.
-            fixed: 4 * (PIECES_AHEAD as u64 + 2) * PIECE_BYTES,
-            per_thread: PIECE_BYTES,
+            // Beside the waiting chunks, one chunk is being written, and one is being appended to
+            // the last write. Chunks are allocated by one thread and freed by another, so the
+            // allocator keeps several times as much.
+            fixed: 4 * (CHUNKS_AHEAD as u64 + 2) * CHUNK_BYTES,
+            per_thread: CHUNK_BYTES,
             per_vertex: 0,
         }
     }
 
-    /// Announces so many passes over all tiles.
+    /// Sets the number of passes over all tiles, for the progress.
     pub(super) fn passes(&mut self, passes: u64) {
         self.total = passes * self.reader().directory().tiles.len() as u64;
     }
 
-    /// Notes that a tile is done.
+    /// Reports that a tile is done.
     pub(super) fn advance(&mut self) {
         self.done += 1;
         (self.progress)(self.done, self.total);
     }
 
-    /// Writes what `format` makes of each part of each tile, in order. An error of `format` says what is wrong with the tile.
-    pub(super) async fn pass<W, F>(&mut self, output: &mut Output<W>, cut: Cut, format: F) -> Result<(), ExportError>
+    /// Writes the output of `format` for each part of each tile, in order. An error of `format` is
+    /// reported as damage of the tile.
+    pub(super) async fn pass<W, F>(&mut self, output: &mut Output<W>, cut: CutBy, format: F) -> Result<(), ExportError>
     where
         W: Write + Send + 'static,
-        F: Fn(&Numbering, &Part, &mut Vec<u8>) -> Result<(), Contradiction> + Clone + Send + 'static,
+        F: Fn(&Numbering, &TilePart, &mut Vec<u8>) -> Result<(), Contradiction> + Clone + Send + 'static,
     {
         let plan = self.reader().plan(Self::needs())?;
         let tiles = self.reader().pass(self.reader().tile_ids(), plan);
@@ -154,46 +157,47 @@ impl<'a> Job<'a> {
             .write_parts(output, tiles.buffered(plan.threads), plan, b"", format)
             .await?;
         match cut {
-            Cut::Vertices => Ok(()),
-            Cut::Triangles => self.check_triangles(written),
-            Cut::Edges => self.check_edges(written),
+            CutBy::Vertices => Ok(()),
+            CutBy::Triangles => self.check_triangles(written),
+            CutBy::Edges => self.check_edges(written),
         }
     }
 
-    /// An error unless as many constraint edges were written as the directory, and so a header, says.
+    /// Fails unless the number of constraint edges written is that of the directory, and so of the
+    /// header.
     fn check_edges(&self, written: u64) -> Result<(), ExportError> {
         let expected = self.reader().directory().metadata.constraint_edges;
         if written == expected {
             return Ok(());
         }
-        let reason = format!("{written} constraint edges are in tiles, and {expected} by the directory");
+        let reason = format!("the tiles have {written} constraint edges, but the directory says {expected}");
         Err(self.reader().damaged(TileId(0), reason).into())
     }
 
-    /// An error unless as many triangles were written as the directory, and so a header, says.
+    /// Fails unless the number of triangles written is that of the directory, and so of the header.
     pub(super) fn check_triangles(&self, written: u64) -> Result<(), ExportError> {
         let expected = self.numbering.triangles();
         if written == expected {
             return Ok(());
         }
-        // Tiles have as many triangles as the directory says, so it errs on those in holes.
-        let reason = format!("{written} triangles are in no hole, and {expected} by the directory");
+        // The number of triangles per tile was checked, so the number of those in holes is wrong.
+        let reason = format!("{written} triangles are in no hole, but the directory says {expected}");
         Err(self.reader().damaged(TileId(0), reason).into())
     }
 
-    /// Writes what `format` makes of each part, with a separator between those of which it makes anything. Returns how many
-    /// triangles were written.
+    /// Writes the output of `format` for each part, with a separator between outputs that are not
+    /// empty. Returns the number of triangles (or edges) written.
     pub(super) async fn write_parts<W, F>(
         &mut self,
         output: &mut Output<W>,
-        tiles: impl Stream<Item = Result<Vec<Part>, ReadError>> + Unpin,
-        plan: Plan,
+        tiles: impl Stream<Item = Result<Vec<TilePart>, ReadError>> + Unpin,
+        plan: PassPlan,
         separator: &[u8],
         format: F,
     ) -> Result<u64, ExportError>
     where
         W: Write + Send + 'static,
-        F: Fn(&Numbering, &Part, &mut Vec<u8>) -> Result<(), Contradiction> + Clone + Send + 'static,
+        F: Fn(&Numbering, &TilePart, &mut Vec<u8>) -> Result<(), Contradiction> + Clone + Send + 'static,
     {
         let numbering = Arc::clone(&self.numbering);
         let parts = tiles.flat_map(|parts| match parts {
@@ -201,9 +205,9 @@ impl<'a> Job<'a> {
             Err(error) => stream::iter([Err(error)]).right_stream(),
         });
         let mut before = 0;
-        let pieces = parts.map(|part| {
+        let chunks = parts.map(|part| {
             let (numbering, format) = (Arc::clone(&numbering), format.clone());
-            let piece = part.map(|mut part| {
+            let chunk = part.map(|mut part| {
                 part.written_before = before;
                 before += u64::from(part.triangles);
                 spawn(move || {
@@ -213,20 +217,20 @@ impl<'a> Job<'a> {
                     Ok::<_, ReadError>((bytes, part.triangles, part.is_last))
                 })
             });
-            async move { piece?.await? }
+            async move { chunk?.await? }
         });
-        let mut pieces = pin!(pieces.buffered(plan.threads + PIECES_AHEAD));
+        let mut chunks = pin!(chunks.buffered(plan.threads + CHUNKS_AHEAD));
         let mut first = true;
         let mut written = 0;
-        while let Some(piece) = pieces.next().await {
-            let (piece, triangles, ends_tile) = piece?;
+        while let Some(chunk) = chunks.next().await {
+            let (chunk, triangles, ends_tile) = chunk?;
             written += u64::from(triangles);
-            if !piece.is_empty() {
+            if !chunk.is_empty() {
                 if !first && !separator.is_empty() {
                     output.push(separator.to_vec()).await?;
                 }
                 first = false;
-                output.push(piece).await?;
+                output.push(chunk).await?;
             }
             if ends_tile {
                 self.advance();

@@ -1,11 +1,12 @@
 //! PLY, binary, little-endian (Turk, "The PLY Polygon File Format", 1994).
 //!
-//! Elements: `vertex` with x, y, z as doubles and the number of its input record; `face`, a triangle each; `edge`, the
-//! constraint edges, all of them.
+//! Elements: `vertex` with x, y, z as doubles and the number of its input record; `face`, one
+//! triangle each; `edge`, all constraint edges.
 //!
-//! PLY has no integers of 64 bits. Record numbers are `uint` if all of them fit, else `double`, which is exact up to 2^53.
-//! Their type stands in the header, so it must be known first: what the directory says of the sources bounds them, and only
-//! if it says nothing, or too much, a pass over the tiles looks for the largest.
+//! PLY has no integers of 64 bits. Record numbers are `uint` if all of them fit, otherwise
+//! `double`, which is exact up to 2^53. The header contains this type, so it must be known first.
+//! The sizes of the sources in the directory bound the record numbers. Only if the directory has
+//! none, or if the bound is too large, a pass over the tiles finds the largest number.
 
 use std::io::Write;
 
@@ -13,18 +14,18 @@ use futures::stream::StreamExt;
 
 use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
-use super::output::{Job, Output};
-use super::part::{Cut, Part};
+use super::output::{ExportJob, Output};
 use super::text::{comments, put};
+use super::tile_part::{CutBy, TilePart};
 use crate::geometry::VertexIndex;
 use crate::store::{Metadata, Needs, Tile};
 
-/// Vertices that a `uint` can number.
+/// The number of vertices that a `uint` can number.
 const MAX_VERTICES: u64 = 1 << 32;
-/// Numbers from 0 that a double has all of.
+/// The limit up to which a double represents all integers exactly.
 const EXACT: u64 = 1 << 53;
 
-/// How record numbers are written.
+/// The type of record numbers in the output.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum RecordType {
     Uint,
@@ -32,33 +33,33 @@ enum RecordType {
 }
 
 pub(super) async fn write<W: Write + Send + 'static>(
-    job: &mut Job<'_>,
+    job: &mut ExportJob<'_>,
     output: &mut Output<W>,
 ) -> Result<(), ExportError> {
     let metadata = job.reader().directory().metadata.clone();
     if metadata.vertices > MAX_VERTICES {
         return Err(ExportError::Limit(format!(
-            "PLY numbers {MAX_VERTICES} vertices at most, and there are {}; Triangle's format, OBJ and GeoJSON have no \
+            "PLY can number {MAX_VERTICES} vertices, but there are {}; Triangle's format, OBJ and GeoJSON have no \
              such limit",
             metadata.vertices
         )));
     }
     let records = record_type(job, &metadata).await?;
     output.push(header(&metadata, &job.numbering, records)).await?;
-    let vertices = move |numbering: &Numbering, part: &Part, out: &mut Vec<u8>| {
+    let vertices = move |numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>| {
         let mut vertices = part.range.clone().map(VertexIndex);
         vertices.try_for_each(|vertex| put_vertex(numbering, &part.tile, vertex, records, out))
     };
-    job.pass(output, Cut::Vertices, vertices).await?;
-    job.pass(output, Cut::Triangles, put_faces).await?;
+    job.pass(output, CutBy::Vertices, vertices).await?;
+    job.pass(output, CutBy::Triangles, put_faces).await?;
     match metadata.constraint_edges {
         0 => Ok(()),
-        _ => job.pass(output, Cut::Edges, put_edges).await,
+        _ => job.pass(output, CutBy::Edges, put_edges).await,
     }
 }
 
-/// Finds out how record numbers are to be written, and announces the passes.
-async fn record_type(job: &mut Job<'_>, metadata: &Metadata) -> Result<RecordType, ExportError> {
+/// Determines the type of record numbers, and sets the number of passes.
+async fn record_type(job: &mut ExportJob<'_>, metadata: &Metadata) -> Result<RecordType, ExportError> {
     let fits = |largest: u64| {
         if largest <= u64::from(u32::MAX) {
             RecordType::Uint
@@ -87,7 +88,7 @@ async fn record_type(job: &mut Job<'_>, metadata: &Metadata) -> Result<RecordTyp
     }
     if largest > EXACT {
         return Err(ExportError::Limit(format!(
-            "PLY has no type for record numbers beyond {EXACT}, and there is {largest}; other formats do not need it"
+            "PLY has no type for record numbers beyond {EXACT}, but there is {largest}; other formats do not need it"
         )));
     }
     Ok(fits(largest))
@@ -148,7 +149,7 @@ fn put_vertex(
     Ok(())
 }
 
-fn put_faces(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), Contradiction> {
+fn put_faces(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Result<(), Contradiction> {
     part.for_each_triangle(numbering, |_, vertices| {
         out.push(3);
         for vertex in vertices {
@@ -159,7 +160,7 @@ fn put_faces(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<()
     })
 }
 
-fn put_edges(numbering: &Numbering, part: &Part, out: &mut Vec<u8>) -> Result<(), Contradiction> {
+fn put_edges(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Result<(), Contradiction> {
     let edges = part.tile.owned_constraints().skip(part.range.start as usize);
     for edge in edges.take(part.range.len()) {
         for vertex in part.tile.ends(edge) {

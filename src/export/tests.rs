@@ -1,5 +1,5 @@
-//! Files that are damaged in ways that only an export notices, and those that PLY has no room for. Whole files of all
-//! kinds are exported in `tests/export`.
+//! Tests of files with damage that only an export detects, and of files that exceed PLY's limits.
+//! `tests/export` exports whole files of all kinds.
 
 use super::*;
 use crate::geometry::{Point, Rect, VertexIndex};
@@ -10,7 +10,8 @@ use crate::store::{
     TileWriter, VertexId,
 };
 
-/// Two tiles and one triangle across them: vertices 0:0 and 0:1, and 1:0. Each test makes a piece of it wrong.
+/// Two tiles, and one triangle of both: vertices 0:0 and 0:1, and 1:0. Each test makes some field
+/// wrong.
 struct Draft {
     foreign: VertexId,
     owned: u32,
@@ -115,7 +116,7 @@ impl Draft {
 }
 
 #[tokio::test]
-async fn without_damage() {
+async fn a_sound_file_is_exported_to_all_formats() {
     let obj = Draft::default().export(Format::Obj).await.unwrap();
     let obj = String::from_utf8(obj.outputs.into_iter().next().unwrap()).unwrap();
     assert!(
@@ -133,7 +134,7 @@ async fn without_damage() {
 }
 
 #[tokio::test]
-async fn foreign_vertices_that_no_tile_has() {
+async fn foreign_vertices_that_no_tile_has_are_damage() {
     for format in Format::ALL {
         for (foreign, says) in [
             (vertex(2, 0), "vertex 2:0, but the file has 2 tiles"),
@@ -154,21 +155,21 @@ async fn foreign_vertices_that_no_tile_has() {
 }
 
 #[tokio::test]
-async fn a_wrong_count_of_triangles() {
+async fn a_wrong_count_of_triangles_is_damage() {
     for format in Format::ALL {
-        // More than the tile has are refused when the file is opened.
+        // A count larger than the tile's is refused when the file is opened.
         let draft = Draft {
             owned: 0,
             ..Draft::default()
         };
         draft
-            .says(format, "1 triangles belong to it, and 0 by the directory")
+            .says(format, "it owns 1 triangles, but the directory says 0")
             .await;
     }
 }
 
 #[tokio::test]
-async fn z_that_is_none() {
+async fn missing_or_non_finite_z_is_damage() {
     for format in Format::ALL {
         let nan = || Draft {
             z: [vec![5.0, 6.0], vec![f64::NAN]],
@@ -185,7 +186,7 @@ async fn z_that_is_none() {
 }
 
 #[tokio::test]
-async fn record_numbers_of_ply() {
+async fn ply_record_numbers_get_the_smallest_type_that_holds_them() {
     let large = u64::from(u32::MAX) + 1;
     for (record, sources, expected) in [
         (1, vec![3], "uint"),
@@ -211,7 +212,7 @@ async fn record_numbers_of_ply() {
         sources,
         ..Draft::default()
     };
-    let contradiction = "vertex 0 is of record 4294967296, which no source has";
+    let contradiction = "vertex 0 is of record 4294967296, but the directory has no source";
     draft(large, vec![3]).says(Format::Ply, contradiction).await;
     draft((1 << 53) + 1, vec![]).says(Format::Ply, "9007199254740993").await;
     draft((1 << 53) + 1, vec![]).export(Format::Obj).await.unwrap();

@@ -1,4 +1,4 @@
-//! Numbers and comments as text.
+//! Formatting of numbers and comments.
 
 use std::io::Write;
 
@@ -12,13 +12,14 @@ pub(super) fn put(out: &mut Vec<u8>, text: std::fmt::Arguments<'_>) {
     out.write_fmt(text).expect("a vector takes everything");
 }
 
-/// Appends the shortest text that reads back as the same number: digits and a point, or an exponent as in `1e-30` where
-/// that is shorter. C's `strtod`, JSON and all else take it.
+/// Appends the shortest text that parses to the same number: digits and a point, or an exponent as
+/// in `1e-30` where that is shorter. C's `strtod`, JSON and other parsers accept it.
 pub(super) fn put_number(out: &mut Vec<u8>, number: f64) {
     put(out, format_args!("{number:?}"));
 }
 
-/// Appends the coordinates of a vertex, with a separator between them, and its z or what stands for it.
+/// Appends the coordinates of a vertex, separated by `separator`, and its z, or `no_z` if it has
+/// none.
 pub(super) fn put_vertex(
     numbering: &Numbering,
     tile: &Tile,
@@ -38,10 +39,10 @@ pub(super) fn put_vertex(
     Ok(())
 }
 
-/// What the header of an export says of its origin, a line each.
+/// Returns the lines of a header that describe the origin of an export.
 ///
-/// The lines are short: readers of PLY and of Triangle's files have lines of 1024 characters at most. A coordinate
-/// reference system that needs more (WKT rather than a name) is left out.
+/// The lines are short, since readers of PLY and of Triangle's files have lines of at most 1024
+/// characters. A coordinate reference system that needs more (WKT rather than a name) is left out.
 pub(super) fn comments(numbering: &Numbering) -> Vec<String> {
     const LONGEST: usize = 200;
     let mut lines = vec![concat!("delaunay-tiles ", env!("CARGO_PKG_VERSION")).to_owned()];
@@ -59,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_read_back() {
+    fn numbers_parse_to_the_same_bits() {
         for (number, text) in [
             (0.0, "0.0"),
             (-1.5, "-1.5"),

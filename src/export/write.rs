@@ -1,41 +1,43 @@
-//! One triangulation, written in one format.
+//! Writing a triangulation in one of the formats.
 
 use std::io::Write;
 
 use super::error::ExportError;
 use super::format::Format;
 use super::options::ExportOptions;
-use super::output::{Job, Output};
+use super::output::{ExportJob, Output};
 use super::{geojson, node, obj, ply};
 use crate::store::TileReader;
 
-/// What was exported.
+/// The summary and the outputs of an export.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Exported<W> {
-    /// Vertices.
+    /// The number of vertices.
     pub vertices: u64,
-    /// Triangles that were exported.
+    /// The number of triangles exported.
     pub triangles: u64,
-    /// Bytes of all outputs.
+    /// The number of bytes of all outputs.
     pub bytes: u64,
-    /// The outputs, in the order in which they were given, flushed.
+    /// The outputs, flushed, in the order in which they were given.
     pub outputs: Vec<W>,
 }
 
 /// Writes a triangulation in another format. Must be awaited within a tokio runtime.
 ///
-/// There must be one output for each of the format's [`suffixes`](Format::suffixes), in their order. They get pieces of one or
-/// two mebibytes, on threads for blocking work, so they need no buffer. `progress` is told how many tiles of how many
-/// are done; formats that list vertices before triangles count every tile twice. Dropping the future stops the
-/// export after the piece that is being written.
+/// `outputs` must have one output for each of the format's [`suffixes`](Format::suffixes), in their
+/// order. The outputs get chunks of one or two mebibytes, on threads for blocking work, so they
+/// need no buffer. `progress` is called with the number of tiles done and the total. Formats that
+/// list vertices before triangles count every tile twice. Dropping the future stops the export
+/// after the chunk that is being written.
 ///
 /// # Errors
-/// If the file cannot be read or is damaged, an output fails, the memory that the reader may use does not suffice for a tile,
-/// or the format has no room for the triangulation.
+/// Fails if the file cannot be read or is damaged, if an output fails, if the memory that the
+/// reader may use does not suffice for a tile, or if the triangulation exceeds a limit of the
+/// format.
 ///
 /// # Panics
-/// If the number of outputs is not that of the format's suffixes.
+/// Panics if the number of outputs differs from the number of the format's suffixes.
 pub async fn export<W: Write + Send + 'static>(
     reader: &TileReader,
     format: Format,
@@ -50,7 +52,7 @@ pub async fn export<W: Write + Send + 'static>(
         .zip(suffixes)
         .map(|(writer, suffix)| Output::new(writer, suffix))
         .collect();
-    let mut job = Job::new(reader, options, &mut progress);
+    let mut job = ExportJob::new(reader, options, &mut progress);
     match (format, outputs.as_mut_slice()) {
         (Format::Ply, [output]) => ply::write(&mut job, output).await?,
         (Format::Node, [node, ele]) => node::write(&mut job, node, ele).await?,

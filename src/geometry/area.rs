@@ -1,19 +1,22 @@
-//! The sign of the area of a closed ring of points, exact.
+//! The exact sign of the area of a closed ring of points.
 //!
-//! In: the points of a ring, each once and in order. Out: whether they go round counter-clockwise. Why the area and not
-//! the turn at an extreme point: it also has an answer for rings with repeated points, spikes and lobes that touch.
+//! Input: the points of a ring, each once and in order. Output: whether they run counter-clockwise.
+//! The sign of the area, unlike the turn at an extreme point, also has an answer for rings with
+//! repeated points, spikes and lobes that touch.
 //!
-//! Twice the area is the sum of x·y' - x'·y over all neighbours. Each product is two terms without an error, and the
-//! terms are summed in an expansion that grows as it must (Shewchuk's GROW-EXPANSION, without terms that are zero). Products of
-//! valid coordinates ([`Point::is_valid`]) reach from 2⁻³⁸⁸ to 2⁴⁰⁰, so nothing overflows or underflows, and
-//! an expansion has a few terms, in the worst case some hundreds.
+//! Twice the area is the sum of x·y' - x'·y over all pairs of neighbours. Each product is two
+//! terms without an error. The terms are summed in an expansion that grows as needed (Shewchuk's
+//! GROW-EXPANSION, without terms that are zero). Products of valid coordinates
+//! ([`Point::is_valid`]) range from 2⁻³⁸⁸ to 2⁴⁰⁰, so nothing overflows or underflows.
+//! An expansion has a few terms, and some hundreds in the worst case.
 
 use std::cmp::Ordering;
 
 use crate::geometry::expansion::{two_product, two_sum};
 use crate::geometry::point::Point;
 
-/// The sign of the area that a ring of valid points encloses: greater if it is counter-clockwise, equal if there is none.
+/// Returns the sign of the area that a ring of valid points encloses: `Greater` if the ring is
+/// counter-clockwise, `Less` if it is clockwise, `Equal` if the area is zero.
 #[must_use]
 pub fn area_sign(ring: impl IntoIterator<Item = Point>) -> Ordering {
     let mut points = ring.into_iter();
@@ -29,7 +32,7 @@ pub fn area_sign(ring: impl IntoIterator<Item = Point>) -> Ordering {
     sum.sign()
 }
 
-/// A sum without rounding error: an expansion, its terms of increasing magnitude and none of them zero.
+/// A sum without rounding error: an expansion of nonzero terms of increasing magnitude.
 #[derive(Default)]
 struct Sum(Vec<f64>);
 
@@ -78,7 +81,7 @@ mod tests {
         area.sign()
     }
 
-    /// Of all magnitudes; or of few values, so that areas cancel.
+    /// Generates coordinates of all magnitudes, or of few values, so that areas cancel.
     fn coordinate() -> impl Strategy<Value = f64> {
         prop_oneof![
             3 => (-3..4).prop_map(f64::from),
@@ -92,10 +95,10 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
         #[test]
-        fn is_the_sign_of_the_exact_area(coordinates in vec((coordinate(), coordinate()), 0..12), back in any::<bool>()) {
+        fn the_sign_is_that_of_the_exact_area(coordinates in vec((coordinate(), coordinate()), 0..12), back in any::<bool>()) {
             let mut ring: Vec<Point> = coordinates.into_iter().map(|(x, y)| Point::new(x, y)).collect();
             if back {
-                // The way there and back encloses nothing, however crooked.
+                // The path there and back encloses nothing, however crooked it is.
                 ring.extend(ring.clone().into_iter().rev());
                 prop_assert_eq!(area_sign(ring.iter().copied()), Ordering::Equal);
             }
@@ -105,9 +108,9 @@ mod tests {
         }
     }
 
-    /// Floating point alone gives 0, or the wrong sign, for each of these.
+    /// Floating point alone gives 0 or the wrong sign for each of these.
     #[test]
-    fn slivers_far_away() {
+    fn the_sign_is_exact_for_slivers_far_from_the_origin() {
         let far = 3e7;
         let least = f64::EPSILON * far;
         for (ring, sign) in [

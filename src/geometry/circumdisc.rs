@@ -1,51 +1,63 @@
 //! A certificate that the circumdisc of a triangle lies inside a cell.
 //!
-//! One-sided: it costs a little work to miss a disc that is inside, and corrupts the mesh to certify one that is not.
-//! So this is floating point with an error bound, and whatever is uncertain is not certified.
+//! The certificate is one-sided: to miss a disc that is inside costs a little work, but to certify
+//! one that is not inside corrupts the mesh. So the test uses floating point with an error bound,
+//! and does not certify uncertain cases.
 //!
 //! # Error bound
 //!
 //! Take vertex `a` as origin, with u = b - a, v = c - a, w = c - b. With
 //!
 //! ```text
-//! d = 2 (uₓ v_y - u_y vₓ)     x = v_y u² - u_y v²     y = uₓ v² - vₓ u²     n = |u| |v| |w|
+//! d = 2 (uₓ v_y - u_y vₓ)     n = |u| |v| |w|
+//! x = v_y u² - u_y v²         y = uₓ v² - vₓ u²
 //! ```
 //!
-//! the centre is (x, y) / d and the radius n / d. As d > 0, the closed disc lies strictly left of a vertical line at
-//! distance g to the right of `a` if and only if x + n < g d; the other three sides are alike. No division is needed.
+//! the centre is (x, y) / d and the radius n / d. As d > 0, the closed disc lies strictly left of a
+//! vertical line at distance g to the right of `a` if and only if x + n < g d. The other three
+//! sides are alike. No division is needed.
 //!
-//! Let ε = 2⁻⁵³. As the error analysis counts roundings, k of them are a relative error of k ε and terms in ε², which
-//! the whole numbers below absorb. A hat marks what is computed.
+//! Let ε = 2⁻⁵³. The error analysis counts roundings: k of them are a relative error of k ε
+//! and terms in ε². The whole numbers below absorb these terms. A hat marks a computed value.
 //!
-//! - Differences pass 1 rounding, squared lengths 4 (two differences, a product, a sum, all terms positive).
-//! - x: each of its two products passes 6 roundings, the difference is the 7th, so |x̂ - x| ≤ 7.1 ε s, where s is the
-//!   computed sum of the magnitudes of the two products. The same holds for y.
-//! - n̂ = √(u² v²) √(w²) passes (4 + 4 + 1) / 2 + 1, then 4 / 2 + 1, then 1: n ≤ n̂ (1 + 9.6 ε).
-//! - x̂ + n̂ + 16 ε (s + n̂): the two sums add errors of at most 1.1 ε (s + n̂) each, in all 9.3 ε s + 11.8 ε n̂. So
-//!   this is at least x + n, and hence never negative.
-//! - d: with t the computed sum of the magnitudes of its two products, |d̂ - d| ≤ 4.1 ε t, and d̂ ≤ 1.1 t. So for the
-//!   computed d̂ - 16 ε t, if it is positive, (1 + ε)⁴ (d̂ - 16 ε t) ≤ d, which leaves room for the rounding of it,
-//!   of ĝ, and of their product.
+//! - Differences pass 1 rounding, squared lengths 4 (two differences, a product, a sum, all terms
+//!   positive).
+//! - x: each of its two products passes 6 roundings, the difference is the 7th, so |x̂ - x| ≤
+//!   7.1 ε s, where s is the computed sum of the magnitudes of the two products. The same holds
+//!   for y.
+//! - n̂ = √(u² v²) √(w²) passes (4 + 4 + 1) / 2 + 1, then 4 / 2 + 1, then 1: n ≤ n̂ (1 +
+//!   9.6 ε).
+//! - x̂ + n̂ + 16 ε (s + n̂): the two sums add errors of at most 1.1 ε (s + n̂) each, in all
+//!   9.3 ε s + 11.8 ε n̂. So this is at least x + n, and hence never negative.
+//! - d: with t the computed sum of the magnitudes of its two products, |d̂ - d| ≤ 4.1 ε t, and
+//!   d̂ ≤ 1.1 t. So if the computed d̂ - 16 ε t is positive, (1 + ε)⁴ (d̂ - 16 ε t) ≤
+//!   d. This leaves room for the rounding of d̂ - 16 ε t, of ĝ, and of their product.
 //!
 //! So if x̂ + n̂ + 16 ε (s + n̂) < ĝ (d̂ - 16 ε t) as computed, then x + n < g d.
 //!
-//! Underflow: coordinates being within the limits of [`Point::is_valid`], differences are multiples of 2⁻¹⁹⁴ (see
-//! [`predicates`](crate::geometry::predicates)), so products of two are multiples of 2⁻³⁸⁸ and of three of 2⁻⁵⁸², n is at least
-//! 2⁻⁵⁸² if it is not zero, and the slack at least 2⁻⁶³²; none is near 2⁻¹⁰²². The product with ĝ may underflow, as the
-//! sides of the cell are arbitrary, but not if it is greater than the slack. Overflow: x, y and n are below 2⁶⁰⁷, n² is
-//! never formed, and an infinite ĝ ends in a comparison that is true if the left side is finite, which is intended.
+//! Underflow: coordinates are within the limits of [`Point::is_valid`], so differences are
+//! multiples of 2⁻¹⁹⁴ (see [`predicates`](crate::geometry::predicates)), products of two are
+//! multiples of 2⁻³⁸⁸, and products of three are multiples of 2⁻⁵⁸². n is zero or at
+//! least 2⁻⁵⁸², and the slack is zero or at least 2⁻⁶³². None of these is near
+//! 2⁻¹⁰²². The product with ĝ may underflow, as the sides of the cell are arbitrary, but
+//! not if it is greater than the slack.
+//!
+//! Overflow: x, y and n are below 2⁶⁰⁷, and n² is never computed. An infinite ĝ ends in a
+//! comparison that is true if the left side is finite, which is intended.
 
 use crate::geometry::point::{Point, Rect};
 
 /// 16 ε, the bound derived above.
 const SLACK: f64 = 8.0 * f64::EPSILON;
 
-/// Whether the closed circumdisc of the counter-clockwise triangle `a`, `b`, `c` certainly lies strictly inside the
-/// open rectangle `cell`, whose sides may be at infinity. The whole plane contains every disc.
+/// Returns whether the closed circumdisc of the counter-clockwise triangle `a`, `b`, `c` certainly
+/// lies strictly inside the open rectangle `cell`. The sides of `cell` may be at infinity. The
+/// whole plane contains every disc.
 ///
-/// False if the disc is not inside, and also if it is nearly touching, if the triangle is not certainly
-/// counter-clockwise, or if a number is NaN or too large. Never true if the disc, as exact arithmetic has it, touches
-/// or passes a side. The points must be [valid](Point::is_valid) or have a coordinate that is not finite.
+/// The result is false if the disc is not inside, and also if the disc nearly touches a side, if
+/// the triangle is not certainly counter-clockwise, or if a number is NaN or too large. It is never
+/// true if the exact disc touches or passes a side. The points must be [valid](Point::is_valid) or
+/// have a coordinate that is not finite.
 #[inline]
 #[must_use]
 pub fn disc_strictly_inside(a: Point, b: Point, c: Point, cell: Rect) -> bool {
@@ -66,7 +78,7 @@ pub fn disc_strictly_inside(a: Point, b: Point, c: Point, cell: Rect) -> bool {
     let x_slack = SLACK * (x_left.abs() + x_right.abs() + n);
     let y_slack = SLACK * (y_left.abs() + y_right.abs() + n);
 
-    // Every comparison is false if a side of it is NaN, and `&` spares branches that cannot be foretold.
+    // A comparison with a NaN is false, and `&` avoids unpredictable branches.
     (d > 0.0)
         & ((n + x) + x_slack < (cell.max_x - a.x) * d)
         & ((n - x) + x_slack < (a.x - cell.min_x) * d)

@@ -1,9 +1,9 @@
-//! Where two segments cross, exactly, and rounded once.
+//! The exact crossing point of two segments, rounded once.
 //!
 //! # Method
 //!
-//! Segment cd crosses the line ab where it is divided in the ratio of the distances of `c` and `d` from that line, which
-//! are as the orientation determinants:
+//! Segment cd crosses the line ab at the point that divides cd in the ratio of the distances of `c`
+//! and `d` from that line. These distances are proportional to the orientation determinants:
 //!
 //! ```text
 //!          d
@@ -13,25 +13,29 @@
 //!      c
 //! ```
 //!
-//! Numerators and denominator are [expansions](crate::geometry::expansion), so they have no rounding error. Their rounded quotient is
-//! off by a few units in the last place at most; from there exact signs of `numerator - middle · denominator` lead to the
-//! nearest number, where `middle` lies halfway to a neighbour.
+//! Numerators and denominator are [expansions](crate::geometry::expansion), so they have no
+//! rounding error. Their rounded quotient is off by at most a few units in the last place. From
+//! there, exact signs of `numerator - middle · denominator` lead to the nearest number, where
+//! `middle` is halfway to a neighbour.
 //!
 //! # Rounding is monotonic
 //!
-//! A coordinate becomes the nearest number that a point may have, ties to even: the numbers of [`Point::is_valid`]. So a
-//! coordinate other than zero that is smaller than [`Point::MIN_MAGNITUDE`] becomes that or zero, whichever is nearer, and
-//! zero if it is halfway. Rounding to the nearest of a set keeps order, and leaves the set's own numbers where they are:
+//! A coordinate is rounded to the nearest coordinate that is valid by [`Point::is_valid`], with
+//! ties to even. So a nonzero coordinate smaller than [`Point::MIN_MAGNITUDE`] becomes that value
+//! or zero, whichever is nearer, and zero if it is halfway. Rounding to the nearest number of a set
+//! preserves order, and leaves the set's own numbers unchanged:
 //!
 //! - the rounded point lies in the bounding box of either segment;
-//! - points that follow each other along a segment do so after rounding, in both coordinates;
+//! - points that follow each other along a segment still do so after rounding, in both coordinates;
 //! - a coordinate that is left of a number of the set is not right of it after rounding.
 //!
 //! # Why nothing overflows or underflows
 //!
-//! As in [`predicates`](crate::geometry::predicates): coordinates are multiples of 2⁻¹⁹⁴ up to 2²⁰⁰, determinants multiples of 2⁻³⁸⁸ up
-//! to 2⁴⁰³, numerators multiples of 2⁻⁵⁸² up to 2⁶⁰⁴. Half the distance of two neighbouring numbers is at least 2⁻¹⁹⁶, and a
-//! power of two, so its product with the denominator is a multiple of 2⁻⁵⁸⁴.
+//! As in [`predicates`](crate::geometry::predicates), coordinates are multiples of 2⁻¹⁹⁴ up
+//! to 2²⁰⁰. Determinants are multiples of 2⁻³⁸⁸ up to 2⁴⁰³, and numerators are
+//! multiples of 2⁻⁵⁸² up to 2⁶⁰⁴. Half the distance of two neighbouring numbers is at
+//! least 2⁻¹⁹⁶, and a power of two, so its product with the denominator is a multiple of
+//! 2⁻⁵⁸⁴.
 
 use std::cmp::Ordering;
 
@@ -39,30 +43,35 @@ use crate::geometry::expansion::Expansion;
 use crate::geometry::point::{Point, Rect};
 use crate::geometry::predicates::{Orientation, orient2d, orientation_determinant};
 
-/// Whether the segments ab and cd cross: they meet in exactly one point, which is an end of neither.
+/// Returns whether the segments ab and cd cross: they meet in exactly one point, which is not an
+/// end of either.
 ///
-/// Segments that share an end, that overlap, or of which one ends on the other do not cross. Exact for all valid points.
+/// Segments that share an end, that overlap, or one of which ends on the other do not cross. Exact
+/// for all valid points.
 #[inline]
 #[must_use]
 pub fn segments_cross(a: Point, b: Point, c: Point, d: Point) -> bool {
     are_opposite(orient2d(a, b, c), orient2d(a, b, d)) && are_opposite(orient2d(c, d, a), orient2d(c, d, b))
 }
 
-/// The point where the segments ab and cd cross, if they do: each coordinate is the number nearest to the exact one.
+/// Returns the point where the segments ab and cd cross, if they do. Each coordinate is the valid
+/// number nearest to the exact coordinate.
 ///
-/// Ties go to even, and the point is valid: a coordinate that is too small for that becomes [`Point::MIN_MAGNITUDE`] or 0,
-/// whichever is nearer. It is the same for any order and direction of the segments, and lies in the bounding box of either.
-/// Points that are not valid cross nowhere.
+/// Ties go to even. A coordinate that is too small to be valid becomes [`Point::MIN_MAGNITUDE`] or
+/// 0, whichever is nearer. The result does not depend on the order or the direction of the
+/// segments, and lies in the bounding box of either. The result is `None` if a point is not valid.
 #[must_use]
 pub fn crossing_point(a: Point, b: Point, c: Point, d: Point) -> Option<Point> {
     ExactCrossing::of([a, b], [c, d]).map(|crossing| crossing.rounded())
 }
 
-/// Whether two segments that cross certainly do not cross in a rectangle, even if their crossing point is rounded.
+/// Returns whether two crossing segments certainly do not cross in a rectangle, even after their
+/// crossing point is rounded.
 ///
-/// In floating point, with error bounds: an area passes four roundings (see [`orient2d`]), so it is off by at most 4ε of the
-/// magnitudes of its two products, and ε = 2⁻⁵³. What is twice that is compared with the sum of both areas, to bound the
-/// error of the ratio in which the crossing point divides cd.
+/// This uses floating point with error bounds. An area passes four roundings (see [`orient2d`]), so
+/// its error is at most 4ε times the sum of the magnitudes of its two products, with ε =
+/// 2⁻⁵³. Twice that is compared with the sum of both areas, which bounds the error of the
+/// ratio in which the crossing point divides cd.
 pub(crate) fn cross_outside([a, b]: [Point; 2], [c, d]: [Point; 2], rect: Rect) -> bool {
     let area = |p: Point| {
         let (left, right) = ((a.x - p.x) * (b.y - p.y), (a.y - p.y) * (b.x - p.x));
@@ -76,11 +85,11 @@ pub(crate) fn cross_outside([a, b]: [Point; 2], [c, d]: [Point; 2], rect: Rect) 
         let error = (d - c).abs() * error + (c.abs() + d.abs()) * (4.0 * f64::EPSILON) + Point::MIN_MAGNITUDE;
         at + error < min || at - error > max
     };
-    // Also not if it is NaN.
+    // Also false if `error` is NaN.
     error < 0.25 && (is_beyond(c.x, d.x, rect.min_x, rect.max_x) || is_beyond(c.y, d.y, rect.min_y, rect.max_y))
 }
 
-/// Whether a segment may meet a closed cell; exact where the cell is finite.
+/// Returns whether a segment may meet a closed cell. Exact if the cell is finite.
 pub(crate) fn segment_meets([a, b]: [Point; 2], cell: Rect) -> bool {
     let beside = a.x.max(b.x) < cell.min_x
         || a.x.min(b.x) > cell.max_x
@@ -104,8 +113,8 @@ pub(crate) fn segment_meets([a, b]: [Point; 2], cell: Rect) -> bool {
     {
         return true;
     }
-    let sides = corners.map(|corner| orient2d(a, b, corner));
-    sides.iter().any(|side| *side != sides[0]) || sides[0] == Orientation::Collinear
+    let turns = corners.map(|corner| orient2d(a, b, corner));
+    turns.iter().any(|turn| *turn != turns[0]) || turns[0] == Orientation::Collinear
 }
 
 #[inline]
@@ -113,10 +122,10 @@ fn are_opposite(one: Orientation, other: Orientation) -> bool {
     one != Orientation::Collinear && other != Orientation::Collinear && one != other
 }
 
-/// A point where two segments cross.
+/// The exact point where two segments cross.
 #[derive(Clone, Debug)]
 pub(crate) struct ExactCrossing {
-    /// The ends of one segment, and how much each counts.
+    /// The ends of one segment. `weights` has the weight of each.
     ends: [Point; 2],
     weights: [Expansion<16>; 2],
     /// The sum of the weights.
@@ -124,7 +133,7 @@ pub(crate) struct ExactCrossing {
 }
 
 impl ExactCrossing {
-    /// Where the two segments cross, if they do.
+    /// Returns the crossing point of two segments, if they cross.
     pub(crate) fn of([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Option<Self> {
         let are_valid = [a, b, c, d].into_iter().all(Point::is_valid);
         (are_valid && segments_cross(a, b, c, d)).then(|| {
@@ -143,18 +152,19 @@ impl ExactCrossing {
         })
     }
 
-    /// The point, each coordinate rounded to the nearest that is valid.
+    /// Returns the point with each coordinate rounded to the nearest valid one.
     pub(crate) fn rounded(&self) -> Point {
         Point::new(self.nearest(|p| p.x), self.nearest(|p| p.y))
     }
 
-    /// The rounded point, if the exact one is in a cell that owns its right and top side, and not its left and bottom one.
+    /// Returns the rounded point, if the exact point is in `cell`. The cell owns its right and top
+    /// side, but not its left and bottom side.
     ///
-    /// Sides are valid coordinates or infinite.
+    /// The sides are valid coordinates or infinite.
     pub(crate) fn rounded_if_in(&self, cell: Rect) -> Option<Point> {
         let point @ Point { x, y } = self.rounded();
         let is_beyond = |rounded: f64, side: f64, coordinate: fn(Point) -> f64| {
-            // Otherwise the rounded coordinate is on the same side as the exact one.
+            // Otherwise the rounded coordinate is on the same side of `side` as the exact one.
             if rounded == side {
                 self.compare(coordinate, side).is_gt()
             } else {
@@ -168,7 +178,7 @@ impl ExactCrossing {
         is_in.then_some(point)
     }
 
-    /// The order of a coordinate and a number.
+    /// Compares a coordinate of the exact point with a number.
     fn compare(&self, coordinate: fn(Point) -> f64, number: f64) -> Ordering {
         self.less(&self.numerator(coordinate), number).sign()
     }
@@ -178,7 +188,7 @@ impl ExactCrossing {
         Expansion::sum(&c, &d)
     }
 
-    /// `numerator` - `number` · denominator.
+    /// Returns `numerator` - `number` · denominator.
     fn less(&self, numerator: &Expansion<64>, number: f64) -> Expansion<128> {
         Expansion::sum(numerator, &Expansion::<64>::scaled(&self.denominator, -number))
     }
@@ -195,7 +205,7 @@ impl ExactCrossing {
                 Ordering::Greater => next_up(best),
                 Ordering::Less => -next_up(-best),
             };
-            // Both are exact: they differ by a unit in the last place.
+            // Both results are exact: the two numbers differ by a unit in the last place.
             let half = (neighbour - best) / 2.0;
             let beyond = Expansion::<192>::sum(&rest, &Expansion::<64>::scaled(&self.denominator, -half)).sign();
             if beyond == Ordering::Equal {
@@ -207,17 +217,17 @@ impl ExactCrossing {
             }
             best = neighbour;
         }
-        // Never -0.0.
+        // Turns -0.0 into 0.0.
         best + 0.0
     }
 }
 
-/// A number, or if it is too small to be a coordinate, one that is not and not far.
+/// Returns `v`, or 0 if `v` is too small to be a coordinate.
 fn nearly_valid(v: f64) -> f64 {
     if v.abs() < Point::MIN_MAGNITUDE { 0.0 } else { v }
 }
 
-/// The next larger coordinate.
+/// Returns the next larger coordinate.
 fn next_up(v: f64) -> f64 {
     if v == 0.0 {
         Point::MIN_MAGNITUDE
@@ -228,7 +238,8 @@ fn next_up(v: f64) -> f64 {
     }
 }
 
-/// Of two neighbours, the one with an even significand; that nearer to zero if both are, which are zero and the smallest.
+/// Returns the one of two neighbours that has an even significand. If both have, they are zero and
+/// the smallest magnitude, and the result is zero.
 fn even(one: f64, other: f64) -> f64 {
     let (small, large) = if one.abs() < other.abs() {
         (one, other)

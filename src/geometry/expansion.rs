@@ -1,24 +1,26 @@
 //! Exact arithmetic on floating-point expansions.
 //!
-//! An expansion is a number kept as an unevaluated sum of `f64` terms that do not overlap, in order of increasing
-//! magnitude. Sums, differences and products of expansions have no rounding error, so the sign of the largest term is
-//! the sign of the number. After Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
-//! Predicates", Discrete & Computational Geometry 18 (1997). Departures: terms that are zero are always dropped, and
-//! an expansion is a value on the stack whose capacity is checked when the program is compiled.
+//! An expansion is a number stored as an unevaluated sum of `f64` terms that do not overlap, in
+//! order of increasing magnitude. Sums, differences and products of expansions have no rounding
+//! error, so the sign of the largest term is the sign of the number. The source is Shewchuk,
+//! "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", Discrete &
+//! Computational Geometry 18 (1997). Departures: zero terms are always dropped, and an expansion is
+//! a value on the stack whose capacity is checked at compile time.
 //!
-//! Exact as long as nothing overflows or underflows; [`predicates`](crate::geometry::predicates) shows that for its use.
+//! The arithmetic is exact unless an operation overflows or underflows.
+//! [`predicates`](crate::geometry::predicates) shows that its use does neither.
 
 use std::cmp::Ordering;
 
-/// 2²⁷ + 1: multiplying by it splits the 53 bits of a significand into two halves of at most 26 bits (Veltkamp,
-/// Dekker).
+/// 2²⁷ + 1: multiplying by it splits the 53 bits of a significand into two halves of at most 26
+/// bits (Veltkamp, Dekker).
 const SPLITTER: f64 = 134_217_729.0;
 
-/// Whether `mul_add` is one instruction. Elsewhere it is a call into the mathematical library, far slower than
-/// splitting.
+/// Whether `mul_add` is a single instruction. Otherwise it is a call into the mathematical library,
+/// far slower than splitting.
 const FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
 
-/// The rounded sum of `a` and `b`, and its rounding error (Knuth).
+/// Returns the rounded sum of `a` and `b`, and its rounding error (Knuth).
 #[inline]
 pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
@@ -27,14 +29,14 @@ pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - a_part) + (b - b_part))
 }
 
-/// The same as [`two_sum`] where `a` is zero or not smaller in magnitude than `b` (Dekker).
+/// Returns the same as [`two_sum`]. `a` must be zero or not smaller in magnitude than `b` (Dekker).
 #[inline]
 fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     (sum, b - (sum - a))
 }
 
-/// The rounded product of `a` and `b`, and its rounding error.
+/// Returns the rounded product of `a` and `b`, and its rounding error.
 #[inline]
 pub(super) fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
@@ -47,7 +49,7 @@ pub(super) fn two_product(a: f64, b: f64) -> (f64, f64) {
     (product, a_low * b_low - rest)
 }
 
-/// `a` as the sum of two halves whose products with other halves are exact.
+/// Splits `a` into a sum of two halves. The products of halves are exact.
 #[inline]
 fn split(a: f64) -> (f64, f64) {
     let scaled = SPLITTER * a;
@@ -55,7 +57,7 @@ fn split(a: f64) -> (f64, f64) {
     (high, a - high)
 }
 
-/// An expansion of at most `N` terms: strongly nonoverlapping, of increasing magnitude, none of them zero.
+/// An expansion of at most `N` nonzero terms, strongly nonoverlapping and of increasing magnitude.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Expansion<const N: usize> {
     terms: [f64; N],
@@ -68,7 +70,7 @@ impl<const N: usize> Expansion<N> {
         len: 0,
     };
 
-    /// `a` - `b`.
+    /// Returns `a` - `b`.
     #[inline]
     pub(super) fn difference(a: f64, b: f64) -> Self {
         const { assert!(N >= 2) };
@@ -79,13 +81,13 @@ impl<const N: usize> Expansion<N> {
         result
     }
 
-    /// The number of terms.
+    /// Returns the number of terms.
     #[inline]
     pub(super) fn len(&self) -> usize {
         self.len
     }
 
-    /// The sign of the number, as its order relative to zero.
+    /// Returns the sign of the number, as its order relative to zero.
     #[inline]
     pub(super) fn sign(&self) -> Ordering {
         match self.terms().last() {
@@ -95,12 +97,12 @@ impl<const N: usize> Expansion<N> {
         }
     }
 
-    /// The number, with a relative error of a few roundings.
+    /// Returns the number with a relative error of a few roundings.
     pub(super) fn estimate(&self) -> f64 {
         self.terms().iter().sum()
     }
 
-    /// The same number in less room. Panics if it has more than `M` terms.
+    /// Returns the same number with capacity `M`. Panics if it has more than `M` terms.
     pub(super) fn shrunk<const M: usize>(&self) -> Expansion<M> {
         let mut result = Expansion::ZERO;
         result.terms[..self.len].copy_from_slice(self.terms());
@@ -108,7 +110,7 @@ impl<const N: usize> Expansion<N> {
         result
     }
 
-    /// The number with the opposite sign.
+    /// Returns the number with the opposite sign.
     #[inline]
     pub(super) fn negated(mut self) -> Self {
         for term in &mut self.terms[..self.len] {
@@ -117,7 +119,7 @@ impl<const N: usize> Expansion<N> {
         self
     }
 
-    /// `e` + `f` (Shewchuk, FAST-EXPANSION-SUM).
+    /// Returns `e` + `f` (Shewchuk, FAST-EXPANSION-SUM).
     pub(super) fn sum<const E: usize, const F: usize>(e: &Expansion<E>, f: &Expansion<F>) -> Self {
         const { assert!(N >= E + F) };
         let mut result = Self::ZERO;
@@ -125,7 +127,7 @@ impl<const N: usize> Expansion<N> {
         result
     }
 
-    /// `e` × `factor` (Shewchuk, SCALE-EXPANSION).
+    /// Returns `e` × `factor` (Shewchuk, SCALE-EXPANSION).
     pub(super) fn scaled<const E: usize>(e: &Expansion<E>, factor: f64) -> Self {
         const { assert!(N >= 2 * E) };
         let mut result = Self::ZERO;
@@ -142,7 +144,7 @@ impl<const N: usize> Expansion<N> {
         result
     }
 
-    /// `e` × `f`: the sum of `e` scaled by each term of `f`.
+    /// Returns `e` × `f`, as the sum of `e` scaled by each term of `f`.
     pub(super) fn product<const E: usize, const F: usize, const S: usize>(e: &Expansion<E>, f: &Expansion<F>) -> Self {
         const { assert!(N >= 2 * E * F && S >= 2 * E) };
         let mut result = Self::ZERO;
@@ -172,7 +174,7 @@ impl<const N: usize> Expansion<N> {
         let (mut next_e, mut next_f) = (e.next(), f.next());
         let mut carry = 0.0;
         loop {
-            // The smaller of the two next terms, as in a merge.
+            // Takes the smaller of the two next terms, as in a merge.
             let term = match (next_e, next_f) {
                 (Some(&x), Some(&y)) if x.abs() < y.abs() => {
                     next_e = e.next();
@@ -236,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_less_itself_has_no_terms() {
+    fn a_number_minus_itself_has_no_terms() {
         let e = Expansion::<2>::difference(1.0, 1e-30);
         assert_eq!(e.len(), 2);
         let zero = Expansion::<4>::sum(&e, &e.negated());

@@ -1,10 +1,11 @@
-//! Half-edges of triangles that lie in arrays, and their arithmetic.
+//! Half-edges of triangles that are stored in arrays, and their arithmetic.
 
 use std::fmt;
 
 use super::ids::TriangleId;
 
-/// A half-edge of a triangulation: `3 * triangle + corner`, where `corner` is the one that it starts at.
+/// A half-edge of a triangulation: `3 * triangle + corner`, where `corner` is the corner at which
+/// it starts.
 ///
 /// ```text
 ///          c            3t+0: a → b
@@ -31,14 +32,14 @@ use super::ids::TriangleId;
 pub struct HalfEdge(pub u32);
 
 impl HalfEdge {
-    /// The half-edge that starts at `corner` (0, 1 or 2) of `triangle`.
+    /// Creates the half-edge that starts at `corner` (0, 1 or 2) of `triangle`.
     #[inline]
     #[must_use]
     pub const fn new(triangle: TriangleId, corner: u32) -> Self {
         Self(3 * triangle.0 + corner)
     }
 
-    /// The three half-edges of a triangle, counter-clockwise.
+    /// Returns the three half-edges of a triangle, counter-clockwise.
     #[inline]
     #[must_use]
     pub const fn of_triangle(triangle: TriangleId) -> [Self; 3] {
@@ -46,28 +47,28 @@ impl HalfEdge {
         [Self(first), Self(first + 1), Self(first + 2)]
     }
 
-    /// The triangle on its left, to which it belongs.
+    /// Returns the triangle on the half-edge's left, to which it belongs.
     #[inline]
     #[must_use]
     pub const fn triangle(self) -> TriangleId {
         TriangleId(self.0 / 3)
     }
 
-    /// The corner of its triangle that it starts at: 0, 1 or 2.
+    /// Returns the corner of the triangle at which the half-edge starts: 0, 1 or 2.
     #[inline]
     #[must_use]
     pub const fn corner(self) -> u32 {
         self.0 % 3
     }
 
-    /// The next half-edge of the same triangle, counter-clockwise.
+    /// Returns the next half-edge of the same triangle, counter-clockwise.
     #[inline]
     #[must_use]
     pub const fn next(self) -> Self {
         Self(if self.0 % 3 == 2 { self.0 - 2 } else { self.0 + 1 })
     }
 
-    /// The previous half-edge of the same triangle.
+    /// Returns the previous half-edge of the same triangle.
     #[inline]
     #[must_use]
     pub const fn prev(self) -> Self {
@@ -78,7 +79,7 @@ impl HalfEdge {
         })
     }
 
-    /// Its place in an array that has an entry for each half-edge.
+    /// Returns the half-edge's index in an array with an entry for each half-edge.
     #[inline]
     #[must_use]
     pub const fn index(self) -> usize {
@@ -86,7 +87,8 @@ impl HalfEdge {
     }
 }
 
-/// An `Option<HalfEdge>` in four bytes instead of eight: arrays of these are most of what a triangulation in core takes.
+/// An `Option<HalfEdge>` in four bytes instead of eight. Arrays of these take most of the memory of
+/// an in-core triangulation.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(transparent)]
 pub struct PackedHalfEdge(u32);
@@ -95,7 +97,7 @@ impl PackedHalfEdge {
     /// No half-edge.
     pub const NONE: Self = Self(u32::MAX);
 
-    /// The half-edge, if it is one.
+    /// Returns the half-edge, if there is one.
     #[inline]
     #[must_use]
     pub const fn get(self) -> Option<HalfEdge> {
@@ -108,7 +110,8 @@ impl PackedHalfEdge {
 }
 
 impl PackedHalfEdge {
-    /// The triangle of the half-edge; of none a number larger than that of any, without a branch.
+    /// Returns the triangle of the half-edge, or a number larger than that of any triangle if there
+    /// is no half-edge. Branch-free.
     #[inline]
     pub(crate) const fn triangle_or_more(self) -> u32 {
         self.0 / 3

@@ -1,8 +1,8 @@
-//! Numbers of triangles and vertices that lie in arrays.
+//! Numbers of triangles and vertices that are stored in arrays.
 
 use std::fmt;
 
-/// A triangle of a triangulation or of a tile, by its index in the arrays there.
+/// A triangle of a triangulation or of a tile: its index in the arrays there.
 ///
 /// # Example
 ///
@@ -20,7 +20,7 @@ use std::fmt;
 pub struct TriangleId(pub u32);
 
 impl TriangleId {
-    /// Its index in an array that has an entry for each triangle.
+    /// Returns the triangle's index in an array with an entry for each triangle.
     #[inline]
     #[must_use]
     pub const fn index(self) -> usize {
@@ -34,8 +34,8 @@ impl fmt::Display for TriangleId {
     }
 }
 
-/// A vertex of a triangulation or of a tile, by its index in the arrays there. In a tile it may be a corner that another
-/// tile owns.
+/// A vertex of a triangulation or of a tile: its index in the arrays there. In a tile, it may be a
+/// corner that another tile owns.
 ///
 /// # Example
 ///
@@ -55,7 +55,7 @@ impl fmt::Display for TriangleId {
 pub struct VertexIndex(pub u32);
 
 impl VertexIndex {
-    /// Its index in an array that has an entry for each vertex.
+    /// Returns the vertex's index in an array with an entry for each vertex.
     #[inline]
     #[must_use]
     pub const fn index(self) -> usize {

@@ -1,6 +1,6 @@
 //! Points, rectangles, exact predicates with the tie rule, and the circumdisc certificate.
 //!
-//! Knows nothing of the rest of the crate.
+//! This module does not depend on the rest of the crate.
 
 mod area;
 mod circumdisc;

@@ -1,10 +1,11 @@
-//! Morton keys: places along a curve that visits the quarters of a square one after the other.
+//! Morton keys: positions along a curve that visits the quarters of a square one after the other.
 //!
-//! Source: Morton, "A computer oriented geodetic data base and a new technique in file sequencing" (1966).
+//! Source: Morton, "A computer oriented geodetic data base and a new technique in file sequencing"
+//! (1966).
 
 use crate::geometry::point::{Point, Rect};
 
-/// A square around points, cut 2³² times along either axis.
+/// A square around points, cut 2³² times along each axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MortonSquare {
     min_x: f64,
@@ -13,7 +14,8 @@ pub(crate) struct MortonSquare {
 }
 
 impl MortonSquare {
-    /// The square that a rectangle around points fits in. Where it has no extent, all keys are 0.
+    /// Returns the square around the rectangle `bounds`. If the rectangle has no extent, all keys
+    /// are 0.
     pub(crate) fn around(bounds: Rect) -> Self {
         let (width, height) = bounds.size();
         let side = width.max(height);
@@ -24,10 +26,11 @@ impl MortonSquare {
         }
     }
 
-    /// The key of a point of the rectangle: the bits of both coordinates, interleaved, those of x the odd ones.
+    /// Returns the key of a point of the rectangle: the bits of both coordinates, interleaved, with
+    /// those of x at the odd positions.
     ///
-    /// Rounding and casts, which saturate, keep the order: if one key's bits put it left of another, its point is left of the
-    /// other's, and so for below.
+    /// Rounding and saturating casts preserve the order: if the bits of one key place it left of
+    /// another, its point is left of the other's point. The same holds for below.
     #[inline]
     pub(crate) fn key(self, p: Point) -> u64 {
         let (x, y) = ((p.x - self.min_x) * self.scale, (p.y - self.min_y) * self.scale);
@@ -35,7 +38,7 @@ impl MortonSquare {
     }
 }
 
-/// The bits of a number, with a 0 before each.
+/// Returns the bits of a number with a 0 before each.
 fn spread(v: u32) -> u64 {
     let mut v = u64::from(v);
     v = (v | v << 16) & 0x0000_ffff_0000_ffff;
@@ -50,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quarters_come_one_after_the_other() {
+    fn keys_visit_the_quarters_of_the_square_in_order() {
         let square = MortonSquare::around(Rect::new(-1.0, -1.0, 3.0, 3.0));
         let quarter = |x, y| square.key(Point::new(x, y)) >> 62;
         assert_eq!(

@@ -1,4 +1,4 @@
-//! Exact arithmetic that is slow and obvious: what the tests of this module compare with.
+//! Slow and obvious exact arithmetic, which the tests of this module compare with.
 
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Sub};
@@ -7,7 +7,8 @@ use num_bigint::{BigInt, Sign};
 
 use crate::geometry::point::{Point, Rect};
 
-/// An integer times a power of two: every finite `f64` is one, and so are sums and products of them.
+/// An integer times a power of two. Every finite `f64` has this form, and so do sums and products
+/// of such numbers.
 #[derive(Clone, Debug)]
 pub(super) struct Exact {
     integer: BigInt,
@@ -84,7 +85,7 @@ impl Mul for &Exact {
     }
 }
 
-/// The vector from `origin` to `p`.
+/// Returns the vector from `origin` to `p`.
 fn vector(origin: Point, p: Point) -> [Exact; 2] {
     let difference = |to: f64, from: f64| &Exact::from(to) - &Exact::from(from);
     [difference(p.x, origin.x), difference(p.y, origin.y)]
@@ -98,17 +99,18 @@ fn square([ux, uy]: &[Exact; 2]) -> Exact {
     &(ux * ux) + &(uy * uy)
 }
 
-/// The sign of the orientation determinant.
+/// Returns the sign of the orientation determinant.
 pub(super) fn orient2d(a: Point, b: Point, c: Point) -> Ordering {
     cross(&vector(a, b), &vector(a, c)).sign()
 }
 
-/// The sign of the cross product of the vectors ab and cd.
+/// Returns the sign of the cross product of the vectors ab and cd.
 pub(super) fn turn([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Ordering {
     cross(&vector(a, b), &vector(c, d)).sign()
 }
 
-/// The sign of the incircle determinant as the textbooks write it, by its column of squares.
+/// Returns the sign of the incircle determinant in the textbook form, expanded along its column of
+/// squares.
 pub(super) fn incircle(a: Point, b: Point, c: Point, d: Point) -> Ordering {
     let [a, b, c] = [a, b, c].map(|p| vector(d, p));
     let by_a = &square(&a) * &cross(&b, &c);
@@ -117,10 +119,11 @@ pub(super) fn incircle(a: Point, b: Point, c: Point, d: Point) -> Ordering {
     (&(&by_a + &by_b) + &by_c).sign()
 }
 
-/// Whether the closed circumdisc of the counter-clockwise triangle lies in the open rectangle.
+/// Returns whether the closed circumdisc of the counter-clockwise triangle lies in the open
+/// rectangle.
 ///
-/// With `a` as origin the centre is (x, y) / d and the squared radius q / d², so the disc is left of a line at
-/// distance g if and only if g·d - x > 0 and (g·d - x)² > q.
+/// With `a` as the origin, the centre is (x, y) / d and the squared radius q / d². So the disc is
+/// left of a line at distance g if and only if g·d - x > 0 and (g·d - x)² > q.
 pub(super) fn disc_strictly_inside(a: Point, b: Point, c: Point, cell: Rect) -> bool {
     let (u, v, w) = (vector(a, b), vector(a, c), vector(b, c));
     let (uu, vv) = (square(&u), square(&v));

@@ -4,30 +4,33 @@ use std::cmp::Ordering;
 
 /// A point in the plane, in the units of the input.
 ///
-/// The coordinates of every point that a triangulation holds are finite, their magnitude is zero or within
-/// [`Point::MIN_MAGNITUDE`]..=[`Point::MAX_MAGNITUDE`], and a zero is never negative ([`Point::normalized`]).
+/// The coordinates of every point in a triangulation are finite. Their magnitude is zero or within
+/// [`Point::MIN_MAGNITUDE`]..=[`Point::MAX_MAGNITUDE`], and a zero is never negative
+/// ([`Point::normalized`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Point {
-    /// Easting, longitude, column.
+    /// Easting, longitude or column.
     pub x: f64,
-    /// Northing, latitude, row.
+    /// Northing, latitude or row.
     pub y: f64,
 }
 
 impl Point {
-    /// The smallest magnitude of a coordinate that is not zero: 2⁻¹⁴². Below it the exact predicates could underflow.
+    /// The smallest magnitude of a nonzero coordinate: 2⁻¹⁴². Below it the exact predicates
+    /// could underflow.
     pub const MIN_MAGNITUDE: f64 = f64::from_bits((1023 - 142) << 52);
-    /// The largest magnitude of a coordinate: 2²⁰⁰. Above it the exact predicates could overflow.
+    /// The largest magnitude of a coordinate: 2²⁰⁰. Above it the exact predicates could
+    /// overflow.
     pub const MAX_MAGNITUDE: f64 = f64::from_bits((1023 + 200) << 52);
 
-    /// A point from its coordinates.
+    /// Creates a point from its coordinates.
     #[must_use]
     pub const fn new(x: f64, y: f64) -> Self {
         Self { x, y }
     }
 
-    /// The same point with -0.0 made 0.0, so that equal points have equal bits.
+    /// Returns the same point with -0.0 replaced by 0.0, so that equal points have equal bits.
     #[must_use]
     pub fn normalized(self) -> Self {
         Self {
@@ -36,7 +39,7 @@ impl Point {
         }
     }
 
-    /// Whether both coordinates are finite and within the limits of the exact predicates.
+    /// Returns whether both coordinates are finite and within the limits of the exact predicates.
     #[must_use]
     pub fn is_valid(self) -> bool {
         fn ok(v: f64) -> bool {
@@ -46,7 +49,8 @@ impl Point {
         ok(self.x) && ok(self.y)
     }
 
-    /// The order by x, then by y, that breaks ties. Coordinates must not be NaN.
+    /// Compares two points by x, then by y: the order that breaks ties. Coordinates must not be
+    /// NaN.
     #[must_use]
     pub fn lex_cmp(self, other: Self) -> Ordering {
         if self.x < other.x {
@@ -63,26 +67,26 @@ impl Point {
     }
 }
 
-/// A rectangle with its sides parallel to the axes; empty where a minimum exceeds its maximum.
+/// An axis-parallel rectangle. It is empty if a minimum exceeds its maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rect {
-    /// Left side.
+    /// The left side.
     pub min_x: f64,
-    /// Bottom side.
+    /// The bottom side.
     pub min_y: f64,
-    /// Right side.
+    /// The right side.
     pub max_x: f64,
-    /// Top side.
+    /// The top side.
     pub max_y: f64,
 }
 
 impl Rect {
-    /// The rectangle that contains nothing.
+    /// The rectangle that contains no point.
     pub const EMPTY: Self = Self::new(f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY);
     /// The whole plane.
     pub const PLANE: Self = Self::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY);
 
-    /// A rectangle from its left, bottom, right and top side.
+    /// Creates a rectangle from its left, bottom, right and top side.
     #[must_use]
     pub const fn new(min_x: f64, min_y: f64, max_x: f64, max_y: f64) -> Self {
         Self {
@@ -93,13 +97,13 @@ impl Rect {
         }
     }
 
-    /// The smallest rectangle around `points`.
+    /// Returns the smallest rectangle around `points`.
     #[must_use]
     pub fn around(points: impl IntoIterator<Item = Point>) -> Self {
         points.into_iter().fold(Self::EMPTY, Self::including)
     }
 
-    /// The smallest rectangle around this one and `p`.
+    /// Returns the smallest rectangle around this one and `p`.
     #[must_use]
     pub fn including(self, p: Point) -> Self {
         Self::new(
@@ -110,7 +114,7 @@ impl Rect {
         )
     }
 
-    /// The smallest rectangle around both.
+    /// Returns the smallest rectangle around both.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         Self::new(
@@ -121,25 +125,25 @@ impl Rect {
         )
     }
 
-    /// Whether the rectangle holds no point at all.
+    /// Returns whether the rectangle contains no point.
     #[must_use]
     pub fn is_empty(self) -> bool {
         !(self.min_x <= self.max_x && self.min_y <= self.max_y)
     }
 
-    /// Whether the closed rectangle contains `p`.
+    /// Returns whether the closed rectangle contains `p`.
     #[must_use]
     pub fn contains(self, p: Point) -> bool {
         self.min_x <= p.x && p.x <= self.max_x && self.min_y <= p.y && p.y <= self.max_y
     }
 
-    /// Whether the two closed rectangles have a point in common.
+    /// Returns whether the two closed rectangles have a point in common.
     #[must_use]
     pub fn intersects(self, other: Self) -> bool {
         self.min_x <= other.max_x && other.min_x <= self.max_x && self.min_y <= other.max_y && other.min_y <= self.max_y
     }
 
-    /// Width and height.
+    /// Returns the width and the height.
     #[must_use]
     pub fn size(self) -> (f64, f64) {
         (self.max_x - self.min_x, self.max_y - self.min_y)

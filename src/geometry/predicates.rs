@@ -1,78 +1,89 @@
-//! Exact geometric predicates: orientation, incircle, and incircle with ties broken by coordinates alone.
+//! Exact geometric predicates: orientation, incircle, and incircle with ties broken by coordinates
+//! alone.
 //!
 //! # Method
 //!
-//! Three stages, each called only where the one before cannot tell the sign:
+//! There are three stages. Each is called only where the one before cannot determine the sign:
 //!
-//! 1. floating point with a forward error bound (Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast
-//!    Robust Geometric Predicates", Discrete & Computational Geometry 18, 1997: the bounds called A);
-//! 2. integers, where one power of two makes *all* the coordinates integers of at most 61 bits, which is verified bit
-//!    for bit: grids, lidar, anything whose coordinates have similar magnitudes. Ties are decided here, at little cost;
-//! 3. [expansions](crate::geometry::expansion) with the rounding errors of the differences: for everything else.
+//! 1. floating point with a forward error bound (Shewchuk, "Adaptive Precision Floating-Point
+//!    Arithmetic and Fast Robust Geometric Predicates", Discrete & Computational Geometry 18, 1997:
+//!    the bounds called A);
+//! 2. integers, where one power of two makes *all* the coordinates integers of at most 61 bits,
+//!    which is verified bit for bit. This covers grids, lidar and other coordinates of similar
+//!    magnitudes, and decides ties at little cost;
+//! 3. [expansions](crate::geometry::expansion) with the rounding errors of the differences, for all
+//!    other input.
 //!
-//! Departures from the paper: its stages B and C make way for integers; and `incircle` is not expanded along the column
-//! of squares but written by the angles at `b` and at `d` over the chord `ac`,
+//! Departures from the paper: integers replace its stages B and C. And `incircle` is not expanded
+//! along the column of squares, but written in terms of the angles at `b` and at `d` over the chord
+//! `ac`,
 //!
 //! ```text
-//!         c                      det = - (sin B · cos D + cos B · sin D) · |a-b| |c-b| |a-d| |c-d|
-//!       / | \                        = - (cross(c-b, a-b) · dot(a-d, c-d) + dot(c-b, a-b) · cross(a-d, c-d))
-//!     d   |   b
-//!       \ | /                    d is inside the circle if and only if B + D > π.
-//!         a
+//!       c          det = - (sin B · cos D + cos B · sin D) · |a-b| |c-b| |a-d| |c-d|
+//!     / | \            = - (cross(c-b, a-b) · dot(a-d, c-d) + dot(c-b, a-b) · cross(a-d, c-d))
+//!   d   |   b
+//!     \ | /        d is inside the circle if and only if B + D > π.
+//!       a
 //! ```
 //!
 //! which is the same polynomial, with fewer operations and fewer terms.
 //!
 //! # Why nothing overflows or underflows
 //!
-//! Coordinates are zero or of magnitude 2⁻¹⁴² to 2²⁰⁰ ([`Point::is_valid`]), so each is a multiple of
-//! 2⁻¹⁴²⁻⁵² = 2⁻¹⁹⁴, and so is every sum and difference of them, rounded or not, and every rounding error of one.
+//! Coordinates are zero or of magnitude 2⁻¹⁴² to 2²⁰⁰ ([`Point::is_valid`]), so each is
+//! a multiple of 2⁻¹⁴²⁻⁵² = 2⁻¹⁹⁴, and so is every sum and difference of them,
+//! rounded or not, and every rounding error of one.
 //!
-//! - *Below.* A product of two is a multiple of 2⁻³⁸⁸, a product of four of 2⁻⁷⁷⁶, and so are their sums, their halves
-//!   when split and the rounding errors of all these, because rounding a multiple of a power of two yields a multiple
-//!   of it. Whatever is not zero is thus at least 2⁻⁷⁷⁶ and far above the smallest normal number, 2⁻¹⁰²²; even the
-//!   error bounds, which are about 2⁻⁵⁰ times a product of four, are above 2⁻⁸²⁷. A product is zero only if a factor
-//!   is.
-//! - *Above.* A difference is at most 2²⁰¹, a product of two 2⁴⁰², a cross or dot product 2⁴⁰³, a product of these
-//!   2⁸⁰⁶, the sum of two such, or of their magnitudes, 2⁸⁰⁷. A term of an expansion exceeds its number by a factor of
-//!   two at most. Splitting multiplies by 2²⁷ and only ever factors: terms of cross and dot products, at most 2⁴⁰⁴.
-//!   All that is far below 2¹⁰²⁴.
+//! - *Below.* A product of two is a multiple of 2⁻³⁸⁸, a product of four of 2⁻⁷⁷⁶,
+//!   and so are their sums, their halves when split and the rounding errors of all these, because
+//!   rounding a multiple of a power of two yields a multiple of it. So every nonzero result is at
+//!   least 2⁻⁷⁷⁶, far above the smallest normal number, 2⁻¹⁰²². Even the error
+//!   bounds, which are about 2⁻⁵⁰ times a product of four, are above 2⁻⁸²⁷. A product
+//!   is zero only if a factor is.
+//! - *Above.* A difference is at most 2²⁰¹, a product of two 2⁴⁰², a cross or dot product
+//!   2⁴⁰³, a product of these 2⁸⁰⁶, the sum of two such, or of their magnitudes,
+//!   2⁸⁰⁷. A term of an expansion exceeds its number by a factor of two at most. Splitting
+//!   multiplies by 2²⁷, and is applied only to factors: terms of cross and dot products, at most
+//!   2⁴⁰⁴. All of this is far below 2¹⁰²⁴.
 //!
-//! Outside these limits nothing is promised but that the functions return.
+//! Outside these limits the functions return, but their results are unspecified.
 
 use std::cmp::Ordering;
 
 use crate::geometry::expansion::Expansion;
 use crate::geometry::point::Point;
 
-/// Half a unit in the last place of 1, the largest relative error of one rounded operation: 2⁻⁵³.
+/// Half a unit in the last place of 1: the largest relative error of one rounded operation,
+/// 2⁻⁵³.
 const HALF_ULP: f64 = f64::EPSILON / 2.0;
 
-/// The error of the rounded orientation determinant relative to the sum of the magnitudes of its two products
-/// (Shewchuk, `ccwerrboundA`).
+/// The error of the rounded orientation determinant relative to the sum of the magnitudes of its
+/// two products (Shewchuk, `ccwerrboundA`).
 const ORIENT2D_BOUND: f64 = (3.0 + 16.0 * HALF_ULP) * HALF_ULP;
 
-/// The error of the rounded incircle determinant relative to the sum of the magnitudes of its eight products.
+/// The error of the rounded incircle determinant relative to the sum of the magnitudes of its eight
+/// products.
 ///
-/// Each of the eight passes ten roundings: four differences, one product and one sum in each of cross and dot, their
-/// product, and the last sum. So the error is at most 10ε/(1-10ε) times the exact sum of magnitudes, which exceeds the
-/// computed one by a factor of 1/(1-ε)¹⁰ at most; one more rounding is that of the bound. All this stays below
-/// 10ε + 256ε², for ε = 2⁻⁵³.
+/// Each of these products passes ten roundings: four differences, one product and one sum in each
+/// of cross and dot, their product, and the last sum. So the error is at most 10ε/(1-10ε) times
+/// the exact sum of magnitudes. The exact sum exceeds the computed one by a factor of at most
+/// 1/(1-ε)¹⁰. The bound itself adds one more rounding. In total, this stays below 10ε +
+/// 256ε², for ε = 2⁻⁵³.
 const INCIRCLE_BOUND: f64 = (10.0 + 256.0 * HALF_ULP) * HALF_ULP;
 
-/// Which way a path through three points turns.
+/// The direction in which a path through three points turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Orientation {
     /// To the right.
     Clockwise,
-    /// Not at all, or straight back: the points lie on one line, or two of them are equal.
+    /// Not at all, or straight back: the points are collinear, or two of them are equal.
     Collinear,
     /// To the left.
     CounterClockwise,
 }
 
 impl From<Ordering> for Orientation {
-    /// The orientation from the sign of the determinant.
+    /// Converts the sign of the determinant to the orientation.
     #[inline]
     fn from(sign: Ordering) -> Self {
         match sign {
@@ -83,7 +94,7 @@ impl From<Ordering> for Orientation {
     }
 }
 
-/// The orientation of the triangle `a`, `b`, `c`. Exact for all valid points.
+/// Returns the orientation of the triangle `a`, `b`, `c`. Exact for all valid points.
 #[inline]
 #[must_use]
 pub fn orient2d(a: Point, b: Point, c: Point) -> Orientation {
@@ -98,14 +109,15 @@ pub fn orient2d(a: Point, b: Point, c: Point) -> Orientation {
     sign.into()
 }
 
-/// Which way one turns from the direction from `a` to `b` into that from `c` to `d`, by less than a half-turn: not at all
-/// if they are parallel, whichever way they point, or one is of no length. Exact for all valid points.
+/// Returns the direction of the turn, by less than a half-turn, from the direction a → b to the
+/// direction c → d. The result is `Collinear` if the directions are parallel, whichever way they
+/// point, or if one segment has no length. Exact for all valid points.
 #[inline]
 fn turn([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Orientation {
     let left = (b.x - a.x) * (d.y - c.y);
     let right = (b.y - a.y) * (d.x - c.x);
     let det = left - right;
-    // The same operations as for three points, so the same bound.
+    // The operations are the same as for three points, so the bound is the same.
     let sign = if det.abs() >= (left.abs() + right.abs()) * ORIENT2D_BOUND {
         sign(det)
     } else {
@@ -114,8 +126,9 @@ fn turn([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Orientation {
     sign.into()
 }
 
-/// The order of the straight lines through two segments with length, which run in lexicographic direction: by slope, and among
-/// parallel ones by side. Exact for all valid points.
+/// Compares the straight lines through two segments: by slope, and parallel lines by the side on
+/// which they lie. The segments have a positive length and run in lexicographic direction. Exact
+/// for all valid points.
 pub(crate) fn compare_lines(one: [Point; 2], other: [Point; 2]) -> Ordering {
     let order = |turn: Orientation| match turn {
         Orientation::CounterClockwise => Ordering::Less,
@@ -125,11 +138,12 @@ pub(crate) fn compare_lines(one: [Point; 2], other: [Point; 2]) -> Ordering {
     order(turn(one, other)).then_with(|| order(orient2d(one[0], one[1], other[0])))
 }
 
-/// Where `d` lies relative to the circle through `a`, `b` and `c`, which are counter-clockwise: `Greater` if inside,
-/// `Equal` if on it, `Less` if outside. Exact for all valid points.
+/// Returns where `d` lies relative to the circle through `a`, `b` and `c`, which are
+/// counter-clockwise: `Greater` if inside, `Equal` if on it, `Less` if outside. Exact for all valid
+/// points.
 ///
-/// In general it is the sign of the determinant with the rows (pₓ - dₓ, p_y - d_y, |p - d|²), p = a, b, c; so it is
-/// reversed if the triangle is clockwise.
+/// In general, this is the sign of the determinant with the rows (pₓ - dₓ, p_y - d_y, |p -
+/// d|²), p = a, b, c. So it is reversed if the triangle is clockwise.
 #[inline]
 #[must_use]
 pub fn incircle(a: Point, b: Point, c: Point, d: Point) -> Ordering {
@@ -148,13 +162,15 @@ pub fn incircle(a: Point, b: Point, c: Point, d: Point) -> Ordering {
     }
 }
 
-/// Whether `d` lies inside the circle through the counter-clockwise `a`, `b` and `c`, with a tie broken by coordinates
-/// alone, so that the Delaunay triangulation of a set of points is unique. Exact for all valid points.
+/// Returns whether `d` lies inside the circle through the counter-clockwise `a`, `b` and `c`. Ties
+/// are broken by coordinates alone, so that the Delaunay triangulation of a set of points is
+/// unique. Exact for all valid points.
 ///
-/// Of four cocircular points the largest by x, then by y, counts as outside the circle through the others: the diagonal
-/// of their quadrilateral avoids it. This is symbolic perturbation, lifting the points off the paraboloid by amounts
-/// that vanish, the largest point's least quickly: Devillers & Teillaud, "Perturbations and vertex removal in a 3D
-/// Delaunay triangulation", SODA 2003, and CGAL's `side_of_oriented_circle` with `perturb`.
+/// Of four cocircular points, the largest by x, then by y, counts as outside the circle through the
+/// others: the diagonal of their quadrilateral avoids it. This is symbolic perturbation. It lifts
+/// the points off the paraboloid by vanishing amounts, of which the largest point's vanishes least
+/// quickly: Devillers & Teillaud, "Perturbations and vertex removal in a 3D Delaunay
+/// triangulation", SODA 2003, and CGAL's `side_of_oriented_circle` with `perturb`.
 ///
 /// A `d` equal to a vertex of the triangle is outside.
 #[inline]
@@ -167,9 +183,9 @@ pub fn in_circle(a: Point, b: Point, c: Point, d: Point) -> bool {
     }
 }
 
-/// The tie rule. The lift of the largest point alone decides: in the determinant its factor is the orientation of the
-/// others, which is that of the triangle with `d` in the place of that point. It cannot be zero, as no three of four
-/// distinct points on a circle are collinear.
+/// Decides a tie by the lift of the largest point alone. The factor of this lift in the determinant
+/// is the orientation of the other points, which is that of the triangle with `d` in place of the
+/// largest point. It cannot be zero, as no three of four distinct points on a circle are collinear.
 #[inline(never)]
 fn in_circle_tie(a: Point, b: Point, c: Point, d: Point) -> bool {
     let exceeds = |p: Point, q: Point| p.lex_cmp(q) == Ordering::Greater;
@@ -241,20 +257,22 @@ fn incircle_exact(a: Point, b: Point, c: Point, d: Point) -> Ordering {
     incircle_expansion(a, b, c, d)
 }
 
-/// A point whose coordinates have been multiplied by a power of two.
+/// A point whose coordinates are multiplied by a power of two.
 #[derive(Clone, Copy)]
 struct IntegerPoint {
     x: i64,
     y: i64,
 }
 
-/// The points with all coordinates multiplied by one power of two that makes the largest of them an integer of 61 bits,
-/// if that makes all of them integers, exactly. (The factor's exponent is within ±202, so the multiplication is exact.)
+/// Multiplies all coordinates by one power of two that makes the largest of them an integer of 61
+/// bits. Returns `None` unless all of them become integers, exactly. (The factor's exponent is
+/// within ±202, so the multiplication is exact.)
 #[inline]
 fn to_integers<const N: usize>(points: [Point; N]) -> Option<[IntegerPoint; N]> {
     debug_assert!(points.iter().all(|p| p.is_valid()), "outside the limits: {points:?}");
     const BIAS: u64 = 1023;
-    // Magnitudes are ordered as their bits are. All zero would ask for a factor beyond the largest number.
+    // Magnitudes have the same order as their bits. If all were zero, the factor would be larger
+    // than the largest number.
     let smallest = Point::MIN_MAGNITUDE.to_bits();
     let largest = points.iter().fold(smallest, |most, p| {
         most.max(p.x.abs().to_bits()).max(p.y.abs().to_bits())
@@ -280,13 +298,14 @@ fn to_integers<const N: usize>(points: [Point; N]) -> Option<[IntegerPoint; N]> 
     exact.then_some(integers)
 }
 
-/// The product of two differences of 62 bits.
+/// Returns the product of two differences of 62 bits.
 #[inline]
 fn product(a: i64, b: i64) -> i128 {
     i128::from(a) * i128::from(b)
 }
 
-/// The product of two cross or dot products, which are below 2¹²⁵ in magnitude, in two's complement: high and low half.
+/// Returns the product of two cross or dot products in two's complement, as its high and low half.
+/// The factors are below 2¹²⁵ in magnitude.
 #[inline]
 fn wide_product(a: i128, b: i128) -> (i128, u128) {
     const LOW: u128 = u64::MAX as u128;
@@ -308,7 +327,7 @@ fn orient2d_expansion(a: Point, b: Point, c: Point) -> Ordering {
     orientation_determinant(a, b, c).sign()
 }
 
-/// The determinant whose sign is the orientation: twice the signed area of the triangle.
+/// Returns the determinant whose sign is the orientation: twice the signed area of the triangle.
 pub(super) fn orientation_determinant(a: Point, b: Point, c: Point) -> Expansion<16> {
     let from_c = |p: Point| Vector::<2>::between(c, p);
     from_c(a).cross::<8, 16>(&from_c(b))
@@ -319,7 +338,8 @@ fn incircle_expansion(a: Point, b: Point, c: Point, d: Point) -> Ordering {
     let [ab, cb] = [a, c].map(|p| Vector::<2>::between(b, p));
     let [ad, cd] = [a, c].map(|p| Vector::<2>::between(d, p));
     let vectors = [ab, cb, ad, cd];
-    // Most differences are exact, if coordinates are close to each other. They need a sixteenth of the room.
+    // If coordinates are close to each other, most differences are exact. These need a sixteenth of
+    // the capacity.
     if vectors.iter().all(Vector::is_single) {
         incircle_of_vectors::<1, 2, 4, 8, 32, 64>(&vectors.map(|v| v.shrunk()))
     } else {
@@ -327,8 +347,9 @@ fn incircle_expansion(a: Point, b: Point, c: Point, d: Point) -> Ordering {
     }
 }
 
-/// The last step of incircle for differences of `N` terms: products of two have `P`, crosses and dots `C`, these scaled
-/// `S`, their products `Q`, and the determinant `D` terms.
+/// Computes the last step of incircle for differences of `N` terms. Products of two differences
+/// have `P` terms, cross and dot products `C`, scaled ones `S`, products of these `Q`, and the
+/// determinant `D`.
 fn incircle_of_vectors<
     const N: usize,
     const P: usize,
@@ -359,7 +380,8 @@ impl<const N: usize> Vector<N> {
         }
     }
 
-    /// Whether each coordinate is a single term: the difference had no rounding error.
+    /// Returns whether each coordinate is a single term, so that the difference had no rounding
+    /// error.
     fn is_single(&self) -> bool {
         self.x.len() <= 1 && self.y.len() <= 1
     }

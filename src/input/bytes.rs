@@ -1,7 +1,7 @@
-//! Bytes from files and streams: unzipped, with a look at the first ones.
+//! Bytes from files and streams, decompressed, with their first bytes available for inspection.
 //!
-//! In: a file or a stream. Out: [`ByteInput`], which the formats that need no seeking read.
-//! gzip is undone here (all members of the file), so that no format has to know of it.
+//! In: a file or a stream. Out: a [`ByteInput`], from which formats that need no seeking read. gzip
+//! is decompressed here (all members of the file), so that no format has to handle it.
 
 use std::io;
 use std::io::Read;
@@ -11,26 +11,28 @@ use std::sync::Arc;
 use crate::input::error::InputError;
 use crate::input::watch::{Reading, Watched};
 
-/// The size of a read buffer, and of a read.
+/// The size in bytes of a read buffer, and of a read.
 pub const BUFFER: usize = 256 << 10;
 
-/// The first bytes of a gzip file: magic number and deflate, the one method there is (RFC 1952).
+/// The first bytes of a gzip file: the magic number and deflate, the only defined method (RFC
+/// 1952).
 const GZIP: [u8; 3] = [0x1f, 0x8b, 8];
 
-/// An opened input, before its format takes it.
+/// An opened input, before the reader of its format takes it.
 pub struct ByteInput {
-    /// Its name, for messages.
+    /// The name for messages.
     pub path: Arc<Path>,
-    /// Its bytes: decompressed, from the first on.
+    /// The decompressed bytes, from the first one on.
     pub read: Box<dyn Read + Send>,
-    /// The number of these bytes, if known.
+    /// The number of decompressed bytes, if known.
     pub size: Option<u64>,
-    /// The first of these bytes, to look at: a few hundred, or all there are.
+    /// A copy of the first decompressed bytes: a few hundred, or fewer if the input is shorter.
     pub head: Vec<u8>,
 }
 
 impl ByteInput {
-    /// Looks at the first bytes, and undoes gzip if they (and, unless `by_magic`, the name) tell of it.
+    /// Reads the first bytes and decompresses gzip. An input is gzip if it begins with gzip's magic
+    /// number and, unless `by_magic` is set, its name ends in `.gz`.
     pub fn new(read: Watched<impl Read + Send + 'static>, by_magic: bool) -> Result<Self, InputError> {
         let (path, size, reading) = (
             Arc::clone(&read.watch.path),
@@ -49,13 +51,13 @@ impl ByteInput {
         Self::with_head(plain.path, Box::new(read), None)
     }
 
-    /// Passes over a byte order mark, and gives its length.
+    /// Skips a byte order mark and returns its length.
     pub fn skip_mark(&mut self) -> u64 {
         const MARK: &[u8] = b"\xef\xbb\xbf";
         if !self.head.starts_with(MARK) {
             return 0;
         }
-        // The head is in memory: this cannot fail.
+        // The head is in memory, so this cannot fail.
         io::copy(&mut self.read.by_ref().take(MARK.len() as u64), &mut io::sink()).unwrap_or(0)
     }
 
@@ -73,7 +75,8 @@ impl ByteInput {
     }
 }
 
-/// Decompressed bytes, of which a few compressed ones may give very many.
+/// Decompressed bytes, with a check whether the reading was stopped: few compressed bytes may
+/// expand to very many.
 struct Stoppable {
     read: Box<dyn Read + Send>,
     reading: Reading,
@@ -86,7 +89,7 @@ impl Read for Stoppable {
     }
 }
 
-/// Compressed bytes that are read at once: few, since they tell how far the reading is.
+/// The number of compressed bytes read at once; small, since their count shows the progress.
 #[cfg(feature = "text")]
 const COMPRESSED: usize = 32 << 10;
 

@@ -1,8 +1,7 @@
-//! Panics of a decoder, caught.
+//! Catching the panics of a decoder.
 //!
-//! A panic is reported by the process's panic hook before anybody can catch it, and the hook is the
-//! program's, not a library's. So this says to the hook whether the panic is one that becomes an
-//! error.
+//! The process's panic hook reports a panic before the panic can be caught, and the hook belongs to
+//! the program, not to a library. A hook can therefore ask here whether a panic becomes an error.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -11,7 +10,7 @@ thread_local! {
     static IS_CAUGHT: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Whether a panic on this thread is caught by a reader, and becomes an
+/// Returns whether a reader catches a panic on this thread and turns it into an
 /// [`InputError`](crate::input::InputError). For panic hooks, which need not report such a panic.
 ///
 /// ```
@@ -27,7 +26,8 @@ pub fn panic_is_caught() -> bool {
     IS_CAUGHT.get()
 }
 
-/// What the work gives; `None` if it panics. What it leaves behind then must not be used again.
+/// Returns the result of `work`; `None` if it panics. After a panic, the state that `work` leaves
+/// behind must not be used again.
 #[cfg_attr(not(feature = "las"), allow(dead_code, reason = "only the decoder of LAZ panics"))]
 pub fn catch<T>(work: impl FnOnce() -> T) -> Option<T> {
     let before = IS_CAUGHT.replace(true);

@@ -1,4 +1,5 @@
-//! What can go wrong with an input, with the evidence: file, record, line or offset, what was found, what to do.
+//! The errors of this module. Each says which file, which record, line or offset, what was found
+//! and what to do.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -6,31 +7,31 @@ use std::{fmt, io};
 
 use crate::shown;
 
-/// Where in a file something was found, in [`InputError`].
+/// A location in a file, as reported by [`InputError`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Place {
+pub enum Location {
     /// The file as a whole.
     File,
-    /// A line of text, from 1.
+    /// A line of text, counted from 1.
     Line(u64),
-    /// A byte offset from 0; of the decompressed bytes if the file is gzip.
+    /// A byte offset, counted from 0. In a gzip file the offset counts decompressed bytes.
     Byte(u64),
-    /// A point of a LAS file, from 0 in that file.
+    /// A point of a LAS file, counted from 0 in that file.
     Point(u64),
 }
 
-impl Place {
-    /// The place before what is said about it.
+impl Location {
+    /// Returns the text to put before a message about this location.
     fn prefix(self) -> String {
         match self {
             Self::File => String::new(),
-            place => format!("{place}: "),
+            location => format!("{location}: "),
         }
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::File => f.write_str("file"),
@@ -41,11 +42,11 @@ impl fmt::Display for Place {
     }
 }
 
-/// What a record of a file is, in [`InputError`].
+/// The kind of a record, as reported by [`InputError`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RecordKind {
-    /// A point, or what should be one.
+    /// A point.
     Point,
     /// A segment of a line.
     Segment,
@@ -56,7 +57,7 @@ pub enum RecordKind {
 }
 
 impl RecordKind {
-    /// What a record is called in messages.
+    /// Returns the word for a record of this kind in messages.
     fn name(self) -> &'static str {
         match self {
             Self::Point => "record",
@@ -66,19 +67,19 @@ impl RecordKind {
         }
     }
 
-    /// What to do about a record that is wrong.
+    /// Returns the advice that follows a message about an invalid record.
     fn advice(self) -> &'static str {
         match self {
-            Self::Point => "; correct it, or pass over such records with --skip-invalid",
+            Self::Point => "; correct it, or skip invalid records (option `skip_invalid`)",
             Self::Segment | Self::Obstacle | Self::Site => "",
         }
     }
 
-    /// What is wrong with the name of a file, and which names tell a format.
+    /// Returns what is wrong with the name of a file, and the suffixes that identify a format.
     fn naming(self) -> &'static str {
         match self {
             Self::Point => {
-                "the name does not tell the format; give it with --format, or use one of the suffixes .csv .tsv .txt \
+                "the name does not tell the format; set the option `format`, or use one of the suffixes .csv .tsv .txt \
                  .xyz .f64 .node .poly .geojson .json .geojsonl .las .laz (and .gz after any but the last two)"
             }
             Self::Segment => {
@@ -97,7 +98,7 @@ impl RecordKind {
     }
 }
 
-/// Why an input could not be read.
+/// The error of a failed read of an input.
 ///
 /// ```
 /// use delaunay_tiles::input::{InputError, RecordKind, SegmentSource};
@@ -114,10 +115,10 @@ pub enum InputError {
     Open {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The operating system's error.
         source: io::Error,
     },
-    /// The operating system, or the gzip decoder, failed within the file.
+    /// The operating system or the gzip decoder failed within the file.
     #[error(
         "{}: byte {offset}: reading failed; the file is damaged or cut short, or its medium failed",
         shown::path(path)
@@ -125,34 +126,34 @@ pub enum InputError {
     Read {
         /// The file.
         path: PathBuf,
-        /// The bytes read before (decompressed ones if the file is gzip).
+        /// The number of bytes read before. In a gzip file it counts decompressed bytes.
         offset: u64,
-        /// Why.
+        /// The error of the operating system or of the decoder.
         source: io::Error,
     },
-    /// A file is not what it was when it was opened: what was read of it is of no use.
+    /// The file changed after it was opened. Everything that was read from it must be discarded.
     #[error(
-        "{}: the file changed while it was read: {what}; nothing was made of it; read it when nobody writes to it",
+        "{}: the file changed while it was read: {what}; nothing was made of it; read it while no program writes to it",
         shown::path(path)
     )]
     Changed {
         /// The file.
         path: PathBuf,
-        /// In which way.
+        /// What changed.
         what: String,
     },
     /// The reading was [stopped](crate::input::Reading::stop).
     #[error("the reading was stopped")]
     Stopped,
-    /// Neither the name nor an option tells the format in which a file has records of this kind.
+    /// Neither the file name nor an option determines the format of the records of kind `kind`.
     #[error("{}: {}", shown::path(path), kind.naming())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
-        /// The records that it should have.
+        /// The kind of record that was expected.
         kind: RecordKind,
     },
-    /// The library was built without the reader.
+    /// The library was built without the reader for this format.
     #[error(
         "{}: {what} cannot be read: built without the feature `{feature}`",
         shown::path(path)
@@ -162,63 +163,65 @@ pub enum InputError {
         path: PathBuf,
         /// The format.
         what: String,
-        /// The feature of the crate that has its reader.
+        /// The feature of the crate that enables the reader.
         feature: &'static str,
     },
-    /// A record is not what it should be. Of points it is counted instead with
-    /// [`skip_invalid`](crate::input::InputOptions::skip_invalid).
-    #[error("{}: {} {number} ({place}): {found}{}", shown::path(path), kind.name(), kind.advice())]
+    /// A record is invalid. With [`skip_invalid`](crate::input::InputOptions::skip_invalid),
+    /// invalid points are counted instead of being reported.
+    #[error("{}: {} {number} ({location}): {found}{}", shown::path(path), kind.name(), kind.advice())]
     Record {
         /// The file.
         path: PathBuf,
-        /// What the record should be.
+        /// The kind of the record.
         kind: RecordKind,
-        /// The number of the record, over all inputs.
+        /// The number of the record, counted over all inputs.
         number: u64,
-        /// Where in the file.
-        place: Place,
+        /// Where the record is in the file.
+        location: Location,
         /// What was found.
         found: String,
     },
-    /// The file's structure is broken: no record of its own is to blame, and none can be passed over.
-    #[error("{}: {}{problem}; {hint}", shown::path(path), place.prefix())]
+    /// The structure of the file is broken. The error concerns the file, not a single record, so
+    /// that `skip_invalid` does not apply.
+    #[error("{}: {}{problem}; {hint}", shown::path(path), location.prefix())]
     Malformed {
         /// The file.
         path: PathBuf,
-        /// Where in the file.
-        place: Place,
+        /// Where the problem is in the file.
+        location: Location,
         /// What was found.
         problem: String,
         /// What to do.
         hint: &'static str,
-        /// The decoder's error, if it comes from one.
+        /// The decoder's error, if a decoder reported one.
         source: Option<Box<dyn Error + Send + Sync>>,
     },
-    /// An option has a value that is not possible.
-    #[error("`{value}` is not possible for {option}; {expected}")]
+    /// An option has an invalid value.
+    #[error("invalid {option} `{value}`: {expected}")]
     Option {
-        /// The option.
+        /// The name of the option.
         option: &'static str,
         /// Its value.
         value: String,
-        /// What is possible.
+        /// The values that are valid.
         expected: String,
     },
 }
 
 impl InputError {
-    /// The error of a file whose structure is broken, with no decoder's error behind it.
-    pub(super) fn malformed(path: &Path, place: Place, problem: impl Into<String>, hint: &'static str) -> Self {
+    /// Returns the error of a file whose structure is broken, without a decoder's error as its
+    /// source.
+    pub(super) fn malformed(path: &Path, location: Location, problem: impl Into<String>, hint: &'static str) -> Self {
         Self::Malformed {
             path: path.to_owned(),
-            place,
+            location,
             problem: problem.into(),
             hint,
             source: None,
         }
     }
 
-    /// The error of a read that failed behind `offset` bytes.
+    /// Returns the error of a read that failed after `offset` bytes.
     pub(super) fn read(path: &Path, offset: u64, source: io::Error) -> Self {
         Self::Read {
             path: path.to_owned(),

@@ -1,6 +1,6 @@
-//! What is wrong with a record: one place for what all readers may find.
+//! The flaws of records that readers report.
 
-/// Why a record of a file gives no point, segment, site or hole.
+/// The reason why a record of a file gives no point, segment, site or hole.
 #[derive(Debug, thiserror::Error)]
 pub enum Flaw {
     #[error("{axis} is {value}, not a finite number")]
@@ -9,39 +9,39 @@ pub enum Flaw {
     TooLarge { axis: char, value: f64 },
     #[error("{axis} is {value:e}, nearer to zero than 2^-142, the least that exact arithmetic takes")]
     TooSmall { axis: char, value: f64 },
-    #[error("`{row}` has not an index and {dims} numbers")]
+    #[error("`{row}` is not an index and {dims} numbers")]
     NodeRow { row: String, dims: usize },
-    #[error("a number and the indices of two points are due, and the row is `{row}`")]
+    #[error("expected a number and the indices of two points, found the row `{row}`")]
     PolySegment { row: String },
     #[error("there is no point {index}, since there are no points")]
     NoPoints { index: u64 },
     #[error("there is no point {index}; they are {first} to {last}")]
     NoSuchPoint { index: u64, first: u64, last: u64 },
-    #[error("a number, x and y are due, and the row is `{row}`")]
+    #[error("expected a number, x and y, found the row `{row}`")]
     PolyHole { row: String },
     #[error("the row has {count} of {needed} fields: `{row}`")]
     TooFewFields { count: usize, needed: usize, row: String },
     #[error("{axis} is `{field}`, not a number{}", comma_advice(*has_comma))]
     NoNumber { axis: char, field: String, has_comma: bool },
-    #[error("four numbers x1,y1,x2,y2 are due, and the row is `{row}`")]
+    #[error("expected four numbers x1,y1,x2,y2, found the row `{row}`")]
     SegmentRow { row: String },
     #[error("the row has no column {column} for the id: `{row}`")]
     NoIdColumn { column: usize, row: String },
     #[error("an element of the position is not a number")]
-    StrangePosition,
+    NotNumeric,
     #[error("the position has {length} of at least 2 elements")]
     ShortPosition { length: usize },
     #[error("this is a {kind}; obstacles are Polygons and MultiPolygons")]
     NoPolygon { kind: String },
-    #[error("there is no property `{field}`, which the id is to come from")]
+    #[error("there is no property `{field}` for the id")]
     NoIdProperty { field: String },
     #[error("the id is neither text nor a number")]
-    StrangeId,
+    IdOfWrongType,
     #[error("the id is not in UTF-8")]
     IdNotUtf8,
     #[error("the id is empty")]
     EmptyId,
-    #[error("the id has {length} bytes, and may have {most}")]
+    #[error("the id has {length} bytes; the limit is {most}")]
     LongId { length: usize, most: usize },
 }
 

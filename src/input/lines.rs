@@ -1,30 +1,34 @@
-//! Segments: what a batch of them is, and how their readers number them, with z for all ends or for none.
+//! Batches of segments, and the sink that numbers the segments and keeps z for all ends or for
+//! none.
 
 use crate::geometry::Point;
+use crate::input::point_z::PointZ;
 use crate::input::reader::{Batch, Sink, Totals};
-use crate::input::spot::Spot;
 use crate::shown;
 use std::path::Path;
 
-/// A batch of segments: what a [`SegmentSource`](crate::input::SegmentSource) gives, and a [`Builder`](crate::Builder) takes.
+/// A batch of segments, as produced by a [`SegmentSource`](crate::input::SegmentSource) and
+/// accepted by a [`Builder`](crate::Builder).
 #[derive(Clone, Debug, Default)]
 pub struct SegmentBatch {
-    /// Segments by their ends: valid and normalized points.
+    /// The segments that are given by their end points; the points are valid and normalized.
     pub ends: Vec<[Point; 2]>,
-    /// The elevations of these ends: finite, or NaN where an end has none. Empty if the source has
-    /// none ([`has_z`](crate::input::SegmentSource::has_z)), else as long as `ends`.
+    /// The elevations of the ends in `ends`: finite, or NaN where an end has none. Empty if the
+    /// source has no z ([`has_z`](crate::input::SegmentSource::has_z)), otherwise as long as
+    /// `ends`.
     pub z: Vec<[f64; 2]>,
-    /// Segments by the record numbers of two points.
+    /// The segments that are given by the record numbers of two points.
     pub records: Vec<[u64; 2]>,
-    /// The number of each segment's line, first of those in `ends`, then of those in `records`.
+    /// The line number of each segment: first for the segments in `ends`, then for those in
+    /// `records`.
     pub lines: Vec<u64>,
-    /// Of obstacles, the number of the polygon of each segment in `ends`: a line has several if it is a MultiPolygon. Empty where each
-    /// line is one.
+    /// For obstacles, the polygon number of each segment in `ends`; the line of a MultiPolygon has
+    /// several polygons. Empty where each line is one polygon.
     pub polygons: Vec<u64>,
 }
 
 impl SegmentBatch {
-    /// Whether there are none.
+    /// Returns whether the batch has no segments.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.ends.is_empty() && self.records.is_empty()
@@ -40,24 +44,24 @@ impl SegmentBatch {
     }
 }
 
-/// What the reader of a file with segments counts.
+/// The counts of the reader of a file with segments.
 #[derive(Default)]
 pub struct LineTally {
-    /// The lines that are at their end, those without segments too.
+    /// The number of lines that have ended, including those without segments.
     pub lines: u64,
-    /// The polygons that were begun.
+    /// The number of polygons that have begun.
     pub polygons: u64,
 }
 
-/// What is counted over all files with segments.
+/// The counts over all files with segments.
 #[derive(Default)]
 pub struct LineTotals {
-    /// Lines of the files that are done, and their polygons.
+    /// The numbers of lines and of polygons in the files that have ended.
     first_line: u64,
     first_polygon: u64,
-    /// One more than the largest line that is known by now.
+    /// One more than the largest line number known so far.
     pub lines: u64,
-    /// Ends of the file at hand that had no z, and those whose z was left out.
+    /// In the current file, the number of ends that had no z, and of ends whose z was dropped.
     padded: u64,
     cut: u64,
 }
@@ -99,8 +103,8 @@ impl Totals<SegmentBatch> for LineTotals {
 }
 
 impl Sink<'_, SegmentBatch> {
-    /// Takes a segment of this line of the file.
-    pub fn segment(&mut self, ends: [Spot; 2], line: u64) {
+    /// Takes a segment of the line with the number `line` in the file.
+    pub fn segment(&mut self, ends: [PointZ; 2], line: u64) {
         self.batch.ends.push(ends.map(|end| end.point));
         self.batch.lines.push(self.totals.first_line + line);
         for end in ends {
@@ -112,9 +116,9 @@ impl Sink<'_, SegmentBatch> {
         }
     }
 
-    /// Takes a segment of this polygon of the file, which is of this line.
+    /// Takes a segment of the polygon `polygon` of the file, which belongs to the line `line`.
     #[cfg(feature = "geojson")]
-    pub fn side(&mut self, ends: [Spot; 2], line: u64, polygon: u64) {
+    pub fn polygon_edge(&mut self, ends: [PointZ; 2], line: u64, polygon: u64) {
         self.segment(ends, line);
         self.batch.polygons.push(self.totals.first_polygon + polygon);
     }
@@ -125,7 +129,7 @@ impl Sink<'_, SegmentBatch> {
         self.batch.lines.push(self.totals.first_line + line);
     }
 
-    /// The number of a line of the file, over all files.
+    /// Returns the number over all files of line `line` of the file.
     #[cfg(feature = "geojson")]
     pub fn line(&self, line: u64) -> u64 {
         self.totals.first_line + line

@@ -1,6 +1,6 @@
-//! What comes in: points, segments and sites from files, each as one blocking stream of batches.
+//! Reading of points, segments and sites from files, each as one blocking stream of batches.
 //!
-//! | what | from | by |
+//! | what | from | type |
 //! |---|---|---|
 //! | points | the formats below | [`PointSource`] |
 //! | lines: break lines, walls | GeoJSON, rows `x1,y1,x2,y2`, raw pairs of record numbers | [`SegmentSource::open`] |
@@ -9,11 +9,14 @@
 //! | sites: points with an id | GeoJSON's points, rows `x,y,id` | [`SiteSource`] |
 //! | rows of text of any kind | lines | [`RowFile`] |
 //!
-//! The rest of this page is about points; the others say on their own pages what they read, count and keep.
+//! The rest of this page describes points. The pages of the other sources say what they read, count
+//! and keep.
 //!
-//! In: paths (or streams) in any mix of the formats below, and [`InputOptions`]. Out: [`PointBatch`]es in input order,
-//! every point [valid](crate::geometry::Point::is_valid), [normalized](crate::geometry::Point::normalized) and with its
-//! record number. Why one stream: several files are one point set, and whoever triangulates must not know formats.
+//! In: paths (or streams) in any mix of the formats below, and [`InputOptions`]. Out:
+//! [`PointBatch`]es in input order. Every point is [valid](crate::geometry::Point::is_valid),
+//! [normalized](crate::geometry::Point::normalized) and has its record number. All files go into
+//! one stream because several files are one point set, and because code that triangulates must not
+//! depend on formats.
 //!
 //! ```text
 //!   paths ─> PointSource ─> one reader at a time ─> Sink ─> PointBatch
@@ -22,46 +25,49 @@
 //!              └ expected_points, sample, identity
 //! ```
 //!
-//! All three kinds of record go through one [`Source`]. The rooms, each of which uses those before it:
+//! All three kinds of record go through one [`Source`]. Each of these modules uses only those above
+//! it:
 //!
-//! | room | what |
+//! | module | contents |
 //! |---|---|
 //! | `watch`, `bytes` | bytes of files and streams: counted, stopped, unzipped |
-//! | `reader` | what a format does, and the sink where it puts its records |
-//! | `points`, `lines`, `sites` | batches, and what their sinks take |
-//! | `formats` | a room or file per format, in it a reader per kind of record |
-//! | `source` | the stream of batches, and which formats each kind is read from |
+//! | `reader` | the reader of a format, and the sink for its records |
+//! | `points`, `lines`, `sites` | batches, and the sinks of their records |
+//! | `formats` | a folder or file per format, with a reader per kind of record |
+//! | `source` | the stream of batches, and the formats from which each kind is read |
 //!
 //! | format | in `formats` | as a stream | feature |
 //! |---|---|---|---|
 //! | rows of text: comma, semicolon, tab, blanks | `text` | yes | `text` |
 //! | raw little-endian f64 | `raw` | yes | |
 //! | Triangle's and TetGen's `.node` | `node` | yes | |
-//! | the points of Triangle's `.poly` | `node`; `poly` has the rest | yes, but for those with a `.node` beside them | |
-//! | GeoJSON, newline-delimited too | `geojson` | yes | `geojson` |
+//! | the points of Triangle's `.poly` | `node`; `poly` has the rest | yes, unless a `.node` file beside it has the points | |
+//! | GeoJSON, also newline-delimited | `geojson` | yes | `geojson` |
 //! | LAS, LAZ, COPC | `las` | no: needs a file | `las` |
 //!
-//! **Memory** is bounded whatever the file: a read buffer of 256 KiB, a batch, and for text one row of at most 1 MiB
-//! with the ends of its fields, for GeoJSON one name of at most 2 MiB, for LAZ the decompressor's state of one chunk;
-//! for a sample of the points 4 MiB. No length or count that a file claims is believed before it is
-//! compared with the file's size. Every file is hostile: what is wrong with it becomes an [`InputError`], never a panic.
+//! **Memory** is bounded for every file: a read buffer of 256 KiB and a batch; for text one row of
+//! at most 1 MiB with the ends of its fields; for GeoJSON one name of at most 2 MiB; for LAZ the
+//! decompressor's state for one chunk; for a sample of the points 4 MiB. No length or count in a
+//! file is trusted before it is compared with the file's size. Every file is treated as hostile:
+//! whatever is wrong with it becomes an [`InputError`], never a panic.
 //!
-//! **A file that changes** while it is read (in length, time of modification, or by another one
-//! that takes its place between two openings) is [`InputError::Changed`] at the latest when its
-//! last batch is due, and nothing that was read of it counts. [`FileStamp`]s let a caller say the
-//! same of files that several sources read. A [`Reading`] shows how far a source is and stops it,
-//! in the middle of a long stretch without records too.
+//! **A file that changes** while it is read (in length, in time of modification, or because another
+//! file replaces it between two openings) is reported as [`InputError::Changed`], at the latest
+//! when its last batch is requested. Everything that was read from it must then be discarded. With
+//! [`FileStamp`]s a caller can check files that several sources read in the same way. A [`Reading`]
+//! shows the progress of a source and stops it, even while it reads a long part without records.
 //!
-//! **Record numbers** are u64 positions from 0 over all inputs in order. Every record counts, those that are skipped,
-//! withheld or filtered too, so that a number finds its record again whatever the options: text rows (not header,
-//! comment and blank lines), pairs or triples of f64, points of `.node` and `.poly`, GeoJSON positions in document order
-//! (the closing one of a ring too), LAS points.
+//! **Record numbers** are u64 positions, counted from 0 over all inputs in order. Every record
+//! counts, including skipped, withheld and filtered ones, so that a number identifies its record
+//! whatever the options. The records are: text rows (not header, comment and blank lines), pairs or
+//! triples of f64, points of `.node` and `.poly`, GeoJSON positions in document order (including
+//! the closing one of a ring), LAS points.
 //!
 //! **z**: [`PointSource::has_z`] is known at open, since every file's header or first record is
-//! looked at. If any input has z then every batch has z for all of its points, and a point without
-//! one is an error, or gets 0.0 and a note reports it ([`MissingZ`]); otherwise no batch has any.
-//! Ends of lines and sites without z have NaN in batches that have z: whether they need one depends
-//! on what lies there. A NaN of a file never gets in.
+//! examined. If any input has z, then every batch has z for all of its points. A point without z is
+//! then an error, or gets 0.0 and a note reports it ([`MissingZ`]). If no input has z, no batch has
+//! any. Ends of lines and sites without z have NaN in batches that have z, because they need no z
+//! of their own where a point with z has the same position. A NaN in a file is never accepted.
 
 mod bytes;
 mod caught;
@@ -74,6 +80,7 @@ mod flaw;
 mod formats;
 mod lines;
 mod options;
+mod point_z;
 mod points;
 mod reader;
 mod sample;
@@ -83,11 +90,10 @@ mod sample;
 )]
 mod sites;
 mod source;
-mod spot;
 mod watch;
 
 pub use caught::panic_is_caught;
-pub use error::{InputError, Place, RecordKind};
+pub use error::{InputError, Location, RecordKind};
 pub use lines::SegmentBatch;
 pub use options::{Column, Columns, Format, InputOptions, MissingZ, Returns};
 pub use points::{InputCounts, PointBatch};

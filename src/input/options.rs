@@ -1,4 +1,4 @@
-//! What to read and how: formats, columns, filters.
+//! The options of reading: formats, columns, filters.
 
 use crate::input::error::InputError;
 use std::fmt;
@@ -17,22 +17,24 @@ use std::str::FromStr;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Format {
-    /// Rows of text, their fields apart by comma, semicolon, tab or blanks.
+    /// Rows of text whose fields are separated by commas, semicolons, tabs or blanks.
     Text,
-    /// Raw little-endian f64: x y, or x y z with [`InputOptions::dims`] 3.
+    /// Raw little-endian f64: x y, or x y z if [`InputOptions::dims`] is 3.
     F64,
     /// The `.node` files of Triangle (two dimensions) and TetGen (three).
     Node,
-    /// The points of Triangle's `.poly` files; their segments and holes are read by [`PolySource`](crate::input::PolySource).
+    /// The points of Triangle's `.poly` files. [`PolySource`](crate::input::PolySource) reads their
+    /// segments and holes.
     Poly,
-    /// GeoJSON: a document, or one feature or geometry after the other.
+    /// GeoJSON: a document, or a sequence of features or geometries.
     GeoJson,
     /// LAS, LAZ and COPC.
     Las,
 }
 
 impl Format {
-    /// The format that a file name tells by its suffix, capitals and a further `.gz` notwithstanding.
+    /// Returns the format that the suffix of a file name indicates, ignoring case and a trailing
+    /// `.gz`.
     #[must_use]
     pub fn from_path(path: &Path) -> Option<Self> {
         let name = path.file_name()?.to_str()?.to_ascii_lowercase();
@@ -55,7 +57,7 @@ impl Format {
 
 #[cfg(not(all(feature = "text", feature = "geojson", feature = "las")))]
 impl Format {
-    /// The error of a file in a format that the library was built without.
+    /// Returns the error of a file in a format that the library was built without.
     pub(super) fn missing(self, path: &Path) -> InputError {
         InputError::MissingFeature {
             path: path.to_owned(),
@@ -81,9 +83,9 @@ impl FromStr for Format {
             "geojson" | "json" => Ok(Self::GeoJson),
             "las" | "laz" => Ok(Self::Las),
             _ => Err(InputError::Option {
-                option: "--format",
+                option: "format",
                 value: text.to_owned(),
-                expected: "it is one of text, f64, node, poly, geojson, las".to_owned(),
+                expected: "expected one of text, f64, node, poly, geojson, las".to_owned(),
             }),
         }
     }
@@ -102,12 +104,12 @@ impl fmt::Display for Format {
     }
 }
 
-/// A column of a text file, as one of [`Columns`].
+/// A column of a text file, as part of [`Columns`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Column {
-    /// By position, from 1.
+    /// The column with this number, counted from 1.
     Number(usize),
-    /// By its name in the header, capitals notwithstanding.
+    /// The column with this name in the header, ignoring case.
     Name(String),
 }
 
@@ -120,9 +122,11 @@ impl fmt::Display for Column {
     }
 }
 
-/// The columns of a text file that hold the coordinates, as in `--columns lon,lat` or `--columns 2,3,5`.
+/// The columns of a text file that hold the coordinates, parsed from text such as `lon,lat` or
+/// `2,3,5`.
 ///
-/// A column that is all digits is a number, anything else a name. Without a third one there is no z.
+/// A column that consists of digits is a number, any other column is a name. Without a third column
+/// there is no z.
 ///
 /// ```
 /// use delaunay_tiles::input::{Column, Columns};
@@ -137,7 +141,7 @@ pub struct Columns {
     pub x: Column,
     /// The column of y.
     pub y: Column,
-    /// The column of z, if wanted.
+    /// The column of z, if z is read.
     pub z: Option<Column>,
 }
 
@@ -146,9 +150,9 @@ impl FromStr for Columns {
 
     fn from_str(text: &str) -> Result<Self, InputError> {
         let fail = || InputError::Option {
-            option: "--columns",
+            option: "columns",
             value: text.to_owned(),
-            expected: "it is x,y or x,y,z, each a name of the header or a column number from 1".to_owned(),
+            expected: "expected x,y or x,y,z, each a name in the header or a column number from 1".to_owned(),
         };
         let column = |field: &str| {
             let field = field.trim();
@@ -188,7 +192,7 @@ impl fmt::Display for Columns {
     }
 }
 
-/// Which returns of a lidar pulse are points: an option of [`InputOptions`].
+/// The returns of a lidar pulse that become points: an option of [`InputOptions`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Returns {
@@ -210,9 +214,9 @@ impl FromStr for Returns {
             "last" => Ok(Self::Last),
             "all" => Ok(Self::All),
             _ => Err(InputError::Option {
-                option: "--returns",
+                option: "returns",
                 value: text.to_owned(),
-                expected: "it is one of first, last, all".to_owned(),
+                expected: "expected one of first, last, all".to_owned(),
             }),
         }
     }
@@ -228,18 +232,19 @@ impl fmt::Display for Returns {
     }
 }
 
-/// What to do with what has no z, where other points, lines or sites have: an option of [`InputOptions`] and of builds.
+/// The treatment of points, lines or sites without z where others have z: an option of
+/// [`InputOptions`] and of builds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MissingZ {
-    /// It is an error, unless it lies where a point has z.
+    /// Missing z is an error, unless a point with z has the same position.
     #[default]
     Error,
-    /// It gets z = 0.
+    /// Missing z becomes 0.
     Zero,
 }
 
-/// How to read points. An option that does not concern the format at hand has no effect.
+/// The options of reading points. An option that does not apply to a format has no effect.
 ///
 /// ```
 /// use delaunay_tiles::input::{Format, InputOptions};
@@ -272,49 +277,51 @@ impl Default for InputOptions {
 }
 
 impl InputOptions {
-    /// The format of all inputs; `None`, as by default, goes by each file's suffix.
+    /// Sets the format of all inputs. With `None`, the default, each file's suffix determines its
+    /// format.
     #[must_use]
     pub fn format(mut self, format: impl Into<Option<Format>>) -> Self {
         self.format = format.into();
         self
     }
 
-    /// Text: the columns; `None`, as by default, goes by the header, or by position where there is none.
+    /// For text, sets the columns. With `None`, the default, the header determines them, or their
+    /// order if there is no header.
     #[must_use]
     pub fn columns(mut self, columns: impl Into<Option<Columns>>) -> Self {
         self.columns = columns.into();
         self
     }
 
-    /// f64: the numbers per point, 2 or 3; 2 by default.
+    /// For f64, sets the number of values per point, 2 or 3; 2 by default.
     #[must_use]
     pub fn dims(mut self, dims: u8) -> Self {
         self.dims = dims;
         self
     }
 
-    /// LAS: the classes to keep; none, as by default, keeps all.
+    /// For LAS, sets the classes to keep. An empty list, the default, keeps all.
     #[must_use]
     pub fn classes(mut self, classes: impl Into<Vec<u8>>) -> Self {
         self.classes = classes.into();
         self
     }
 
-    /// LAS: the returns to keep; all by default.
+    /// For LAS, sets the returns to keep; all by default.
     #[must_use]
     pub fn returns(mut self, returns: Returns) -> Self {
         self.returns = returns;
         self
     }
 
-    /// Whether invalid records are counted and passed over. By default the first one is an error.
+    /// Sets whether invalid records are counted and skipped. By default the first one is an error.
     #[must_use]
     pub fn skip_invalid(mut self, skip: bool) -> Self {
         self.skip_invalid = skip;
         self
     }
 
-    /// What to do with points that have no z where others have; an error by default.
+    /// Sets the treatment of points that have no z where others have; an error by default.
     #[must_use]
     pub fn missing_z(mut self, missing_z: MissingZ) -> Self {
         self.missing_z = missing_z;

@@ -1,37 +1,39 @@
-//! Points: what a batch of them is, what is counted, and what every reader of points has to go through.
+//! Batches of points, the counts of their source, and the sink for readers of points.
 //!
-//! In: coordinates with their place in the file, or the news that a record is none. Out: a [`PointBatch`] and
-//! [`InputCounts`]. Being the one way in, it upholds what the batch promises: valid, normalized, z for all or none.
+//! In: coordinates with their location in the file, or the flaw of an invalid record. Out: a
+//! [`PointBatch`] and [`InputCounts`]. All points pass through this sink, so it ensures what a
+//! batch promises: every point is valid and normalized, and either all points have z or none has.
 
 use crate::geometry::Point;
-use crate::input::error::{InputError, Place, RecordKind};
+use crate::input::error::{InputError, Location, RecordKind};
 use crate::input::flaw::Flaw;
 use crate::input::options::{InputOptions, MissingZ};
+use crate::input::point_z::PointZ;
 use crate::input::reader::{Batch, Sink, Totals};
-use crate::input::spot::Spot;
 use crate::shown;
 use std::path::Path;
 
-/// A batch of points in input order: what a [`PointSource`](crate::input::PointSource) gives, and a
-/// [`Builder`](crate::Builder) takes.
+/// A batch of points in input order, as produced by a [`PointSource`](crate::input::PointSource)
+/// and accepted by a [`Builder`](crate::Builder).
 #[derive(Clone, Debug, Default)]
 pub struct PointBatch {
     /// The points: valid and normalized.
     pub points: Vec<Point>,
-    /// Their elevations: finite. Empty if the source has none ([`has_z`](crate::input::PointSource::has_z)), else as long as `points`.
+    /// The elevations of the points, all finite. Empty if the source has no z
+    /// ([`has_z`](crate::input::PointSource::has_z)), otherwise as long as `points`.
     pub z: Vec<f64>,
-    /// Their record numbers, ascending; as long as `points`.
+    /// The record numbers of the points, ascending; as long as `points`.
     pub records: Vec<u64>,
 }
 
 impl PointBatch {
-    /// The number of points.
+    /// Returns the number of points.
     #[must_use]
     pub fn len(&self) -> usize {
         self.points.len()
     }
 
-    /// Whether the batch has no points.
+    /// Returns whether the batch has no points.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.points.is_empty()
@@ -45,29 +47,30 @@ impl PointBatch {
     }
 }
 
-/// What a [`PointSource`](crate::input::PointSource) has read so far. `records` = `points` + `withheld` + `filtered` + `invalid`.
+/// The counts of a [`PointSource`](crate::input::PointSource) so far. `records` = `points` +
+/// `withheld` + `filtered` + `invalid`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct InputCounts {
-    /// Records of any kind.
+    /// The number of records of any kind.
     pub records: u64,
-    /// Records that became points.
+    /// The number of records that became points.
     pub points: u64,
-    /// LAS points that are marked as withheld, and passed over.
+    /// The number of LAS points that were skipped because they are marked as withheld.
     pub withheld: u64,
-    /// LAS points that the choice of classes and returns leaves out.
+    /// The number of LAS points that the selected classes and returns exclude.
     pub filtered: u64,
-    /// Invalid records that were passed over.
+    /// The number of invalid records that were skipped.
     pub invalid: u64,
-    /// Bytes taken from the inputs (compressed ones if an input is compressed).
+    /// The number of bytes read from the inputs. In a compressed input, compressed bytes count.
     pub bytes_read: u64,
 }
 
-/// What is counted over all files of points.
+/// The counts over all files of points.
 #[derive(Default)]
 pub struct PointTotals {
     pub counts: InputCounts,
-    /// Points of the file at hand that had no z and got 0.
+    /// The number of points of the current file that had no z and got 0.
     padded: u64,
 }
 
@@ -100,30 +103,36 @@ impl Totals<PointBatch> for PointTotals {
 }
 
 impl Sink<'_, PointBatch> {
-    /// Takes a record that gives coordinates.
+    /// Takes a record with coordinates.
     #[inline]
-    pub fn point(&mut self, x: f64, y: f64, z: Option<f64>, place: impl FnOnce() -> Place) -> Result<(), InputError> {
-        let spot = match Spot::new(x, y, z) {
-            Ok(spot) => spot,
-            Err(flaw) => return self.invalid(place, &flaw),
+    pub fn point(
+        &mut self,
+        x: f64,
+        y: f64,
+        z: Option<f64>,
+        location: impl FnOnce() -> Location,
+    ) -> Result<(), InputError> {
+        let point_z = match PointZ::new(x, y, z) {
+            Ok(point_z) => point_z,
+            Err(flaw) => return self.invalid(location, &flaw),
         };
         if z.is_none() && self.lacks_z() {
-            return Err(self.no_z(place()));
+            return Err(self.no_z(location()));
         }
-        self.batch.points.push(spot.point);
+        self.batch.points.push(point_z.point);
         self.batch.records.push(self.totals.counts.records);
         if self.wants_z {
             self.totals.padded += u64::from(z.is_none());
-            self.batch.z.push(spot.z.unwrap_or(0.0));
+            self.batch.z.push(point_z.z.unwrap_or(0.0));
         }
         self.totals.counts.records += 1;
         self.totals.counts.points += 1;
         Ok(())
     }
 
-    /// Takes records that give coordinates, all of them or, if one is not valid or lacks z, none
-    /// (false). For readers whose records cost next to nothing: with no branch for each record it
-    /// takes less than half the time of [`Self::point`].
+    /// Takes a series of records with coordinates, and returns true. Returns false and takes none
+    /// of them if any record is invalid or lacks z. For readers whose records cost next to nothing:
+    /// without a branch per record, this takes less than half the time of [`Self::point`].
     pub fn points(
         &mut self,
         points: impl ExactSizeIterator<Item = Point>,
@@ -162,27 +171,27 @@ impl Sink<'_, PointBatch> {
         true
     }
 
-    /// Whether a point without z is an error.
+    /// Returns whether a point without z is an error.
     fn lacks_z(&self) -> bool {
         self.wants_z && self.options.missing_z == MissingZ::Error
     }
 
     #[cold]
-    fn no_z(&self, place: Place) -> InputError {
+    fn no_z(&self, location: Location) -> InputError {
         let record = self.totals.counts.records;
         InputError::malformed(
             self.path,
-            place,
+            location,
             format!("record {record} has no z, and other points have"),
-            "give all points z, or allow that they get z = 0 (--missing-z zero)",
+            "give all points z, or let them get z = 0 (option `missing_z`: zero)",
         )
     }
 
-    /// Takes a record that is no valid point: an error, or counted.
+    /// Takes an invalid record: counts it, or returns an error if `skip_invalid` is not set.
     #[cold]
-    pub fn invalid(&mut self, place: impl FnOnce() -> Place, flaw: &Flaw) -> Result<(), InputError> {
+    pub fn invalid(&mut self, location: impl FnOnce() -> Location, flaw: &Flaw) -> Result<(), InputError> {
         if !self.options.skip_invalid {
-            return Err(self.wrong(RecordKind::Point, self.totals.counts.records, place(), flaw));
+            return Err(self.wrong(RecordKind::Point, self.totals.counts.records, location(), flaw));
         }
         self.pass_over();
         Ok(())

@@ -1,29 +1,31 @@
-//! What the reader of a format does, and where it puts what it reads: the same for points, segments and sites.
+//! The reader of a format and the sink that takes its records, for points, segments and sites
+//! alike.
 //!
-//! A [`Reader`] has one file, whose records it puts into a [`Sink`]; that numbers and checks them, and fills a [`Batch`].
-//! What the sink takes depends on the kind, and stands in the file of the kind: `points`, `lines`, `sites`.
+//! A [`Reader`] reads one file and puts its records into a [`Sink`]. The sink numbers and checks
+//! the records, and fills a [`Batch`]. The methods of the sink depend on the kind of record; they
+//! are defined in the modules `points`, `lines` and `sites`.
 
-use crate::input::error::{InputError, Place, RecordKind};
+use crate::input::error::{InputError, Location, RecordKind};
 use crate::input::flaw::Flaw;
 use crate::input::sample::RandomAccess;
 use std::path::Path;
 
-/// Records in a full batch.
+/// The number of records in a full batch.
 pub const FULL: usize = 8192;
 
-/// Records of one kind, which are handed out together.
+/// A batch of records of one kind.
 pub trait Batch: Default {
-    /// What says which records are read, and how.
+    /// The options that select the records to read and how to read them.
     type Options;
-    /// What is counted over all files of a source.
+    /// The counts over all files of a source.
     type Totals: Totals<Self>;
-    /// What the reader of a file counts, beside what it puts into batches.
+    /// The counts that the reader of one file keeps, beside the records that it puts into batches.
     type Tally: Default;
 
-    /// The number of records.
+    /// Returns the number of records.
     fn len(&self) -> usize;
 
-    /// Whether there are none.
+    /// Returns whether the batch has no records.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -32,60 +34,63 @@ pub trait Batch: Default {
     fn clear(&mut self);
 }
 
-/// What is counted over all files of a source.
+/// The counts over all files of a source.
 pub trait Totals<B: Batch>: Default {
-    /// A reader has put records into this batch, and counted so much of its file by now.
+    /// Updates the totals after a reader has put records into `batch`; `tally` has the counts of
+    /// its file so far.
     fn add(&mut self, _batch: &B, _tally: &B::Tally) {}
 
-    /// A file is at its end, of which this was counted; `handed_out` records of all files are in batches by now. Gives
-    /// the number of records of all files by now, as a person counts them.
+    /// Updates the totals at the end of a file, which has the counts `tally`. `handed_out` is the
+    /// number of records of all files that are in batches so far. Returns the number of records of
+    /// all files so far, as a person counts them.
     fn end_file(&mut self, tally: &B::Tally, handed_out: u64) -> u64;
 
-    /// What a person should know of the file that is at its end.
+    /// Returns notes for the user about the file that just ended.
     fn notes(&mut self, path: &Path) -> Vec<String>;
 }
 
-/// What a format does with one file.
+/// The reader of one file.
 pub trait Reader<B: Batch>: Send {
-    /// Whether its records have z. Known from the start.
+    /// Returns whether the records have z. This is known from the start.
     fn has_z(&self) -> bool {
         false
     }
 
-    /// The coordinate reference system, if the file has told it by now.
+    /// Returns the coordinate reference system, if the part of the file that was read contains one.
     fn crs(&self) -> Option<&str> {
         None
     }
 
-    /// How many records are still to come, as far as the file's beginning and its size tell. A claim: nothing may be
-    /// allocated by it.
+    /// Returns the number of records that remain, as estimated from the file's beginning and its
+    /// size. The file may claim any number, so no memory may be allocated according to it.
     fn expected(&self) -> Option<u64> {
         None
     }
 
-    /// How to read the records in any order, if the format allows it and the input is a regular file.
+    /// Returns how to read the records in any order, if the format allows it and the input is a
+    /// regular file.
     fn random_access(&self) -> Option<RandomAccess> {
         None
     }
 
-    /// Puts records into the sink until it is full (true) or the file is at its end (false).
+    /// Puts records into `sink` until it is full (returns true) or the file ends (returns false).
     fn fill(&mut self, sink: &mut Sink<'_, B>) -> Result<bool, InputError>;
 
-    /// What it has counted by now.
+    /// Returns the counts so far.
     fn tally(&self) -> B::Tally {
         B::Tally::default()
     }
 
-    /// What a person should know, when the file is at its end.
+    /// Returns notes for the user, at the end of the file.
     fn notes(&self) -> Vec<String> {
         Vec::new()
     }
 }
 
-/// A reader that has looked at the beginning of its file, or what is wrong there.
+/// A reader that has examined the beginning of its file, or the error found there.
 pub type Started<B> = Result<Box<dyn Reader<B>>, InputError>;
 
-/// The way from one file into one batch.
+/// The path of records from one file into one batch.
 pub struct Sink<'a, B: Batch> {
     pub batch: &'a mut B,
     pub totals: &'a mut B::Totals,
@@ -93,35 +98,35 @@ pub struct Sink<'a, B: Batch> {
     pub path: &'a Path,
     /// Whether the batches have z.
     pub wants_z: bool,
-    /// Records that were handed out before this batch.
+    /// The number of records that were handed out before this batch.
     pub before: u64,
 }
 
 impl<B: Batch> Sink<'_, B> {
-    /// Whether the batch should be handed out before more is put in.
+    /// Returns whether the batch must be handed out before more records are put in.
     #[inline]
     pub fn is_full(&self) -> bool {
         self.batch.len() >= FULL
     }
 
-    /// The number of records that the batch still takes.
+    /// Returns the number of records for which the batch has room.
     pub fn room(&self) -> usize {
         FULL.saturating_sub(self.batch.len())
     }
 
-    /// The number of the record that comes.
+    /// Returns the number of the next record.
     pub fn next(&self) -> u64 {
         self.before + self.batch.len() as u64
     }
 
-    /// The error of a record that is none of its kind.
+    /// Returns the error of an invalid record.
     #[cold]
-    pub fn wrong(&self, kind: RecordKind, number: u64, place: Place, flaw: &Flaw) -> InputError {
+    pub fn wrong(&self, kind: RecordKind, number: u64, location: Location, flaw: &Flaw) -> InputError {
         InputError::Record {
             path: self.path.to_owned(),
             kind,
             number,
-            place,
+            location,
             found: flaw.to_string(),
         }
     }

@@ -1,9 +1,10 @@
-//! A few points from all over the inputs, before any of them is read.
+//! A small sample of the points of all inputs, taken before any input is read.
 //!
-//! In: files whose records have one length each, so that any of them can be read without those before it. Out: points
-//! in input order. All records of all files are taken as one sequence and cut into equal parts, each of which gives a few
-//! neighbours, at a place in it that a hash of its number tells: evenly spaced places would beat with the rows of a grid
-//! or the lines of a scanner. No random numbers: the same inputs give the same sample.
+//! In: files whose records have a fixed length, so that each record can be read without those
+//! before it. Out: points in input order. The records of all files form one sequence, which is cut
+//! into equal parts. Each part gives a few neighbouring records, whose offset in the part is a hash
+//! of the part's number: evenly spaced offsets would interfere with the rows of a grid or the lines
+//! of a scanner. There are no random numbers: the same inputs give the same sample.
 
 use crate::geometry::Point;
 use crate::input::error::InputError;
@@ -15,31 +16,33 @@ use std::ops::Range;
 use std::path::Path;
 use xxhash_rust::xxh3::xxh3_64;
 
-/// The most bytes that are read, one record per part aside.
+/// The limit on the bytes read, apart from one record per part.
 const MOST_BYTES: usize = 4 << 20;
 
-/// The most parts: each one costs a read.
+/// The limit on the number of parts; each part costs a read.
 const MOST_PARTS: usize = 4096;
 
-/// Points that a part gives, unless there are too many parts: neighbours in a file are often neighbours in the plane,
-/// and tell less than points from elsewhere.
+/// The number of points that a part gives, unless there are too many parts. It is small because
+/// neighbours in a file are often neighbours in the plane, and tell less than points from
+/// elsewhere.
 const NEIGHBOURS: usize = 16;
 
-/// The point of a record, if the record is one to keep; it may be invalid.
+/// Decodes the point of a record; `None` if the record is not one to keep. The point may be
+/// invalid.
 type Decode = dyn Fn(&[u8]) -> Option<Point> + Send + Sync;
 
-/// How to read the records of a file in any order. They all lie within the file's size as it was at open.
+/// Reading of the records of a file in any order. All records are within the file's size at open.
 pub struct RandomAccess {
-    /// The first byte of the first record.
+    /// The offset of the first record, in bytes.
     pub start: u64,
     /// The number of records.
     pub count: u64,
-    /// The bytes of a record; not 0.
+    /// The length of a record in bytes; not 0.
     pub length: usize,
     pub decode: Box<Decode>,
 }
 
-/// About `count` valid points of the files, in order; fewer if there are not as many.
+/// Returns about `count` valid points of the files, in order; fewer if the files have fewer.
 pub fn sample<'a>(
     files: impl Iterator<Item = (&'a Path, &'a RandomAccess)> + Clone,
     count: usize,
@@ -71,7 +74,7 @@ pub fn sample<'a>(
     Ok(points)
 }
 
-/// Ranges of about `count` of the numbers below `total`, ascending and apart.
+/// Returns disjoint ranges, ascending, of about `count` of the numbers below `total`.
 fn parts(total: u64, count: usize) -> Vec<Range<u64>> {
     let parts = count.div_ceil(NEIGHBOURS).min(MOST_PARTS) as u64;
     if parts == 0 {
@@ -88,7 +91,8 @@ fn parts(total: u64, count: usize) -> Vec<Range<u64>> {
     (0..parts).map(part).filter(|part| !part.is_empty()).collect()
 }
 
-/// The bytes of the file from an offset on: fewer if it has become shorter, which the real reading reports.
+/// Reads bytes of the file from `offset` on: fewer than `length` if the file became shorter, which
+/// the actual reading reports.
 fn read(file: &mut File, offset: u64, length: usize) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::with_capacity(length);
     file.seek(SeekFrom::Start(offset))?;

@@ -1,14 +1,16 @@
-//! Sites: their ids, what a batch of them is, and how their readers number them, with z for all or for none.
+//! The ids of sites, batches of sites, and the sink that numbers the sites and keeps z for all or
+//! for none.
 
 use crate::geometry::Point;
 use crate::input::flaw::Flaw;
+use crate::input::point_z::PointZ;
 use crate::input::reader::{Batch, Sink, Totals};
-use crate::input::spot::Spot;
 use crate::shown;
 use std::fmt;
 use std::path::Path;
 
-/// The id of a site, as its file has it; see [`SiteSource`](crate::input::SiteSource). That ids differ is not checked.
+/// The id of a site, as its file has it; see [`SiteSource`](crate::input::SiteSource). Whether ids
+/// are distinct is not checked.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum SiteId {
     /// A number without a sign, fraction or leading zero.
@@ -18,10 +20,10 @@ pub enum SiteId {
 }
 
 impl SiteId {
-    /// The longest text, in bytes.
+    /// The length limit of a text id, in bytes.
     pub const LONGEST: usize = 1024;
 
-    /// The id in a field that may be a number, or what is wrong with it.
+    /// Parses the id in a field that may be a number.
     pub(super) fn from_field(field: &[u8]) -> Result<Self, Flaw> {
         let text = std::str::from_utf8(field).map_err(|_| Flaw::IdNotUtf8)?;
         match text.parse::<u64>() {
@@ -30,7 +32,7 @@ impl SiteId {
         }
     }
 
-    /// The id as text, or what is wrong with it.
+    /// Returns the text as an id, or what is wrong with it.
     pub(super) fn from_text(text: &str) -> Result<Self, Flaw> {
         match text.len() {
             0 => Err(Flaw::EmptyId),
@@ -52,26 +54,27 @@ impl fmt::Display for SiteId {
     }
 }
 
-/// A batch of sites in input order: what a [`SiteSource`](crate::input::SiteSource) gives, and a [`Builder`](crate::Builder) takes.
+/// A batch of sites in input order, as produced by a [`SiteSource`](crate::input::SiteSource) and
+/// accepted by a [`Builder`](crate::Builder).
 #[derive(Clone, Debug, Default)]
 pub struct SiteBatch {
-    /// The places: valid and normalized points.
+    /// The positions of the sites, as valid and normalized points.
     pub points: Vec<Point>,
-    /// Their elevations: finite, or NaN where a site has none. Empty if the source has none
-    /// ([`has_z`](crate::input::SiteSource::has_z)), else as long as `points`.
+    /// The elevations of the sites: finite, or NaN where a site has none. Empty if the source has
+    /// no z ([`has_z`](crate::input::SiteSource::has_z)), otherwise as long as `points`.
     pub z: Vec<f64>,
-    /// Their ids; as long as `points`.
+    /// The ids of the sites; as long as `points`.
     pub ids: Vec<SiteId>,
 }
 
 impl SiteBatch {
-    /// The number of sites.
+    /// Returns the number of sites.
     #[must_use]
     pub fn len(&self) -> usize {
         self.points.len()
     }
 
-    /// Whether the batch has no sites.
+    /// Returns whether the batch has no sites.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.points.is_empty()
@@ -85,15 +88,15 @@ impl SiteBatch {
     }
 }
 
-/// What is counted over all files of sites.
+/// The counts over all files of sites.
 #[derive(Default)]
 pub struct SiteTotals {
-    /// Sites of the file at hand that had no z.
+    /// The number of sites of the current file that had no z.
     padded: u64,
 }
 
 impl Batch for SiteBatch {
-    /// The name of the field that is the id, if one is chosen.
+    /// The name of the field that has the id, if one is selected.
     type Options = Option<String>;
     type Totals = SiteTotals;
     type Tally = ();
@@ -121,14 +124,14 @@ impl Totals<SiteBatch> for SiteTotals {
 }
 
 impl Sink<'_, SiteBatch> {
-    /// Takes a site; without an id its number is its id.
-    pub fn site(&mut self, spot: Spot, id: Option<SiteId>) {
+    /// Takes a site. A site without an id gets its number as its id.
+    pub fn site(&mut self, point_z: PointZ, id: Option<SiteId>) {
         let id = id.unwrap_or(SiteId::Number(self.next()));
         self.batch.ids.push(id);
-        self.batch.points.push(spot.point);
+        self.batch.points.push(point_z.point);
         if self.wants_z {
-            self.totals.padded += u64::from(spot.z.is_none());
-            self.batch.z.push(spot.z.unwrap_or(f64::NAN));
+            self.totals.padded += u64::from(point_z.z.is_none());
+            self.batch.z.push(point_z.z.unwrap_or(f64::NAN));
         }
     }
 }

@@ -1,13 +1,13 @@
-//! Files that must stay as they are while they are read, and reading that others can watch and
-//! stop.
+//! Files that must not change while they are read, and reading whose progress is visible and that
+//! can be stopped.
 //!
-//! In: a path, or a stream. Out: a [`Watched`] reader of the bytes, and its [`Watch`], which says
-//! at the end whether the file is still what it was at opening. All readers of this module get
-//! their bytes from here.
+//! In: a path or a stream. Out: a [`Watched`] reader of the bytes, and its [`Watch`], which checks
+//! at the end whether the file is the same as at opening. All readers of this module get their
+//! bytes from here.
 //!
-//! A regular file has changed if its length or its time of modification is another one, if it ended
-//! before or behind its length, or if a path that is opened again names another file. Streams have
-//! no length, so nothing is compared.
+//! A regular file has changed if its length or its time of modification differs, if it ended before
+//! or after its length, or if a path that is opened again names another file. Streams have no
+//! length, so nothing is compared.
 
 use crate::input::error::InputError;
 use std::fs::{File, Metadata};
@@ -18,8 +18,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-/// What tells a file from others, and from itself before a change. [`Source::stamps`](crate::input::Source::stamps) gives those of
-/// a source.
+/// The identity of a file and its state at one time, to detect changes.
+/// [`Source::stamps`](crate::input::Source::stamps) returns the stamps of a source.
 ///
 /// ```
 /// use delaunay_tiles::input::SegmentSource;
@@ -40,13 +40,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct FileStamp {
-    /// Bytes.
+    /// The length in bytes.
     pub length: u64,
-    /// The time of the last modification: nanoseconds since 1970.
+    /// The time of the last modification, in nanoseconds since 1970.
     pub modified: i128,
-    /// The number of its file system.
+    /// The number of the file system.
     pub device: u64,
-    /// Its number there.
+    /// The number of the file in its file system.
     pub inode: u64,
 }
 
@@ -60,7 +60,8 @@ impl FileStamp {
         }
     }
 
-    /// Says how a file that has this stamp now differs from what it was; `None` if it does not.
+    /// Describes how the file changed from the stamp `before` to this one; `None` if it did not
+    /// change.
     #[must_use]
     pub fn change_since(&self, before: &Self) -> Option<String> {
         if (self.device, self.inode) != (before.device, before.inode) {
@@ -75,7 +76,7 @@ impl FileStamp {
     }
 }
 
-/// How far the reading of a source is, and the way to stop it. Clones share it.
+/// The progress of the reading of a source, and a way to stop it. Clones share their state.
 ///
 /// ```
 /// use delaunay_tiles::input::{InputError, InputOptions, PointBatch, PointSource};
@@ -101,25 +102,26 @@ struct ReadingState {
 }
 
 impl Reading {
-    /// Bytes read by now: of compressed files the compressed ones, and the beginnings of files
-    /// twice.
+    /// Returns the number of bytes read so far. In compressed files, compressed bytes count; the
+    /// beginnings of files count twice.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         self.0.bytes.load(Ordering::Relaxed)
     }
 
-    /// Has the source end with [`InputError::Stopped`], within a read of at most some 256 KiB.
+    /// Makes the source fail with [`InputError::Stopped`], after reading at most about 256 KiB
+    /// more.
     pub fn stop(&self) {
         self.0.is_stopped.store(true, Ordering::Relaxed);
     }
 
-    /// Whether it was stopped.
+    /// Returns whether the reading was stopped.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.0.is_stopped.load(Ordering::Relaxed)
     }
 
-    /// Fails if it was stopped.
+    /// Fails if the reading was stopped.
     pub(super) fn check(&self) -> Result<(), InputError> {
         match self.is_stopped() {
             true => Err(InputError::Stopped),
@@ -127,8 +129,8 @@ impl Reading {
         }
     }
 
-    /// Fails if it was stopped, within a reader of bytes; [`Watch::explain`] makes the error of it
-    /// that a caller gets.
+    /// Fails if the reading was stopped. For readers of bytes; [`Watch::explain`] turns the error
+    /// into the one that a caller gets.
     pub(super) fn check_io(&self) -> io::Result<()> {
         match self.is_stopped() {
             true => Err(io::Error::other("reading was stopped")),
@@ -137,19 +139,19 @@ impl Reading {
     }
 }
 
-/// What is known of an input while it is read.
+/// The state of an input while it is read.
 pub struct Watch {
     pub path: Arc<Path>,
     pub reading: Reading,
-    /// A regular file, and what it was at opening.
+    /// The file and its stamp at opening, if it is a regular file.
     file: Option<(Arc<File>, FileStamp)>,
     taken: AtomicU64,
-    /// The smallest offset at which there were no more bytes; `u64::MAX` if its end was not come
-    /// to.
+    /// The smallest offset at which there were no more bytes; `u64::MAX` if the end was not
+    /// reached.
     end: AtomicU64,
 }
 
-/// A reader that counts what it hands out, and stops when it is told to.
+/// A reader that counts the bytes it hands out, and that can be stopped.
 pub struct Watched<R> {
     inner: R,
     position: u64,
@@ -157,14 +159,14 @@ pub struct Watched<R> {
 }
 
 impl Watched<Arc<File>> {
-    /// Opens a file. If it was open before, it must be the same one and unchanged.
+    /// Opens a file. If it was opened before, it must be the same file and unchanged.
     pub fn open(path: &Path, reading: &Reading, before: Option<FileStamp>) -> Result<Self, InputError> {
         let (file, metadata) = open_file(path)?;
         let file = Arc::new(file);
         let stamp = metadata.as_ref().map(FileStamp::of);
         if let Some(before) = before {
             let change = stamp.map_or_else(
-                || Some("it is no regular file any more".to_owned()),
+                || Some("it is no longer a regular file".to_owned()),
                 |stamp| stamp.change_since(&before),
             );
             if let Some(what) = change {
@@ -181,7 +183,7 @@ impl Watched<Arc<File>> {
 }
 
 impl<R> Watched<R> {
-    /// A stream, with a name for messages.
+    /// Wraps a stream; messages use `name` as its name.
     pub fn stream(inner: R, name: &Path, reading: &Reading) -> Self {
         Self::new(inner, name, reading, None)
     }
@@ -224,22 +226,22 @@ impl<R: Seek> Seek for Watched<R> {
 }
 
 impl Watch {
-    /// What the file was at opening; `None` of streams.
+    /// Returns the stamp of the file at opening; `None` for streams.
     pub fn stamp(&self) -> Option<FileStamp> {
         self.file.as_ref().map(|(_, stamp)| *stamp)
     }
 
-    /// The length of the file at opening; `None` of streams.
+    /// Returns the length of the file at opening; `None` for streams.
     pub fn size(&self) -> Option<u64> {
         self.stamp().map(|stamp| stamp.length)
     }
 
-    /// Bytes handed out by now.
+    /// Returns the number of bytes handed out so far.
     pub fn taken(&self) -> u64 {
         self.taken.load(Ordering::Relaxed)
     }
 
-    /// Fails if the file is not what it was at opening. To be asked when all was read.
+    /// Fails if the file has changed since it was opened. To be called after everything was read.
     pub fn check(&self) -> Result<(), InputError> {
         let Some((file, before)) = &self.file else {
             return Ok(());
@@ -255,13 +257,13 @@ impl Watch {
             end if end == before.length => Ok(()),
             end => Err(changed(
                 &self.path,
-                format!("it had {} bytes, and ended behind {end}", before.length),
+                format!("it had {} bytes, and ended after {end}", before.length),
             )),
         }
     }
 
-    /// The error that a reader's error comes from: the reading was stopped, the file changed, or
-    /// none of these.
+    /// Returns the cause of a reader's error: that the reading was stopped, that the file changed,
+    /// or else `error` itself.
     pub fn explain(&self, error: InputError) -> InputError {
         let checked = self.reading.check().and_then(|()| self.check());
         checked.err().unwrap_or(error)
@@ -275,12 +277,12 @@ fn changed(path: &Path, what: String) -> InputError {
     }
 }
 
-/// Notes a file among those that were read.
+/// Adds the stamp of a regular file to `stamps`.
 pub fn note(stamps: &mut Vec<(PathBuf, FileStamp)>, watch: &Watch) {
     stamps.extend(watch.stamp().map(|stamp| (watch.path.to_path_buf(), stamp)));
 }
 
-/// Opens a file, with its metadata if it is a regular file: pipes and devices have no size.
+/// Opens a file, and returns its metadata if it is a regular file: pipes and devices have no size.
 pub fn open_file(path: &Path) -> Result<(File, Option<Metadata>), InputError> {
     let open = || {
         let file = File::open(path)?;

@@ -1,4 +1,5 @@
-//! Which backend files on disk are read by: chosen by name, by the environment, or by what the system allows.
+//! The backend that reads files on disk, chosen by name, by an environment variable, or by what the
+//! system permits.
 
 use std::ops::Range;
 use std::path::Path;
@@ -12,29 +13,30 @@ use futures::future::BoxFuture;
 use crate::io::file::ReadAt;
 use crate::io::threads::ThreadsFile;
 
-/// The environment variable that names the backend where the program does not.
+/// The environment variable that names the backend if the program does not.
 pub const BACKEND_VARIABLE: &str = "DELAUNAY_TILES_IO";
 
-/// How files on disk are read.
+/// The method of reading files on disk.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Backend {
-    /// By an io_uring; by threads where the system refuses one.
+    /// An io_uring; threads where the system refuses one.
     #[default]
     Auto,
-    /// By an io_uring, on Linux, or not at all.
+    /// An io_uring, on Linux only. Opening fails where the system refuses one.
     Uring,
-    /// By a few threads that block.
+    /// A few threads that block.
     Threads,
 }
 
 impl Backend {
     const NAMES: [(&'static str, Self); 3] = [("auto", Self::Auto), ("uring", Self::Uring), ("threads", Self::Threads)];
 
-    /// What the environment variable [`BACKEND_VARIABLE`] says, or [`Auto`](Self::Auto) if it is not set or empty.
+    /// Returns the backend that the environment variable [`BACKEND_VARIABLE`] names, or
+    /// [`Auto`](Self::Auto) if it is not set or empty.
     ///
     /// # Errors
-    /// If it is something else.
+    /// Fails if the variable has any other value.
     pub fn from_environment() -> io::Result<Self> {
         match std::env::var_os(BACKEND_VARIABLE) {
             None => Ok(Self::Auto),
@@ -47,9 +49,9 @@ impl Backend {
     }
 }
 
-/// A name that no backend has.
+/// The error of a name that no backend has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no I/O backend `{0}`; there are auto, uring and threads")]
+#[error("unknown I/O backend `{0}`: expected auto, uring or threads")]
 pub struct UnknownBackend(String);
 
 impl FromStr for Backend {
@@ -70,10 +72,12 @@ impl fmt::Display for Backend {
     }
 }
 
-/// Opens a file on disk to read it. [`ReadAt::backend`] and [`ReadAt::note`] tell what became of the choice.
+/// Opens a file on disk for reading. [`ReadAt::backend`] and [`ReadAt::note`] tell which backend
+/// reads it and why.
 ///
 /// # Errors
-/// What the system says of the file; and if [`Backend::Uring`] is asked for and refused, that.
+/// Fails with the system's error for the file, and with its refusal of an io_uring if
+/// [`Backend::Uring`] is requested.
 pub fn open(path: &Path, backend: Backend) -> io::Result<Arc<dyn ReadAt>> {
     if backend == Backend::Threads {
         return Ok(Arc::new(ThreadsFile::open(path)?.for_tiles()));
@@ -81,7 +85,7 @@ pub fn open(path: &Path, backend: Backend) -> io::Result<Arc<dyn ReadAt>> {
     match open_on_ring(path) {
         Ok(file) => file,
         Err(error) if backend == Backend::Uring => {
-            let message = format!("the system refuses an io_uring: {error}; backends threads and auto do without");
+            let message = format!("the system refuses an io_uring: {error}; the backends threads and auto need none");
             Err(io::Error::new(error.kind(), message))
         }
         Err(error) => {
@@ -95,7 +99,7 @@ pub fn open(path: &Path, backend: Backend) -> io::Result<Arc<dyn ReadAt>> {
     }
 }
 
-/// The outer error is that of the ring, the inner one that of the file.
+/// Opens a file on the ring. The outer error is that of the ring, the inner one that of the file.
 #[cfg(target_os = "linux")]
 fn open_on_ring(path: &Path) -> io::Result<io::Result<Arc<dyn ReadAt>>> {
     let ring = crate::io::uring::ring::Ring::shared()?;
@@ -107,7 +111,7 @@ fn open_on_ring(_: &Path) -> io::Result<io::Result<Arc<dyn ReadAt>>> {
     Err(io::Error::new(io::ErrorKind::Unsupported, "only Linux has it"))
 }
 
-/// A file that is read by threads since there is no ring, and why.
+/// A file that threads read because there is no ring, with the reason.
 struct FallenBack {
     file: ThreadsFile,
     note: String,
@@ -140,19 +144,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_come_back_and_others_are_told() {
+    fn backend_names_parse_and_others_are_errors() {
         for backend in [Backend::Auto, Backend::Uring, Backend::Threads] {
             assert_eq!(backend.to_string().parse(), Ok(backend));
         }
         let error = "Uring".parse::<Backend>().unwrap_err().to_string();
-        assert_eq!(
-            error,
-            "there is no I/O backend `Uring`; there are auto, uring and threads"
-        );
+        assert_eq!(error, "unknown I/O backend `Uring`: expected auto, uring or threads");
     }
 
     #[test]
-    fn what_is_wrong_with_the_file_is_no_reason_to_fall_back() {
+    fn a_bad_file_is_an_error_and_no_reason_to_fall_back() {
         let folder = tempfile::tempdir().unwrap();
         for backend in [Backend::Auto, Backend::Threads] {
             let error = |path: &Path| open(path, backend).err().map(|error| error.kind());

@@ -1,8 +1,8 @@
-//! Buffers for tiles, kept to be used again once nobody reads what is in them.
+//! Buffers for tiles, kept for reuse once no reader is left.
 //!
-//! A scan reads thousands of tiles of about the same size. Were each buffer given back to the system's allocator, every thread
-//! that reads would keep some for itself, several times what is in use; and pages that were just read would be cleared again.
-//! So with tiles that are written.
+//! A scan reads thousands of tiles of about the same size. If each buffer went back to the system's
+//! allocator, every reading thread would keep some memory for itself, several times what is in use,
+//! and pages that were just read would be cleared again. The same holds for tiles that are written.
 
 use std::collections::VecDeque;
 use std::ops::{Deref, Range};
@@ -11,18 +11,18 @@ use std::sync::Arc;
 use bytes::Bytes;
 use parking_lot::Mutex;
 
-/// Reads of fewer bytes than this have buffers of their own.
+/// Reads of fewer bytes than this get buffers of their own, which are not kept.
 pub(super) const SMALL: usize = 256 << 10;
-/// The most buffers that are kept, if nothing else is said.
+/// The default limit on the buffers that are kept.
 const KEPT: usize = 4;
-/// Memory that nobody uses just now, the oldest first. Clones share it.
+/// Memory that is not in use, oldest first. Clones share it.
 #[derive(Debug)]
-pub(super) struct Kept<M> {
+pub(super) struct FreeList<M> {
     free: Arc<Mutex<VecDeque<M>>>,
     most: usize,
 }
 
-impl<M> Clone for Kept<M> {
+impl<M> Clone for FreeList<M> {
     fn clone(&self) -> Self {
         Self {
             free: Arc::clone(&self.free),
@@ -31,8 +31,8 @@ impl<M> Clone for Kept<M> {
     }
 }
 
-impl<M: Deref<Target = [u8]>> Kept<M> {
-    /// Keeps no more than so many.
+impl<M: Deref<Target = [u8]>> FreeList<M> {
+    /// Creates a list that keeps at most `most` entries.
     pub(super) fn new(most: usize) -> Self {
         Self {
             free: Arc::default(),
@@ -40,22 +40,23 @@ impl<M: Deref<Target = [u8]>> Kept<M> {
         }
     }
 
-    /// Memory of at least so many bytes, and not many more.
+    /// Takes memory of at least `length` bytes, and not many more.
     pub(super) fn find(&self, length: usize) -> Option<M> {
         let mut free = self.free.lock();
-        // What is much too large would take more than its length says.
+        // Memory that is much too large would occupy more than its length suggests.
         let fits = |memory: &M| (length..=rounded(length)).contains(&memory.len());
         match free.iter().position(fits) {
-            Some(place) => free.remove(place),
+            Some(index) => free.remove(index),
             None => {
-                // What does not fit now may never fit again; so there is never more than was in use at once.
+                // Memory that does not fit now may never fit again. Dropping it ensures that there
+                // is never more memory than was in use at once.
                 free.pop_front();
                 None
             }
         }
     }
 
-    /// Keeps it, unless there is enough.
+    /// Keeps the memory, unless the list is full.
     pub(super) fn give_back(&self, memory: M) {
         let mut free = self.free.lock();
         if free.len() < self.most {
@@ -63,7 +64,7 @@ impl<M: Deref<Target = [u8]>> Kept<M> {
         }
     }
 
-    /// Gives back to the system what is kept.
+    /// Releases the kept memory.
     pub(super) fn clear(&self) {
         self.free.lock().clear();
     }
@@ -74,9 +75,9 @@ impl<M: Deref<Target = [u8]>> Kept<M> {
     }
 }
 
-/// Buffers that nobody uses just now, the oldest first. Clones share them.
+/// Buffers that are not in use, oldest first. Clones share them.
 #[derive(Clone, Debug)]
-pub(crate) struct Buffers(Kept<Vec<u8>>);
+pub(crate) struct Buffers(FreeList<Vec<u8>>);
 
 impl Default for Buffers {
     fn default() -> Self {
@@ -85,12 +86,12 @@ impl Default for Buffers {
 }
 
 impl Buffers {
-    /// Keeps no more buffers than so many.
+    /// Creates a pool that keeps at most `kept` buffers.
     pub(crate) fn keeping(kept: usize) -> Self {
-        Self(Kept::new(kept))
+        Self(FreeList::new(kept))
     }
 
-    /// A buffer of this many bytes, whatever they are.
+    /// Returns a buffer of `length` bytes of arbitrary content.
     pub(super) fn take(&self, length: usize) -> Buffer {
         let found = self.find(length);
         Buffer {
@@ -100,7 +101,7 @@ impl Buffers {
         }
     }
 
-    /// At least so many bytes, all 0, for [`freeze`](Self::freeze) to take back.
+    /// Returns at least `length` bytes, all 0, which [`freeze`](Self::freeze) can take back.
     pub(crate) fn zeroed(&self, length: usize) -> Vec<u8> {
         match self.find(length) {
             Some(mut bytes) => {
@@ -111,13 +112,14 @@ impl Buffers {
         }
     }
 
-    /// Bytes for others to read; they are kept for another buffer when the last of these drops its part.
+    /// Returns bytes for reading. They are kept for reuse when the last part of these bytes is
+    /// dropped.
     pub(crate) fn freeze(&self, bytes: Vec<u8>) -> Bytes {
         let (part, owner) = (0..bytes.len(), self.clone());
         Buffer { bytes, part, owner }.freeze()
     }
 
-    /// Gives back what is kept.
+    /// Releases the kept buffers.
     pub(super) fn clear(&self) {
         self.0.clear();
     }
@@ -130,8 +132,8 @@ impl Buffers {
     }
 }
 
-/// So many bytes or up to an eighth more, so that tiles of nearly the same length take the same buffers. What is never
-/// written takes no memory.
+/// Rounds `length` up by at most an eighth, so that tiles of nearly the same length use the same
+/// buffers. Memory that is never written occupies none.
 pub(super) fn rounded(length: usize) -> usize {
     if length < SMALL {
         return length;
@@ -139,22 +141,23 @@ pub(super) fn rounded(length: usize) -> usize {
     length.next_multiple_of(length.next_power_of_two() / 16)
 }
 
-/// A buffer that goes back to where it came from.
+/// A buffer that goes back to its pool when it is dropped.
 #[derive(Debug)]
 pub(super) struct Buffer {
     bytes: Vec<u8>,
-    /// What is to be read into, or was.
+    /// The part that is read into.
     part: Range<usize>,
     owner: Buffers,
 }
 
 impl Buffer {
-    /// The bytes, to read into.
+    /// Returns the bytes, to read into.
     pub(super) fn as_mut(&mut self) -> &mut [u8] {
         &mut self.bytes[self.part.clone()]
     }
 
-    /// The bytes for others to read, until the last of them drops its part.
+    /// Returns the bytes for reading. The buffer is kept for reuse when the last part of them is
+    /// dropped.
     pub(super) fn freeze(self) -> Bytes {
         Bytes::from_owner(self)
     }
@@ -180,24 +183,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn buffers_come_back_once_nobody_reads_them() {
+    fn buffers_are_reused_once_no_reader_is_left() {
         let buffers = Buffers::default();
         let mut buffer = buffers.take(SMALL + 100);
         buffer.as_mut().fill(7);
         let bytes = buffer.freeze();
         assert_eq!(bytes.len(), SMALL + 100);
-        let (place, part) = (bytes.as_ptr(), bytes.slice(10..20));
+        let (address, part) = (bytes.as_ptr(), bytes.slice(10..20));
         drop(bytes);
-        assert_ne!(buffers.take(SMALL + 50).bytes.as_ptr(), place, "a part is in use");
+        assert_ne!(buffers.take(SMALL + 50).bytes.as_ptr(), address, "a part is in use");
         drop(part);
         let (a, b) = (buffers.take(SMALL + 300), buffers.take(SMALL + 1));
-        assert!([&a, &b].iter().any(|buffer| buffer.bytes.as_ptr() == place));
+        assert!([&a, &b].iter().any(|buffer| buffer.bytes.as_ptr() == address));
         assert_eq!(a.freeze().len(), SMALL + 300);
         assert_eq!(buffers.take(10).freeze(), [0; 10][..]);
     }
 
     #[test]
-    fn few_are_kept_and_none_that_is_much_too_large() {
+    fn the_pool_keeps_few_buffers_and_none_that_is_much_too_large() {
         let buffers = Buffers::default();
         drop((0..9).map(|_| buffers.take(SMALL)).collect::<Vec<_>>());
         assert_eq!(buffers.0.count(), KEPT);

@@ -1,4 +1,4 @@
-//! Files that are read and written by position.
+//! The traits of files that are read and written by position.
 
 use std::fs::File;
 use std::io;
@@ -10,35 +10,36 @@ use futures::future::{BoxFuture, FutureExt, try_join_all};
 
 /// A file that is read by byte range, from any thread.
 pub trait ReadAt: Send + Sync {
-    /// Bytes in the file, when it was opened.
+    /// Returns the number of bytes in the file when it was opened.
     fn length(&self) -> u64;
 
-    /// The name of the backend.
+    /// Returns the name of the backend.
     fn backend(&self) -> &'static str;
 
-    /// What a person should know of how this backend was chosen or works, if anything.
+    /// Returns a note for the user about how this backend was chosen or works, if there is one.
     fn note(&self) -> Option<&str> {
         None
     }
 
-    /// Reads exactly the bytes of `range`. Beyond the end it is [`io::ErrorKind::UnexpectedEof`].
+    /// Reads exactly the bytes of `range`. Reading beyond the end fails with
+    /// [`io::ErrorKind::UnexpectedEof`].
     fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>>;
 
-    /// Reads several ranges at once; the answers are in the order of the ranges.
+    /// Reads several ranges at once. The answers are in the order of the ranges.
     fn read_many(&self, ranges: &[Range<u64>]) -> BoxFuture<'static, io::Result<Vec<Bytes>>> {
         try_join_all(ranges.iter().map(|range| self.read_at(range.clone()))).boxed()
     }
 
-    /// Says that a series of reads is over: memory that is kept to read into can be given back.
+    /// Ends a series of reads: memory that is kept for reading may be released.
     fn rest(&self) {}
 }
 
 /// A file that is written by byte range, from any thread.
 pub trait WriteAt: Send + Sync {
-    /// Writes all of `data` at `offset`, which may lie beyond the end.
+    /// Writes all of `data` at `offset`, which may be beyond the end.
     fn write_at(&self, offset: u64, data: Bytes) -> BoxFuture<'static, io::Result<()>>;
 
-    /// Brings everything written before onto the medium, the file's length included.
+    /// Brings everything written before onto the medium, including the file's length.
     fn sync(&self) -> BoxFuture<'static, io::Result<()>>;
 }
 
@@ -68,14 +69,15 @@ impl<T: ReadAt + ?Sized> ReadAt for Arc<T> {
     }
 }
 
-/// The most buffers that are kept of a file of tiles: as many as a scan may give back before it takes another.
+/// The limit on the buffers kept for a file of tiles: the number that a scan may return before it
+/// takes another one.
 pub(crate) const KEPT_OF_TILES: usize = 16;
 
-/// Bytes of a huge page, on most processors.
+/// The size in bytes of a huge page on most processors.
 pub(crate) const HUGE_PAGE: usize = 2 << 20;
 
-/// Of memory for so many bytes, those that are to lie in huge pages: all whole ones, and the last one too if it is no more than a quarter
-/// of the bytes too long.
+/// Returns how many bytes of memory for `length` bytes should be in huge pages: all whole huge
+/// pages, and the last one too if it exceeds the bytes by at most a quarter.
 pub(crate) const fn in_huge_pages(length: usize) -> usize {
     let up = length.next_multiple_of(HUGE_PAGE);
     if up - length <= length / 4 {
@@ -85,13 +87,14 @@ pub(crate) const fn in_huge_pages(length: usize) -> usize {
     }
 }
 
-/// Bytes of memory that so many bytes of a file take at most, once they are read.
+/// Returns an upper bound on the memory in bytes that `length` bytes of a file take once they are
+/// read.
 pub(crate) const fn memory_of(length: usize) -> usize {
     let huge = in_huge_pages(length);
     if huge > length { huge } else { length }
 }
 
-/// How many bytes a range is.
+/// Returns the length of a range in bytes.
 pub(crate) fn length_of(range: &Range<u64>) -> io::Result<usize> {
     let length = range.end.checked_sub(range.start).map(usize::try_from);
     match length {
@@ -103,7 +106,7 @@ pub(crate) fn length_of(range: &Range<u64>) -> io::Result<usize> {
     }
 }
 
-/// Where so many bytes end that are written at `offset`.
+/// Returns the end of `length` bytes that are written at `offset`.
 pub(crate) fn end_of(offset: u64, length: usize) -> io::Result<u64> {
     let end = offset
         .checked_add(length as u64)
@@ -111,7 +114,7 @@ pub(crate) fn end_of(offset: u64, length: usize) -> io::Result<u64> {
     end.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, format!("{length} bytes at byte {offset}")))
 }
 
-/// Fails if a file that had so many bytes once ends before the range does.
+/// Fails if `range` ends beyond the end of the file, whose earlier length is `length`.
 pub(crate) fn check_within(range: &Range<u64>, length: u64, file: &File) -> io::Result<()> {
     if range.end <= length || range.end <= file.metadata()?.len() {
         Ok(())

@@ -1,4 +1,4 @@
-//! A file that lies in memory: for tests, and for services that hold a whole map.
+//! A file in memory, for tests and for services that keep a whole map in memory.
 
 use std::io;
 use std::ops::Range;
@@ -10,14 +10,14 @@ use parking_lot::RwLock;
 
 use crate::io::file::{ReadAt, WriteAt, end_of, length_of};
 
-/// Bytes in memory. Clones share them.
+/// A file whose bytes are in memory. Clones share them.
 #[derive(Clone, Debug, Default)]
 pub struct MemoryFile {
     bytes: Arc<RwLock<Vec<u8>>>,
 }
 
 impl MemoryFile {
-    /// A file with these bytes.
+    /// Creates a file with these bytes.
     #[must_use]
     pub fn new(bytes: Vec<u8>) -> Self {
         Self {
@@ -25,7 +25,7 @@ impl MemoryFile {
         }
     }
 
-    /// A copy of the bytes.
+    /// Returns a copy of the bytes.
     #[must_use]
     pub fn to_vec(&self) -> Vec<u8> {
         self.bytes.read().clone()

@@ -1,10 +1,17 @@
-//! Positional reads and writes: the traits, and their backends. Knows bytes, not tiles.
+//! Positional reads and writes: the traits, and their backends. This module handles bytes, not
+//! tiles.
 //!
-//! The contract of both traits: offsets are 64 bits wide; a read gives all the bytes it was asked for or an error, never
-//! fewer, and takes no memory for what is not there; no bytes are there wherever they are asked for; a write that succeeded is
-//! seen by every later read of the same process, and is on the medium once [`WriteAt::sync`] succeeded. Dropping a future gives
-//! up on the answer, not on the operation. Futures may be awaited in any runtime, or without one. One test suite holds all
-//! backends to this (`conformance`).
+//! The contract of both traits:
+//!
+//! - Offsets are 64 bits wide.
+//! - A read returns all the requested bytes or an error, never fewer bytes. It allocates no memory
+//!   for bytes that do not exist. An empty range reads nothing, at any offset.
+//! - A successful write is visible to every later read of the same process, and is on the medium
+//!   once [`WriteAt::sync`] has succeeded.
+//! - Dropping a future abandons the answer, not the operation.
+//! - Futures may be awaited in any runtime, or without one.
+//!
+//! One test suite checks this for all backends (`conformance`).
 
 mod backend;
 mod buffers;

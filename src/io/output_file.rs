@@ -1,7 +1,8 @@
-//! Files that appear under their name when they are complete.
+//! Files that get their name only when they are complete.
 //!
-//! Until then such a file lies beside its name, as `.NAME.partial`, locked. What a killed process left there is not locked, and the
-//! next one that writes the same output takes it over.
+//! Until then such a file is beside its target, as `.NAME.partial`, and locked. A killed process
+//! leaves its partial file unlocked, and the next process that writes the same output takes it
+//! over.
 
 use std::ffi::OsString;
 use std::fs::{File, TryLockError};
@@ -14,13 +15,15 @@ use rustix::fs::OFlags;
 
 use crate::io::regular::require_regular;
 
-/// The most symbolic links that are followed, as many as Linux follows.
+/// The limit on the symbolic links that are followed; the same as in Linux.
 const MOST_LINKS: usize = 40;
 
-/// The file that an output of this name goes to: what a symbolic link leads to, there or not, else the name itself.
+/// Returns the file that an output with this name is written to: the target of a symbolic link,
+/// whether it exists or not, otherwise `path` itself.
 ///
 /// # Errors
-/// If what has the name is no file, since devices, pipes, sockets and folders are never replaced; or links go round in a circle.
+/// Fails if `path` is not a file, since devices, pipes, sockets and folders are never replaced, or
+/// if symbolic links form a cycle.
 pub fn output_target(path: &Path) -> io::Result<PathBuf> {
     let mut target = path.to_owned();
     match fs::metadata(path) {
@@ -31,7 +34,7 @@ pub fn output_target(path: &Path) -> io::Result<PathBuf> {
         Err(error) if error.kind() == ErrorKind::NotFound => {}
         Err(error) => return Err(error),
     }
-    // Nothing is there, or a link to nothing.
+    // The name does not exist, or it is a link to a name that does not exist.
     for _ in 0..MOST_LINKS {
         match fs::read_link(&target) {
             Ok(next) => target = folder_of(&target).join(next),
@@ -42,22 +45,22 @@ pub fn output_target(path: &Path) -> io::Result<PathBuf> {
     Err(rustix::io::Errno::LOOP.into())
 }
 
-/// The folder that a file lies in.
+/// Returns the folder of a file.
 pub(crate) fn folder_of(file: &Path) -> &Path {
     let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty());
     parent.unwrap_or(Path::new("."))
 }
 
-/// Whether a name leads to this file.
+/// Returns whether `name` is a name of this file.
 pub(crate) fn is_named(file: &File, name: &Path) -> io::Result<bool> {
     let identity = |metadata: fs::Metadata| (metadata.dev(), metadata.ino());
     Ok(fs::symlink_metadata(name).map(identity).ok() == Some(identity(file.metadata()?)))
 }
 
-/// A file that gets its name when it is complete. Dropped before that it goes away.
+/// A file that gets its name when it is complete. If it is dropped before that, it is removed.
 #[derive(Debug)]
 pub struct OutputFile {
-    /// Locked as long as it is open.
+    /// The partial file, locked while it is open.
     file: File,
     partial: PathBuf,
     target: PathBuf,
@@ -65,18 +68,20 @@ pub struct OutputFile {
 }
 
 impl OutputFile {
-    /// Begins a file of this name, or the one that a symbolic link of this name leads to.
+    /// Creates the partial file for an output with this name, or for the target of a symbolic link
+    /// with this name.
     ///
     /// # Errors
-    /// Those of [`output_target`], [`ErrorKind::ResourceBusy`] if another process is writing the same output, and what the
-    /// system says.
+    /// Fails as [`output_target`] does, with [`ErrorKind::ResourceBusy`] if another process is
+    /// writing the same output, and with the errors of the operating system.
     pub fn create(path: &Path) -> io::Result<Self> {
         let target = output_target(path)?;
         let mut name = OsString::from(".");
         name.push(target.file_name().unwrap_or_default());
         name.push(".partial");
         let partial = target.with_file_name(name);
-        // Whoever publishes or drops a file takes the name away: whoever locked that one must try again.
+        // A process that publishes or drops its file removes the name. A process that has locked a
+        // file without its name must try again.
         for _ in 0..100 {
             let file = File::options()
                 .read(true)
@@ -106,26 +111,28 @@ impl OutputFile {
         Err(io::Error::new(ErrorKind::ResourceBusy, message))
     }
 
-    /// The file, to be written. Its clones hold its lock, too.
+    /// Returns the file for writing. Its clones hold its lock, too.
     #[must_use]
     pub fn file(&self) -> &File {
         &self.file
     }
 
-    /// The name that it will get.
+    /// Returns the name that the file will get.
     #[must_use]
     pub fn target(&self) -> &Path {
         &self.target
     }
 
-    /// Gives the file its name when all of it is on the medium, and brings the name there too. What had the name is replaced.
+    /// Brings the file onto the medium, gives it its name, and brings the name onto the medium. A
+    /// file that had the name is replaced.
     ///
     /// # Errors
-    /// What the system says, and those of [`output_target`] if what has the name by now is no file.
+    /// Fails with the errors of the operating system, and as [`output_target`] does if the name no
+    /// longer belongs to a file.
     pub fn publish(mut self) -> io::Result<()> {
         self.file.sync_all()?;
         output_target(&self.target)?;
-        // Before the file has its name, so that a refusal leaves what was there.
+        // Opened before the file gets its name, so that a refusal keeps the old file.
         let folder = File::open(folder_of(&self.target))?;
         fs::rename(&self.partial, &self.target)?;
         self.is_published = true;
@@ -136,7 +143,7 @@ impl OutputFile {
 impl Drop for OutputFile {
     fn drop(&mut self) {
         if !self.is_published {
-            // An error is under way already; this one would hide it.
+            // An error is already being reported; an error here would hide it.
             let _ = fs::remove_file(&self.partial);
         }
     }

@@ -1,7 +1,8 @@
-//! Threads for what blocks or computes long, shared by all files of the process.
+//! Thread pools for operations that block or compute for long, shared by all files of the process.
 //!
-//! A pool starts a thread when a job comes and no thread is idle. Where the system refuses another thread, the threads that
-//! are there do the job later. A job fails if there is no thread at all. So no job of a pool may wait for another job of it.
+//! A pool starts a thread when a job comes and no thread is idle. Where the system refuses another
+//! thread, the existing threads do the job later. A job fails if there is no thread at all. A job
+//! of a pool must therefore never wait for another job of the same pool.
 
 use std::collections::VecDeque;
 use std::io;
@@ -14,34 +15,35 @@ use tokio::sync::oneshot;
 
 use crate::io::start::start_thread;
 
-/// Reads and writes. Enough threads for the queue of one disk, few enough to cost nothing while idle.
+/// The pool for reads and writes. It has enough threads for the queue of one disk, and few enough
+/// to cost nothing while idle.
 static IO: Pool = Pool::new("tile-io", 8);
-/// What computes. Who asks limits how much is computed at once.
+/// The pool for computations. The callers limit how much is computed at once.
 static WORK: Pool = Pool::new("tile-work", 512);
 
-/// How long a thread waits for another job, unless it is the last one.
+/// How long a thread waits for another job before it ends, unless it is the last one.
 const IDLE: Duration = Duration::from_secs(10);
 
 type Job = Box<dyn FnOnce() + Send>;
 
 struct Pool {
     name: &'static str,
-    /// The most threads.
+    /// The limit on the number of threads.
     most: usize,
-    state: Mutex<State>,
+    state: Mutex<PoolState>,
     waiting: Condvar,
 }
 
-struct State {
+struct PoolState {
     jobs: VecDeque<Job>,
     threads: usize,
-    /// Threads that wait for a job.
+    /// The number of threads that wait for a job.
     idle: usize,
 }
 
 impl Pool {
     const fn new(name: &'static str, most: usize) -> Self {
-        let state = State {
+        let state = PoolState {
             jobs: VecDeque::new(),
             threads: 0,
             idle: 0,
@@ -54,7 +56,7 @@ impl Pool {
         }
     }
 
-    /// Waits for a job. Its panic goes on here.
+    /// Awaits the answer of a job. A panic of the job continues here.
     async fn run<T: Send + 'static>(answer: io::Result<oneshot::Receiver<std::thread::Result<T>>>) -> io::Result<T> {
         match answer?.await {
             Ok(Ok(done)) => Ok(done),
@@ -63,13 +65,13 @@ impl Pool {
         }
     }
 
-    /// Hands a job over. Fails if the pool has no thread and the system refuses one.
+    /// Hands over a job. Fails if the pool has no thread and the system refuses one.
     fn ask<T: Send + 'static>(
         &'static self,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> io::Result<oneshot::Receiver<std::thread::Result<T>>> {
         let (reply, answer) = oneshot::channel();
-        // Whoever asked may have gone away; then nobody needs the answer.
+        // If the caller has dropped the receiver, nobody needs the answer.
         let job = Box::new(move || drop(reply.send(catch_unwind(AssertUnwindSafe(work)))));
         let mut state = self.state.lock();
         if state.idle <= state.jobs.len() && state.threads < self.most {
@@ -110,9 +112,10 @@ pub(super) fn run<T: Send + 'static>(
     Pool::run(IO.ask(operation)).map(Result::flatten).boxed()
 }
 
-/// Runs what takes long beside the workers of a runtime. It is started at once. A panic goes on where the answer is awaited.
+/// Runs long work beside the workers of a runtime. The work starts at once. A panic of the work
+/// continues where the answer is awaited.
 ///
-/// The answer is an error if the system refuses a thread and there is none.
+/// The answer is an error if the system refuses a thread and the pool has none.
 pub(crate) fn blocking<T: Send + 'static>(
     work: impl FnOnce() -> T + Send + 'static,
 ) -> impl Future<Output = io::Result<T>> + Send + 'static {

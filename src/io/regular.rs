@@ -1,16 +1,17 @@
-//! Files on disk are regular files: to open a FIFO would be to wait for its writer, and to open a
-//! device may do anything.
+//! Opening of regular files only: opening a FIFO waits for its writer, and opening a device may
+//! have any effect.
 
 use std::fs::{File, Metadata, OpenOptions};
 use std::io;
 use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
 
-/// Opens a regular file in this way, and gives what is known of it.
+/// Opens a regular file with the options `how`, and returns its metadata.
 ///
 /// # Errors
-/// [`io::ErrorKind::IsADirectory`] of a folder and [`io::ErrorKind::InvalidInput`] of anything else
-/// that is no regular file, none of which is opened; what the system says.
+/// Fails with [`io::ErrorKind::IsADirectory`] for a folder and with [`io::ErrorKind::InvalidInput`]
+/// for anything else that is not a regular file, without opening it. Also fails with the errors of
+/// the operating system.
 pub fn open_regular(path: &Path, how: &OpenOptions) -> io::Result<(File, Metadata)> {
     require_regular(&std::fs::metadata(path)?)?;
     let file = how.open(path)?;
@@ -19,7 +20,7 @@ pub fn open_regular(path: &Path, how: &OpenOptions) -> io::Result<(File, Metadat
     Ok((file, metadata))
 }
 
-/// Fails if it is no regular file.
+/// Fails if the metadata is not that of a regular file.
 pub(super) fn require_regular(metadata: &Metadata) -> io::Result<()> {
     let kind = metadata.file_type();
     if kind.is_file() {
@@ -44,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_regular_file_is_told_and_not_waited_for() {
+    fn anything_but_a_regular_file_is_an_error_without_waiting() {
         let folder = tempfile::tempdir().unwrap();
         let fifo = folder.path().join("fifo");
         let made = std::process::Command::new("mkfifo").arg(&fifo).status();

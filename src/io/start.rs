@@ -1,12 +1,12 @@
-//! Threads that the system may refuse.
+//! Starting of threads, which the system may refuse.
 
 use std::io;
 use std::thread::{Builder, JoinHandle, Scope, ScopedJoinHandle};
 
-/// Starts a thread of this name.
+/// Starts a thread with this name.
 ///
 /// # Errors
-/// If the system refuses a thread. The error says which limits to raise.
+/// Fails if the system refuses a thread. The error says which limits to raise.
 pub fn start_thread<T: Send + 'static>(
     name: &str,
     work: impl FnOnce() -> T + Send + 'static,
@@ -14,7 +14,7 @@ pub fn start_thread<T: Send + 'static>(
     Builder::new().name(name.to_owned()).spawn(work).map_err(refused)
 }
 
-/// Starts a thread of this name within a scope. Fails as [`start_thread`] does.
+/// Starts a thread with this name within a scope. Fails as [`start_thread`] does.
 pub(crate) fn start_scoped<'scope, T: Send + 'scope>(
     scope: &'scope Scope<'scope, '_>,
     name: &str,

@@ -1,4 +1,4 @@
-//! A file on disk, read and written at positions by a pool of threads.
+//! Files on disk, read and written at positions by a pool of threads.
 
 use std::fs::File;
 use std::io;
@@ -15,7 +15,7 @@ use crate::io::file::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, end_of, leng
 use crate::io::pool;
 use crate::io::regular::open_regular;
 
-/// A file on disk. Clones share it.
+/// A file on disk that a pool of threads reads and writes. Clones share it.
 #[derive(Clone, Debug)]
 pub struct ThreadsFile {
     file: Arc<File>,
@@ -24,10 +24,11 @@ pub struct ThreadsFile {
 }
 
 impl ThreadsFile {
-    /// Opens a file to read it.
+    /// Opens a file for reading.
     ///
     /// # Errors
-    /// What the system says, and [`io::ErrorKind::IsADirectory`].
+    /// Fails with [`io::ErrorKind::IsADirectory`] for a folder, and with the errors of the
+    /// operating system.
     pub fn open(path: &Path) -> io::Result<Self> {
         let (file, metadata) = open_regular(path, File::options().read(true))?;
         Ok(Self {
@@ -37,10 +38,10 @@ impl ThreadsFile {
         })
     }
 
-    /// Makes a new, empty file to write and read.
+    /// Creates a new, empty file for writing and reading.
     ///
     /// # Errors
-    /// What the system says.
+    /// Fails with the errors of the operating system.
     pub fn create(path: &Path) -> io::Result<Self> {
         let file = File::options()
             .read(true)
@@ -57,22 +58,24 @@ impl ThreadsFile {
 }
 
 impl ThreadsFile {
-    /// Keeps as many buffers as a scan of tiles uses over and over.
+    /// Keeps as many buffers as a scan of tiles uses repeatedly.
     pub(super) fn for_tiles(mut self) -> Self {
         self.buffers = Buffers::keeping(KEPT_OF_TILES);
         self
     }
 
-    /// Waits until all that was written is on the medium, and lets the system take back the memory that it keeps it in.
+    /// Waits until everything written is on the medium, and lets the system reclaim the memory of
+    /// its cached pages.
     ///
-    /// For files that nobody reads soon. What others read stays in memory, and what is written next takes pages that were in
-    /// use just now rather than such as must be found first, which takes a third off the system's time on virtual machines
-    /// whose host takes back what is free.
+    /// For files that are not read soon. Pages that other readers need stay in memory, and the next
+    /// write takes pages that were recently used, instead of pages that the system has to find
+    /// first. This reduces the system's time by a third on virtual machines whose host reclaims
+    /// free memory.
     pub(crate) fn sync_and_release(&self) -> BoxFuture<'static, io::Result<()>> {
         let file = Arc::clone(&self.file);
         pool::run(move || {
             file.sync_all()?;
-            // Advice: if it is not taken, nothing is lost.
+            // This is advice: if the system ignores it, nothing is lost.
             let _ = rustix::fs::fadvise(&*file, 0, None, rustix::fs::Advice::DontNeed);
             Ok(())
         })
@@ -80,7 +83,8 @@ impl ThreadsFile {
 }
 
 impl From<Arc<File>> for ThreadsFile {
-    /// A file that was opened elsewhere; what is read from it is at most what was in it then.
+    /// Wraps a file that was opened elsewhere. Reads return at most the bytes that the file has
+    /// now.
     fn from(file: Arc<File>) -> Self {
         let length = file.metadata().map_or(0, |metadata| metadata.len());
         Self {

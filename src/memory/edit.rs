@@ -2,25 +2,27 @@
 
 use super::shortage::{MemoryShortage, MemoryUse};
 
-/// Bytes of a segment that is inserted: itself, its ends while they are looked for, and the vertices that these are.
+/// Bytes per inserted segment: the segment, its ends during the search for them, and the vertices
+/// that these become.
 const EDIT_SEGMENT_BYTES: u64 = 184;
 
-/// Who gets how much of an edit's memory, beside its segments.
+/// The shares of an edit's memory, without its segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EditShares {
-    /// Threads that put tiles together.
+    /// The number of threads that assemble tiles.
     pub(crate) threads: usize,
-    /// Bytes of the tiles in the cache.
+    /// Bytes for the tiles in the cache.
     pub(crate) tiles: u64,
 }
 
 impl EditShares {
-    /// The shares of an edit that inserts `segments`. The largest tile has `largest_tile` bytes in the file.
+    /// Computes the shares of an edit that inserts `segments` segments. The largest tile has
+    /// `largest_tile` bytes in the file.
     pub(crate) fn new(memory: u64, segments: u64, threads: usize, largest_tile: u64) -> Self {
-        /// Bytes of memory for each thread, at least.
+        /// The minimum number of bytes per thread.
         const OF_THREAD: u64 = 256 << 20;
-        /// A thread has a tile as it was read, or its drafts and what they are encoded in; beside it another tile is read or
-        /// written.
+        /// The number of tiles in memory per thread: the tile as it was read, or its drafts and
+        /// their encoding, while another tile is read or written.
         const TILES_IN_WORK: u64 = 5;
         let threads = threads.min((memory / OF_THREAD) as usize).max(1);
         let in_work = threads as u64 * TILES_IN_WORK * largest_tile;
@@ -33,12 +35,18 @@ impl EditShares {
         }
     }
 
-    /// Fails if `segments` take more than half of the memory.
+    /// Checks that `segments` segments take at most half of the memory.
+    ///
+    /// # Errors
+    /// Fails with the memory that they need, if they take more.
     pub(crate) fn check_segments(memory: u64, segments: u64) -> Result<(), MemoryShortage> {
         check(memory, 2 * EDIT_SEGMENT_BYTES * segments)
     }
 
-    /// Fails if regions, which have `bytes` by now, take more than a quarter of the memory.
+    /// Checks that regions, which take `bytes` now, take at most a quarter of the memory.
+    ///
+    /// # Errors
+    /// Fails with the memory that they need, if they take more.
     pub(crate) fn check_regions(memory: u64, bytes: u64) -> Result<(), MemoryShortage> {
         check(memory, 4 * bytes)
     }

@@ -1,11 +1,12 @@
-//! What memory the machine has, and how much of it the process took.
+//! The machine's memory, and the process's peak use of it.
 
 use std::fs;
 
 use rustix::process::{Resource, getrlimit};
 
-/// A quarter of the smallest of the machine's memory, the limit of the process's cgroup, and its own limits (`RLIMIT_AS`,
-/// `RLIMIT_DATA`); 1 GiB where neither is known.
+/// Returns the default memory budget in bytes: a quarter of the smallest of the machine's memory,
+/// the limit of the process's cgroup, and its own limits (`RLIMIT_AS`, `RLIMIT_DATA`). If none of
+/// these is known, it is 1 GiB.
 #[must_use]
 pub fn default_memory() -> u64 {
     let limit = |resource| getrlimit(resource).current;
@@ -22,7 +23,8 @@ fn installed_memory() -> Option<u64> {
     kibibytes("/proc/meminfo", "MemTotal:")
 }
 
-/// The limit of the cgroup of this process or of any above it (version 2, or version 1's memory controller).
+/// Returns the smallest limit of the cgroup of this process and the cgroups above it (version 2, or
+/// version 1's memory controller).
 fn cgroup_limit() -> Option<u64> {
     let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
     let limits = groups.lines().filter_map(|line| {
@@ -43,7 +45,7 @@ fn cgroup_limit() -> Option<u64> {
     limits.min()
 }
 
-/// The largest resident size of this process so far, in bytes.
+/// Returns the largest resident size of this process so far, in bytes.
 #[must_use]
 pub fn peak_memory() -> Option<u64> {
     kibibytes("/proc/self/status", "VmHWM:")

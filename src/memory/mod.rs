@@ -1,47 +1,50 @@
-//! Who gets how much memory, of which budget. Nobody else takes a fraction of anything.
+//! Memory budgets: who gets which share. No other module takes a fraction of a budget.
 //!
-//! M is what the caller allows. Shares of one column are in memory at the same time; their sum is at most M.
+//! M is the memory that the caller allows. Shares in the same column are in memory at the same
+//! time, and their sum is at most M.
 //!
-//! | of a build (`MemoryPlan`) | while points come | while blocks are in work | while lines that were put off are inserted |
+//! | of a build (`MemoryPlan`) | while points arrive | while blocks are in work | while deferred lines are inserted |
 //! | --- | --- | --- | --- |
-//! | segments on their way, their join | M/4 at most | M/8 at most, what is not in blocks | |
-//! | the check of polygons | M/4 at most, before points come | | |
-//! | sites and seeds | M/4 at most | the same | ids alone |
+//! | segments on their way, their join | at most M/4 | at most M/8, for those that are not in blocks | |
+//! | the check of polygons | at most M/4, before points arrive | | |
+//! | sites and seeds | at most M/4 | the same | only ids |
 //! | points in memory | what is left, less tiles in work | none, or all | |
-//! | points that do not fit | buffers of runs: an eighth of what is left, 64 MiB at most | blocks: three quarters of what tiles leave | |
-//! | tiles in work, one for each thread | | `WORK_BYTES` a vertex | |
-//! | sources of edges along each other, for each thread | | M/2 divided by the threads | |
-//! | seams that wait | | an eighth of what tiles leave; a merge takes the place of a tile | |
-//! | border log | | an eighth of what tiles leave, 16 MiB at most | |
-//! | triangles that are held | | an eighth of M for a node, in the place of a tile | |
+//! | points that do not fit | buffers of runs: an eighth of what is left, at most 64 MiB | blocks: three quarters of what tiles leave | |
+//! | tiles in work, one per thread | | `WORK_BYTES` per vertex | |
+//! | sources of overlapping edges, per thread | | M/2 divided by the threads | |
+//! | waiting seams | | an eighth of what tiles leave; a merge uses the memory of a tile | |
+//! | border log | | an eighth of what tiles leave, at most 16 MiB | |
+//! | held triangles | | an eighth of M for a node, in the memory of a tile | |
 //! | the edit | | | M |
 //!
 //! | of the segments' share (`SpoolShares`) | |
 //! | --- | --- |
 //! | chunks of segments in memory | a half; the rest goes to the disk |
-//! | the join with record numbers | a half, of which an eighth is for what is found, and a half for its chunks |
+//! | the join with record numbers | a half: an eighth of it for results, and half of it for its chunks |
 //!
 //! | of an edit (`EditShares`) | |
 //! | --- | --- |
-//! | segments, with their ends | `EDIT_SEGMENT_BYTES` each, M/2 at most |
-//! | tiles that are read, put together and written | five of the largest for each thread |
-//! | regions | M/8, and up to M/4 when the ends of segments are gone |
+//! | segments, with their ends | `EDIT_SEGMENT_BYTES` each, at most M/2 |
+//! | tiles that are read, assembled and written | five of the largest tiles per thread |
+//! | regions | M/8, and up to M/4 when the ends of segments are freed |
 //! | the cache of tiles | the rest, from M/8 to 5 M/8 |
 //!
 //! | of an open file (`FileShares`) | |
 //! | --- | --- |
-//! | the reader's own cache, when no pass runs | M/8, 64 MiB at most |
-//! | a pass: what was computed and is on its way | M/16 |
+//! | the reader's own cache, when no pass runs | M/8, at most 64 MiB |
+//! | a pass: results in transit | M/16 |
 //! | a pass: tiles at once, and what it keeps | the rest |
-//! | a pass that looks things up: these | three quarters of what the pass leaves |
+//! | a pass with lookups: these | three quarters of what the pass leaves |
 //!
 //! | of the check of polygons (`PolygonShares`) | |
 //! | --- | --- |
 //! | segments of a polygon that is sorted in memory | M |
 //! | the spool of a larger one | M/8 |
 //!
-//! The shares count what is asked of the allocator. What that keeps of what was given back comes on top: the program `tiletool` sets it
-//! so that this is little. A caller of the library who must keep to a limit does so too: one arena, and large allocations mapped.
+//! The shares count what the library requests from the allocator. Freed memory that the allocator
+//! keeps is not counted. The program `tiletool` configures the allocator to keep little: it uses
+//! one arena, and maps large allocations. A caller of the library that must keep to a limit can do
+//! the same.
 
 mod edit;
 mod file;

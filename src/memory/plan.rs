@@ -4,57 +4,62 @@ use std::fmt;
 
 use super::shortage::{MemoryShortage, MemoryUse};
 
-/// Bytes of a point in work: kernel, mesh, draft and FlatBuffer of its tile, and tiles on their way to the file.
+/// Bytes per point in work: kernel, mesh, draft and FlatBuffer of its tile, and tiles on their way
+/// to the file.
 const WORK_BYTES: u64 = 400;
 
-/// Bytes of a seam vertex while its node is merged: kernel, mesh, fates, and the triangles and the seam that come out.
+/// Bytes per seam vertex while its node is merged: kernel, mesh, fates, and the triangles and the
+/// seam that result.
 pub(crate) const SEAM_WORK_BYTES: u64 = 250;
 
-/// Bytes of a held triangle while its node is merged: glued to others, with constraints, and on its way to the log.
+/// Bytes per held triangle while its node is merged: it is glued to others, gets constraints, and
+/// is on its way to the log.
 pub(crate) const HELD_WORK_BYTES: u64 = 250;
 
-/// Bytes of a seam vertex that waits, with its share of unsettled triangles.
+/// Bytes per waiting seam vertex, with its share of unsettled triangles.
 pub(crate) const SEAM_BYTES: u64 = 48;
 
-/// Bytes of a point in a block, and more where it has z.
+/// Bytes per point in a block without z. [`POINT_WITH_Z_BYTES`] is for points with z.
 const POINT_BYTES: u64 = 20;
 const POINT_WITH_Z_BYTES: u64 = 36;
 
-/// Bytes of a segment in a block: itself, and its numbers among those of leaves.
+/// Bytes per segment in a block: the segment, and its numbers in the lists of leaves.
 pub(crate) const SEGMENT_BYTES: u64 = 56;
 
-/// Bytes of a segment in work: pieces, marks, sources.
+/// Bytes per segment in work: subsegments, marks, sources.
 const SEGMENT_WORK_BYTES: u64 = 150;
 
-/// Bytes of an edge's source in work: piece, note in the core or in the log, and their encoding.
+/// Bytes per source of an edge in work: subsegment, note in the core or in the log, and the
+/// encoding of both.
 const SOURCE_BYTES: u64 = 80;
-/// Sources of a node's edges that any build has memory for.
+/// The number of sources of a node's edges for which any build has memory.
 const FEW_SOURCES: u64 = 1 << 20;
 
-/// The most points of a block: more would gain nothing, and a build that goes on would lose more.
+/// The most points of a block. Larger blocks would gain nothing, and a resumed build would lose
+/// more.
 const MAX_BLOCK: u64 = 1 << 22;
 
-/// Bytes that held triangles take at most: beyond that an edit takes less time for a segment than nodes that hold its
-/// triangles up to the root (tried with 1,000 segments across 1 million points).
+/// The most bytes for held triangles. Beyond that, an edit takes less time per segment than nodes
+/// that hold its triangles up to the root (measured with 1,000 segments across 1 million points).
 const MAX_HELD: u64 = 128 << 20;
 
-/// Who gets how much of a build's memory.
+/// The shares of a build's memory.
 ///
-/// What depends on the input alone is told by methods that take a [`Load`].
+/// Methods that take a [`Load`] compute what depends on the input alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MemoryPlan {
-    /// Bytes in all.
+    /// The budget in bytes.
     total: u64,
     threads: usize,
     tile_vertices: usize,
     merge_vertices: usize,
-    /// Bytes that segments keep while points come.
+    /// Bytes that segments keep while points arrive.
     segments: u64,
-    /// Bytes that sites and seeds keep to the end.
+    /// Bytes that sites and seeds keep until the end.
     sites: u64,
 }
 
-/// How much there is to build from.
+/// The size of a build's input.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Load {
     pub(crate) points: u64,
@@ -62,23 +67,23 @@ pub(crate) struct Load {
     pub(crate) has_z: bool,
 }
 
-/// Who gets how much of a build's memory while blocks are in work.
+/// The shares of a build's memory while blocks are in work.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Shares {
-    /// Threads that compute.
+    /// The number of computing threads.
     pub(crate) threads: usize,
-    /// Points of a block.
+    /// The number of points of a block.
     pub(crate) block_points: u64,
-    /// Bytes of all blocks in memory.
+    /// Bytes for all blocks in memory.
     pub(crate) blocks: u64,
-    /// The most seam vertices that a merge of more than two nodes takes in.
+    /// The most seam vertices that a merge of more than two nodes takes.
     pub(crate) merge_vertices: usize,
-    /// Bytes of the border log's buffers.
+    /// Bytes for the border log's buffers.
     pub(crate) border_log: usize,
 }
 
 impl MemoryPlan {
-    /// The plan of a build that may take `total` bytes.
+    /// Creates the plan of a build that may take `total` bytes.
     pub(crate) fn new(total: u64, threads: usize, tile_vertices: usize, merge_vertices: usize) -> Self {
         Self {
             total,
@@ -90,22 +95,26 @@ impl MemoryPlan {
         }
     }
 
-    /// All bytes.
+    /// Returns the budget in bytes.
     pub(crate) fn total(&self) -> u64 {
         self.total
     }
 
-    /// Bytes for segments on their way.
+    /// Returns the bytes for segments on their way.
     pub(crate) fn for_segments(&self) -> u64 {
         self.total / 4
     }
 
-    /// Bytes for the check of polygons.
+    /// Returns the bytes for the check of polygons.
     pub(crate) fn for_polygons(&self) -> u64 {
         self.total / 4
     }
 
-    /// The plan when segments and sites have come that take so many bytes.
+    /// Returns the plan after segments and sites have arrived. They take `segments` and `sites`
+    /// bytes.
+    ///
+    /// # Errors
+    /// Fails if sites take more than a quarter of the budget.
     pub(crate) fn with_arrivals(self, segments: u64, sites: u64) -> Result<Self, MemoryShortage> {
         if sites > self.total / 4 {
             return Err(MemoryShortage {
@@ -122,70 +131,75 @@ impl MemoryPlan {
         })
     }
 
-    /// Bytes that segments and sites leave.
+    /// Returns the bytes that segments and sites leave.
     pub(crate) fn rest(&self) -> u64 {
         self.total - self.segments - self.sites
     }
 
-    /// Bytes that segments may take that no block is in work for.
+    /// Returns the bytes for segments whose block is not in work.
     pub(crate) fn for_waiting_segments(&self) -> u64 {
         (self.segments + self.sites) / 2
     }
 
-    /// A shortage of what segments and sites leave.
+    /// Returns the error of work that needs more than segments and sites leave.
     pub(crate) fn shortage(&self, of: MemoryUse, needed: u64) -> MemoryShortage {
         let budget = self.rest();
         MemoryShortage { of, needed, budget }
     }
 
-    /// Whether points that take `bytes` can stay in memory, with their segments.
+    /// Returns whether points that take `bytes` can stay in memory, with their segments.
     pub(crate) fn fits(&self, load: Load, bytes: u64) -> bool {
         let segments = load.segments.saturating_mul(SEGMENT_BYTES);
         let work = self.work_bytes(self.threads, load);
         bytes.saturating_add(segments).saturating_add(work) <= self.rest()
     }
 
-    /// Whether points that are still to come can stay in memory.
+    /// Returns whether points that are still to arrive can stay in memory.
     pub(crate) fn points_fit(&self, load: Load) -> bool {
         self.fits(load, load.points.saturating_mul(point_bytes(load.has_z)))
     }
 
-    /// How often lines may run along edges of a node, all in all: each edge knows all of them. Each thread has its share of
-    /// half of the memory.
+    /// Returns the most sources of edges in a node, over all its edges: an edge has a source for
+    /// each line along it. Each thread has its share of half of the memory.
     pub(crate) fn most_sources(&self) -> usize {
         let share = self.rest() / 2 / self.threads.max(1) as u64;
         (share / SOURCE_BYTES).max(FEW_SOURCES) as usize
     }
 
-    /// The memory of a build for which that many are not too many.
+    /// Returns the memory of a build that allows `sources` sources of edges in a node.
     pub(crate) fn sources_memory(&self, sources: u64) -> u64 {
         let share = sources.saturating_mul(SOURCE_BYTES);
         share.saturating_mul(2 * self.threads.max(1) as u64)
     }
 
-    /// Triangles that may be held in a leaf, and in a node above. A quarter of the memory is for a node, and a merge may have
-    /// many leaves below.
+    /// Returns the most held triangles in a leaf, and in a node above the leaves. A node gets a
+    /// quarter of the memory, and a merge may have many leaves below it.
     pub(crate) fn most_held(&self) -> [usize; 2] {
         let all = ((self.rest() / 4).min(MAX_HELD) / HELD_WORK_BYTES) as usize;
         [all / 32, all / 2]
     }
 
-    /// Bytes of the buffers of all runs, while points are distributed.
+    /// Returns the bytes for the buffers of all runs, while points are distributed.
     pub(crate) fn run_buffers(&self) -> usize {
         (self.rest() / 8).min(64 << 20) as usize
     }
 
-    /// Cells that points are distributed to at once: no more than files that may be open, nor than buffers are worth it.
+    /// Returns the number of cells to which points are distributed at once. The limits are the
+    /// number of open files and the smallest buffer that is worthwhile.
     pub(crate) fn most_cells(&self) -> usize {
         (self.run_buffers() / (16 << 10)).clamp(16, 512)
     }
 
-    /// The shares of a build whose points do not fit in memory. Threads that there is no memory for are not used.
+    /// Returns the shares of a build whose points do not fit in memory. They use only threads for
+    /// which there is memory.
+    ///
+    /// # Errors
+    /// Fails if there is not enough memory for one thread.
     pub(crate) fn shares(&self, load: Load) -> Result<Shares, MemoryShortage> {
-        /// A block is no more than one of so many.
+        /// A block has at most 1/32 of the points, or four tiles if these have more.
         const BLOCKS: u64 = 32;
         let (tile_vertices, points) = (self.tile_vertices as u64, load.points);
-        // Two blocks of a tile each are the least.
+        // The minimum is two blocks of a tile each.
         let least = 2 * tile_vertices.min(points) * load.point_bytes() * 4 / 3;
         let threads = (1..=self.threads).rev();
         let mut fitting = threads.filter(|&threads| self.work_bytes(threads, load) + least <= self.rest());
@@ -193,7 +207,10 @@ impl MemoryPlan {
             return Err(self.shortage(MemoryUse::Tile, self.work_bytes(1, load) + least));
         };
         if threads < self.threads {
-            tracing::warn!(threads, "there is memory for the tiles of so many threads only");
+            tracing::warn!(
+                threads,
+                "using fewer threads: the memory does not suffice for the tiles of more"
+            );
         }
         let rest = self.rest() - self.work_bytes(threads, load);
         let blocks = rest / 4 * 3;
@@ -203,14 +220,15 @@ impl MemoryPlan {
         Ok(Shares {
             threads,
             block_points,
-            // More than the next one ahead would gain nothing.
+            // More than the next block ahead would gain nothing.
             blocks: blocks.min(2 * block_points * load.point_bytes()),
             merge_vertices: self.merge_vertices_in(rest / 8),
             border_log: (rest / 8).min(16 << 20) as usize,
         })
     }
 
-    /// The shares of a build whose points fit in memory, where they take `point_bytes` with their segments.
+    /// Returns the shares of a build whose points fit in memory. They take `point_bytes` with their
+    /// segments.
     pub(crate) fn shares_in_memory(&self, point_bytes: u64) -> Shares {
         let rest = self.rest().saturating_sub(point_bytes);
         Shares {
@@ -222,8 +240,12 @@ impl MemoryPlan {
         }
     }
 
-    /// The shares of a build that goes on with blocks which another budget may have made, the largest of `largest_block`
-    /// points: with as many threads as these leave memory for.
+    /// Returns the shares of a resumed build, whose blocks may come from another budget. The
+    /// largest block has `largest_block` points. The shares use only threads for which the blocks
+    /// leave memory.
+    ///
+    /// # Errors
+    /// Fails if there is not enough memory for one thread.
     pub(crate) fn resumed_shares(&self, load: Load, largest_block: u64) -> Result<Shares, MemoryShortage> {
         let shares = self.shares(load)?;
         let needed = 2 * largest_block * point_bytes(load.has_z);
@@ -238,13 +260,14 @@ impl MemoryPlan {
         }
     }
 
-    /// Bytes of the tiles that are in work.
+    /// Returns the bytes for the tiles in work.
     fn work_bytes(&self, threads: usize, load: Load) -> u64 {
         let at_once = load.points.min((self.tile_vertices * threads) as u64);
         at_once * (WORK_BYTES + load.per_point(SEGMENT_WORK_BYTES))
     }
 
-    /// Seam vertices of a merge, of which a few wait at each level, in so many bytes. A merge may be as large as a tile.
+    /// Returns the most seam vertices of a merge, if the few seams that wait at each level may take
+    /// `bytes`. A merge may be as large as a tile.
     fn merge_vertices_in(&self, bytes: u64) -> usize {
         let fit = ((bytes / 3 / SEAM_BYTES) as usize).max(self.tile_vertices);
         fit.min(self.merge_vertices)
@@ -256,7 +279,7 @@ impl fmt::Display for MemoryPlan {
         let mib = |bytes: u64| bytes >> 20;
         write!(
             f,
-            "{} MiB in all: segments {} and sites {} of it, runs {}, held triangles {}, {} sources of edges",
+            "{} MiB in total, including {} for segments, {} for sites, {} for runs and {} for held triangles; {} sources of edges",
             mib(self.total),
             mib(self.segments),
             mib(self.sites),
@@ -281,20 +304,20 @@ impl fmt::Display for Shares {
 }
 
 impl Load {
-    /// Bytes that segments take for each point, of `bytes` for each segment. Segments need not lie as evenly as points do, but
-    /// none is without ends.
+    /// Returns the bytes of segments per point, if a segment takes `bytes`. Segments may be
+    /// distributed less evenly than points, but every segment has ends.
     fn per_point(self, bytes: u64) -> u64 {
         let all = self.segments.saturating_mul(bytes);
         all.div_ceil(self.points.max(1)).min(3 * bytes)
     }
 
-    /// Bytes of a point in a block, with its share of segments.
+    /// Returns the bytes per point in a block, with its share of segments.
     fn point_bytes(self) -> u64 {
         point_bytes(self.has_z) + self.per_point(SEGMENT_BYTES)
     }
 }
 
-/// Bytes of a point in a block, without segments.
+/// Returns the bytes per point in a block, without segments.
 pub(crate) fn point_bytes(has_z: bool) -> u64 {
     if has_z { POINT_WITH_Z_BYTES } else { POINT_BYTES }
 }

@@ -1,30 +1,32 @@
-//! The memory of segments on their way: chunks, the join of record numbers with points, and the check of polygons.
+//! The memory of segments on their way: chunks, the join of record numbers with points, and the
+//! check of polygons.
 
-/// Who gets how much of the share of segments.
+/// The shares of the segments' memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SpoolShares {
-    /// Bytes of chunks in memory; the rest goes to the disk.
+    /// Bytes for chunks in memory. Other chunks go to the disk.
     pub(crate) chunks: u64,
-    /// Bytes of segments that wait to fill a chunk.
+    /// Bytes for segments that wait to fill a chunk.
     pub(crate) pending: u64,
     pub(crate) join: JoinShares,
 }
 
-/// Who gets how much of the share of the join.
+/// The shares of the join's memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct JoinShares {
-    /// The most ends of a part: as many as half of the share can sort, or put in their places.
+    /// The most ends of a part: half of the share suffices to sort them, or to put them in their
+    /// slots.
     pub(crate) part_ends: u64,
-    /// Bytes of a chunk of pairs.
+    /// Bytes per chunk of pairs.
     pub(crate) chunk: usize,
-    /// Chunks of pairs that stay in memory.
+    /// The number of chunks of pairs that stay in memory.
     pub(crate) kept_chunks: usize,
-    /// Bytes of all buffers of what is found.
+    /// Bytes for all buffers of results.
     pub(crate) found: u64,
 }
 
 impl SpoolShares {
-    /// The shares of `memory` bytes.
+    /// Divides `memory` bytes.
     pub(crate) fn new(memory: u64) -> Self {
         let join = memory / 2;
         let chunk = (join / 512).clamp(1 << 10, 16 << 10) as usize;
@@ -41,17 +43,17 @@ impl SpoolShares {
     }
 }
 
-/// Who gets how much of the share of the check of polygons.
+/// The shares of the memory for the check of polygons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PolygonShares {
-    /// Bytes of a polygon that is checked in memory.
+    /// Bytes for a polygon that is checked in memory.
     pub(crate) polygon: u64,
-    /// Bytes of the spool of a larger one.
+    /// Bytes for the spool of a larger polygon.
     pub(crate) spool: u64,
 }
 
 impl PolygonShares {
-    /// The shares of `memory` bytes.
+    /// Divides `memory` bytes.
     pub(crate) fn new(memory: u64) -> Self {
         Self {
             polygon: memory,

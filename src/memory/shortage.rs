@@ -1,10 +1,10 @@
-//! Too little memory: for what, and how much it takes.
+//! The error of work that needs more memory than it is allowed.
 
 use std::fmt;
 
 use crate::geometry::Point;
 
-/// Work takes more memory than it is allowed.
+/// The error of work that needs more memory than it is allowed.
 ///
 /// # Example
 ///
@@ -16,30 +16,31 @@ use crate::geometry::Point;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MemoryShortage {
-    /// The work.
+    /// The work that needs the memory.
     pub of: MemoryUse,
-    /// Bytes that it takes, about.
+    /// The bytes that the work needs, approximately.
     pub needed: u64,
-    /// Bytes that it is allowed.
+    /// The bytes that the work is allowed.
     pub budget: u64,
 }
 
-/// What memory is used for.
+/// A use of memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MemoryUse {
     /// A single tile and its block.
     Tile,
-    /// Seams that do not shrink as they should, so that the root would not fit: points on a curve, say.
+    /// Seams that do not shrink as they should, so that the root would not fit. This happens with
+    /// points on a curve, for example.
     Seams,
-    /// Triangles that are held by segments which go through many tiles.
+    /// Triangles held by segments that cross many tiles.
     Held,
-    /// Sources of edges, where many lines run along each other.
+    /// Sources of edges, where many lines overlap.
     Overlaps {
-        /// A vertex that they run through.
+        /// A vertex on these lines.
         point: Point,
     },
-    /// Sites and hole points, which are kept in memory.
+    /// Sites and hole points, which stay in memory.
     Sites,
     /// Segments that are split where they cross.
     Split,
@@ -48,7 +49,7 @@ pub enum MemoryUse {
         /// The number of the polygon's record.
         obstacle: u64,
     },
-    /// Regions that are told apart.
+    /// Regions between segments.
     Regions,
     /// An edit of a file.
     Edit,
@@ -60,48 +61,48 @@ impl fmt::Display for MemoryShortage {
         match self.of {
             MemoryUse::Tile => write!(
                 f,
-                "{budget} MiB of memory are allowed, and the work on one tile and its block takes {needed} MiB; allow more, or \
-                 use smaller tiles"
+                "the work on one tile and its block needs {needed} MiB of memory, and {budget} MiB are allowed; allow more, or use \
+                 smaller tiles"
             ),
             MemoryUse::Seams => write!(
                 f,
-                "these points have so many neighbours across cells that merging takes about {needed} MiB of memory, and {budget} \
-                 MiB are allowed; allow that much"
+                "too many points have neighbours in other cells: merging needs about {needed} MiB of memory, and {budget} MiB are \
+                 allowed; allow at least {needed} MiB"
             ),
             MemoryUse::Held => write!(
                 f,
-                "segments cross so many tiles that the triangles on their way take about {needed} MiB of memory, and {budget} MiB \
-                 are allowed; allow that much"
+                "the triangles on segments that cross many tiles need about {needed} MiB of memory, and {budget} MiB are allowed; \
+                 allow at least {needed} MiB"
             ),
             MemoryUse::Overlaps { point: Point { x, y } } => write!(
                 f,
-                "so many lines run along each other at ({x}, {y}) that edges take {needed} MiB of memory or more to know all of \
-                 theirs, and {budget} MiB are allowed; leave out those that are there more than once, or allow more"
+                "too many lines overlap at ({x}, {y}): edges need at least {needed} MiB of memory to store their lines, and \
+                 {budget} MiB are allowed; remove duplicate lines, or allow more"
             ),
             MemoryUse::Sites => write!(
                 f,
-                "sites and hole points take a quarter of {needed} MiB of memory, and {budget} MiB are allowed in all; allow that \
-                 much"
+                "sites and hole points take a quarter of {needed} MiB of memory, and {budget} MiB are allowed in all; allow at \
+                 least {needed} MiB"
             ),
             MemoryUse::Split => write!(
                 f,
-                "splitting segments where they cross takes about {needed} MiB of memory, and {budget} MiB are allowed; allow that \
-                 much"
+                "splitting segments where they cross needs about {needed} MiB of memory, and {budget} MiB are allowed; allow at \
+                 least {needed} MiB"
             ),
             MemoryUse::Polygon { obstacle } => write!(
                 f,
-                "so much of obstacle {obstacle} lies side by side that checking it takes about {needed} MiB of memory, and \
+                "too many edges of obstacle {obstacle} lie side by side: checking them needs about {needed} MiB of memory, and \
                  {budget} MiB are allowed for that; allow {factor} times as much in all",
                 factor = self.needed.div_ceil(self.budget.max(1))
             ),
             MemoryUse::Regions => write!(
                 f,
-                "telling the regions between segments apart takes about {needed} MiB of memory, and {budget} MiB are allowed; \
-                 allow that much"
+                "finding the regions between segments needs about {needed} MiB of memory, and {budget} MiB are allowed; allow at \
+                 least {needed} MiB"
             ),
             MemoryUse::Edit => write!(
                 f,
-                "this takes {needed} MiB of memory at least, and {budget} MiB are allowed; allow more"
+                "the edit needs at least {needed} MiB of memory, and {budget} MiB are allowed; allow more"
             ),
         }
     }

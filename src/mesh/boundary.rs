@@ -1,4 +1,4 @@
-//! The boundary of a triangulation, or of parts of one: edges with a triangle on one side only.
+//! The boundary of a triangulation or of a part of one: edges with a triangle on one side only.
 
 use std::num::NonZeroU32;
 use std::sync::OnceLock;
@@ -8,16 +8,18 @@ use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
 /// Boundary edges, each with its triangle on the left.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Boundary {
-    /// From, to, and the half-edge there, in order. A point has several where parts are missing.
+    /// The origin, the destination and the half-edge of each boundary edge, sorted. Several edges
+    /// leave a point where parts of the triangulation are missing.
     edges: Vec<(u32, u32, HalfEdge)>,
-    /// For each point one more than the position of its first edge, if it has any; without edges nothing.
+    /// For each point, one more than the index of its first edge in `edges`, or `None`. Empty if
+    /// the triangulation has no triangles.
     first: Vec<Option<NonZeroU32>>,
-    /// The ends of the edges, once somebody comes in.
+    /// The end points of `edges`. The first call of [`entry`](Self::entry) computes them.
     ends: OnceLock<Vec<[Point; 2]>>,
 }
 
 impl Boundary {
-    /// Of these edges between so many points.
+    /// Creates the boundary from its edges. `points` is the number of points of the triangulation.
     pub(super) fn new(mut edges: Vec<(u32, u32, HalfEdge)>, points: usize) -> Self {
         edges.sort_unstable();
         let mut first = vec![None; points];
@@ -38,29 +40,31 @@ impl Boundary {
         first.map(|first| first.get() as usize - 1)
     }
 
-    /// Whether a point is on the boundary.
+    /// Returns whether a point is on the boundary.
     pub(super) fn has(&self, point: u32) -> bool {
         self.first_edge(point).is_some()
     }
 
-    /// The half-edge that is the n-th of those that leave a point.
+    /// Returns the `n`-th boundary half-edge that leaves `point`, counted from 0.
     pub(super) fn leaving(&self, point: u32, n: usize) -> Option<HalfEdge> {
         let edge = self.edges.get(self.first_edge(point)? + n);
         edge.filter(|&&(from, ..)| from == point)
             .map(|&(.., half_edge)| half_edge)
     }
 
-    /// An edge belongs to this half-edge now.
+    /// Replaces the half-edge of the boundary edge `from` → `to`. Does nothing if there is no
+    /// such edge.
     pub(super) fn set(&mut self, from: u32, to: u32, half_edge: HalfEdge) {
-        if let Ok(place) = self
+        if let Ok(index) = self
             .edges
             .binary_search_by_key(&(from, to), |&(from, to, _)| (from, to))
         {
-            self.edges[place].2 = half_edge;
+            self.edges[index].2 = half_edge;
         }
     }
 
-    /// The edge by which the line from `a` to `b` comes in, between its ends and through none of the edge's: from, to, half-edge.
+    /// Returns the edge through which the segment from `a` to `b` enters: its origin, destination
+    /// and half-edge. The segment crosses that edge in the interior of both.
     pub(super) fn entry(&self, points: &[Point], [a, b]: [Point; 2]) -> Option<(u32, u32, HalfEdge)> {
         let ends = self.ends.get_or_init(|| {
             let edges = self.edges.iter();
@@ -70,7 +74,7 @@ impl Boundary {
         });
         let (left, right, low, high) = (a.x.min(b.x), a.x.max(b.x), a.y.min(b.y), a.y.max(b.y));
         let enters = |[p, q]: &[Point; 2]| {
-            // Most edges are nowhere near.
+            // The bounding boxes rule out most edges.
             let is_beside = p.x.max(q.x) < left || p.x.min(q.x) > right || p.y.max(q.y) < low || p.y.min(q.y) > high;
             !is_beside
                 && orient2d(*p, *q, a) == Orientation::Clockwise
@@ -78,6 +82,6 @@ impl Boundary {
                 && orient2d(a, b, *p) == Orientation::CounterClockwise
                 && orient2d(a, b, *q) == Orientation::Clockwise
         };
-        ends.iter().position(enters).map(|place| self.edges[place])
+        ends.iter().position(enters).map(|index| self.edges[index])
     }
 }

@@ -1,39 +1,45 @@
-//! Triangulates one side of the cavity that a new constraint leaves.
+//! Triangulates the part of a cavity on one side of a new constraint.
 //!
-//! In: the chain of vertices from one end of the constraint to the other, all on its left. Out: the constrained Delaunay
-//! triangulation of the polygon between them, by position in the chain.
+//! Input: the chain of vertices from one end of the constraint to the other, all on its left.
+//! Output: the constrained Delaunay triangulation of the polygon between chain and constraint.
+//! Vertices are named by their position in the chain.
 //!
 //! ```text
-//!        u₂ ─ u₃            ears are cut off in random order,     …and put back in reverse, each with
-//!       ╱       ╲  u₅       while a triangle is left…             the flips that it calls for
-//!     u₁         u₄╱ ╲
+//!        u₂ ─ u₃            Cut ears off in random order until one triangle is left.
+//!       ╱       ╲  u₅       Then put them back in reverse order, each with the flips
+//!     u₁         u₄╱ ╲      that it needs.
 //!    ╱                ╲
 //!   a ───────────────── b
 //! ```
 //!
-//! Every vertex of the chain sees the constraint along an edge that crossed it, and these legs do not cross. Two
-//! neighbours, their legs and the constraint bound a region without a vertex; of the triangle at a convex vertex of the
-//! chain, each half, left and right of the leg, lies in one of these. So **every strictly convex vertex of the chain is an
-//! ear**, whichever were cut before; and there is always one, since the angles of the polygon would be too large otherwise.
-//! All polygons on the way are simple, but that the chain may pass an edge or a vertex twice, without space between; and
-//! flips keep each triangulation constrained Delaunay, as in Lawson's insertion.
+//! Each vertex of the chain sees the constraint along an edge that crossed the constraint: its leg.
+//! Legs do not cross each other. Two neighbouring vertices, their legs and the constraint bound a
+//! region without a vertex. The leg of a convex vertex of the chain cuts the triangle at that
+//! vertex into a left and a right half, and each half lies in one of these regions. So **every
+//! strictly convex vertex of the chain is an ear**, whichever ears were cut off before. There is
+//! always such a vertex, since the angles of the polygon would be too large otherwise. All
+//! intermediate polygons are simple, except that the chain may pass an edge or a vertex twice,
+//! without space between the two passes. Flips keep each triangulation constrained Delaunay, as in
+//! Lawson's insertion.
 //!
-//! As in Chew's algorithm for convex polygons (1990), a vertex that was chosen at random has few edges on average, so few
-//! flips are needed: linear expected time where most vertices are convex. Shewchuk and Brown (2015) let other vertices than
-//! convex ones go too, which bounds the time for every chain, and mend what overlaps then; here nothing overlaps. Chains
-//! with few convex vertices leave little to flip, since two vertices of a reflex chain do not see each other.
+//! As in Chew's algorithm for convex polygons (1990), a vertex that was chosen at random has few
+//! edges on average, so few flips are needed: the expected time is linear where most vertices are
+//! convex. Shewchuk and Brown (2015) also remove vertices that are not convex, which bounds the
+//! time for every chain, and then repair the overlaps. Here nothing overlaps. Chains with few
+//! convex vertices leave little to flip, since two vertices of a reflex chain do not see each
+//! other.
 
 use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, in_circle, orient2d};
 
-/// No place among the ears.
-const NOWHERE: u32 = u32::MAX;
+/// Marks a position that is not in the list of ears.
+const NOT_AN_EAR: u32 = u32::MAX;
 
-/// What lies across a half-edge: another one, or the chain at a position, which the highest bit says. Four bytes, where an enum
-/// takes eight.
+/// The twin of a half-edge of the cavity: another half-edge, or the chain at a position, which the
+/// highest bit marks. It takes four bytes, where an enum takes eight.
 #[derive(Clone, Copy, Debug)]
-struct Across(u32);
+struct PackedTwin(u32);
 
-impl Across {
+impl PackedTwin {
     const CHAIN: u32 = 1 << 31;
 
     fn chain(position: u32) -> Self {
@@ -44,7 +50,7 @@ impl Across {
         Self(half_edge.0)
     }
 
-    /// The half-edge, or else the position.
+    /// Returns the half-edge, or the position in the chain as the error.
     fn get(self) -> Result<HalfEdge, u32> {
         match self.0 & Self::CHAIN {
             0 => Ok(HalfEdge(self.0)),
@@ -53,30 +59,32 @@ impl Across {
     }
 }
 
-/// Triangulates chains; keeps its memory.
+/// Triangulates chains. It keeps its memory between calls.
 #[derive(Debug, Default)]
 pub(crate) struct Cavity {
-    /// The corners of each triangle, counter-clockwise, by position. The first triangle's side 0 may have been flipped away
-    /// from it: `sides` knows where the constraint is.
+    /// The corners of each triangle as positions in the chain, counter-clockwise. The constraint is
+    /// half-edge 0 of the first triangle until a flip moves it; `edges` says where it is.
     pub(crate) triangles: Vec<[u32; 3]>,
-    neighbours: Vec<[Across; 3]>,
-    /// For each position the half-edge between it and the next; for the last the half-edge on the constraint.
-    pub(crate) sides: Vec<HalfEdge>,
+    neighbours: Vec<[PackedTwin; 3]>,
+    /// For each position, the half-edge between it and the next position. For the last position,
+    /// the half-edge on the constraint.
+    pub(crate) edges: Vec<HalfEdge>,
     at: Vec<Point>,
     next: Vec<u32>,
     previous: Vec<u32>,
-    /// The positions of ears, and where each position stands among these.
+    /// The positions of ears. `ear_indices` has the index of each position in this list.
     ears: Vec<u32>,
-    places: Vec<u32>,
-    /// The vertices that were cut off, between which others.
+    ear_indices: Vec<u32>,
+    /// The ears that were cut off. Each stands between the two neighbours that it had then.
     cut: Vec<[u32; 3]>,
     stack: Vec<HalfEdge>,
     random: u64,
 }
 
 impl Cavity {
-    /// Triangulates the polygon of a chain of at least three points, which lies left of the line from its first to its last.
-    /// Returns false if there is no such polygon.
+    /// Triangulates the polygon between a chain and the line from its first to its last point. The
+    /// chain has at least three points and lies left of that line. Returns false if there is no
+    /// such polygon.
     #[must_use]
     pub(crate) fn triangulate(&mut self, chain: impl ExactSizeIterator<Item = Point>) -> bool {
         self.at.clear();
@@ -89,11 +97,11 @@ impl Cavity {
         self.triangles.clear();
         self.neighbours.clear();
         self.triangles.push([0, last, top]);
-        self.neighbours.push([last, top, 0].map(Across::chain));
-        self.sides.clear();
-        self.sides.resize(self.at.len(), HalfEdge(0));
-        for (side, position) in HalfEdge::of_triangle(TriangleId(0)).into_iter().zip([last, top, 0]) {
-            self.sides[position as usize] = side;
+        self.neighbours.push([last, top, 0].map(PackedTwin::chain));
+        self.edges.clear();
+        self.edges.resize(self.at.len(), HalfEdge(0));
+        for (edge, position) in HalfEdge::of_triangle(TriangleId(0)).into_iter().zip([last, top, 0]) {
+            self.edges[position as usize] = edge;
         }
         while let Some(ear) = self.cut.pop() {
             self.put_back(ear);
@@ -101,16 +109,17 @@ impl Cavity {
         true
     }
 
-    /// The half-edge across, or none on the boundary.
-    pub(crate) fn twin(&self, side: HalfEdge) -> Option<HalfEdge> {
-        self.across(side).get().ok()
+    /// Returns the twin of a half-edge, or `None` on the boundary of the polygon.
+    pub(crate) fn twin(&self, edge: HalfEdge) -> Option<HalfEdge> {
+        self.packed_twin(edge).get().ok()
     }
 
-    fn across(&self, side: HalfEdge) -> Across {
-        self.neighbours.as_flattened()[side.index()]
+    fn packed_twin(&self, edge: HalfEdge) -> PackedTwin {
+        self.neighbours.as_flattened()[edge.index()]
     }
 
-    /// Cuts ears off, in random order, until one vertex is left above the constraint. Returns false if there are too few.
+    /// Cuts ears off in random order until one vertex is left above the constraint. Returns false
+    /// if there are too few ears.
     fn cut_ears(&mut self) -> bool {
         let count = self.at.len() as u32;
         let last = count - 1;
@@ -120,54 +129,56 @@ impl Cavity {
         self.previous
             .extend((0..count).map(|position| position.wrapping_sub(1)));
         self.ears.clear();
-        self.places.clear();
-        self.places.resize(count as usize, NOWHERE);
+        self.ear_indices.clear();
+        self.ear_indices.resize(count as usize, NOT_AN_EAR);
         self.cut.clear();
-        // The same numbers for the same cavity: files must not depend on which thread has cut what before.
+        // The same numbers for the same cavity: files must not depend on what a thread triangulated
+        // before.
         self.random = u64::from(count);
         for position in 1..last {
-            self.note(position);
+            self.update_ear(position);
         }
         for _ in 0..count.saturating_sub(3) {
-            let place = self.choose();
-            let Some(&ear) = self.ears.get(place) else { return false };
-            self.remove(place);
+            let index = self.choose();
+            let Some(&ear) = self.ears.get(index) else { return false };
+            self.remove(index);
             let [before, after] = [self.previous[ear as usize], self.next[ear as usize]];
             self.cut.push([before, ear, after]);
             self.next[before as usize] = after;
             self.previous[after as usize] = before;
             for neighbour in [before, after] {
                 if neighbour != 0 && neighbour != last {
-                    self.note(neighbour);
+                    self.update_ear(neighbour);
                 }
             }
         }
         true
     }
 
-    /// Keeps the ears up to date with what a position is now.
-    fn note(&mut self, position: u32) {
+    /// Updates the list of ears for one position.
+    fn update_ear(&mut self, position: u32) {
         let around = [self.next[position as usize], position, self.previous[position as usize]];
         let [a, b, c] = around.map(|position| self.at[position as usize]);
         let is_ear = orient2d(a, b, c) == Orientation::CounterClockwise;
-        let place = self.places[position as usize];
-        if is_ear && place == NOWHERE {
-            self.places[position as usize] = self.ears.len() as u32;
+        let index = self.ear_indices[position as usize];
+        if is_ear && index == NOT_AN_EAR {
+            self.ear_indices[position as usize] = self.ears.len() as u32;
             self.ears.push(position);
-        } else if !is_ear && place != NOWHERE {
-            self.remove(place as usize);
+        } else if !is_ear && index != NOT_AN_EAR {
+            self.remove(index as usize);
         }
     }
 
-    fn remove(&mut self, place: usize) {
-        let position = self.ears.swap_remove(place);
-        self.places[position as usize] = NOWHERE;
-        if let Some(&moved) = self.ears.get(place) {
-            self.places[moved as usize] = place as u32;
+    fn remove(&mut self, index: usize) {
+        let position = self.ears.swap_remove(index);
+        self.ear_indices[position as usize] = NOT_AN_EAR;
+        if let Some(&moved) = self.ears.get(index) {
+            self.ear_indices[moved as usize] = index as u32;
         }
     }
 
-    /// A random place among the ears. (Knuth's multiplier; which numbers come decides about the time alone.)
+    /// Returns a random index into the list of ears. The multiplier is Knuth's. The numbers affect
+    /// the running time alone.
     fn choose(&mut self) -> usize {
         self.random = self
             .random
@@ -176,7 +187,7 @@ impl Cavity {
         (((self.random >> 32) * self.ears.len() as u64) >> 32) as usize
     }
 
-    /// Puts an ear back, and flips what is not Delaunay any more.
+    /// Puts an ear back, and flips the edges that are no longer Delaunay.
     ///
     /// ```text
     ///     ─ before ─── after ─          before ─ ear ─ after
@@ -184,47 +195,51 @@ impl Cavity {
     /// ```
     fn put_back(&mut self, [before, ear, after]: [u32; 3]) {
         let triangle = TriangleId(self.triangles.len() as u32);
-        let inner = self.sides[before as usize];
+        let inner = self.edges[before as usize];
         let [outer_after, outer_before, base] = HalfEdge::of_triangle(triangle);
         self.triangles.push([after, ear, before]);
-        self.neighbours
-            .push([Across::chain(ear), Across::chain(before), Across::half_edge(inner)]);
-        self.link(Across::half_edge(inner), base);
-        self.sides[ear as usize] = outer_after;
-        self.sides[before as usize] = outer_before;
+        self.neighbours.push([
+            PackedTwin::chain(ear),
+            PackedTwin::chain(before),
+            PackedTwin::half_edge(inner),
+        ]);
+        self.link(PackedTwin::half_edge(inner), base);
+        self.edges[ear as usize] = outer_after;
+        self.edges[before as usize] = outer_before;
         self.stack.push(base);
-        while let Some(side) = self.stack.pop() {
-            self.legalise(side);
+        while let Some(edge) = self.stack.pop() {
+            self.legalise(edge);
         }
     }
 
-    /// Flips an edge whose far corner lies in the circle of the triangle at `side`, whose own corner was just put back.
+    /// Flips an edge if the far corner of its twin's triangle lies in the circle of the triangle at
+    /// `edge`, whose apex was just put back.
     ///
     /// ```text
     ///        ear                ear
     ///      ╱     ╲            ╱  │  ╲
-    ///     a ─side→ b    →    a   │   b
+    ///     a ─edge→ b    →    a   │   b
     ///      ╲     ╱            ╲  │  ╱
     ///         d                  d
     /// ```
-    fn legalise(&mut self, side: HalfEdge) {
-        let Some(twin) = self.twin(side) else { return };
-        let corner = |side: HalfEdge| self.triangles.as_flattened()[side.index()];
-        let [a, b, ear] = [side, side.next(), side.prev()].map(corner);
+    fn legalise(&mut self, edge: HalfEdge) {
+        let Some(twin) = self.twin(edge) else { return };
+        let corner = |edge: HalfEdge| self.triangles.as_flattened()[edge.index()];
+        let [a, b, ear] = [edge, edge.next(), edge.prev()].map(corner);
         let d = corner(twin.prev());
         let [pa, pb, pear, pd] = [a, b, ear, d].map(|position| self.at[position as usize]);
         if !in_circle(pa, pb, pear, pd) {
             return;
         }
         let [b_ear, ear_a, a_d, d_b] =
-            [side.next(), side.prev(), twin.next(), twin.prev()].map(|side| self.across(side));
-        let [t, u] = [side, twin].map(HalfEdge::triangle);
+            [edge.next(), edge.prev(), twin.next(), twin.prev()].map(|edge| self.packed_twin(edge));
+        let [t, u] = [edge, twin].map(HalfEdge::triangle);
         let [of_d_b, of_b_ear, ear_d] = HalfEdge::of_triangle(t);
         let [of_a_d, d_ear, of_ear_a] = HalfEdge::of_triangle(u);
         self.triangles[t.index()] = [d, b, ear];
         self.triangles[u.index()] = [a, d, ear];
-        self.neighbours[t.index()] = [d_b, b_ear, Across::half_edge(d_ear)];
-        self.neighbours[u.index()] = [a_d, Across::half_edge(ear_d), ear_a];
+        self.neighbours[t.index()] = [d_b, b_ear, PackedTwin::half_edge(d_ear)];
+        self.neighbours[u.index()] = [a_d, PackedTwin::half_edge(ear_d), ear_a];
         self.link(d_b, of_d_b);
         self.link(b_ear, of_b_ear);
         self.link(a_d, of_a_d);
@@ -232,11 +247,11 @@ impl Cavity {
         self.stack.extend([of_d_b, of_a_d]);
     }
 
-    /// Tells what lies across a side, a triangle or the boundary, that the side is `side` now.
-    fn link(&mut self, across: Across, side: HalfEdge) {
-        match across.get() {
-            Ok(twin) => self.neighbours.as_flattened_mut()[twin.index()] = Across::half_edge(side),
-            Err(position) => self.sides[position as usize] = side,
+    /// Makes `edge` the twin of a half-edge, or the half-edge at a position of the chain.
+    fn link(&mut self, twin: PackedTwin, edge: HalfEdge) {
+        match twin.get() {
+            Ok(half_edge) => self.neighbours.as_flattened_mut()[half_edge.index()] = PackedTwin::half_edge(edge),
+            Err(position) => self.edges[position as usize] = edge,
         }
     }
 }

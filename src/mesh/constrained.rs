@@ -1,16 +1,18 @@
-//! A triangulation some of whose edges are constraints.
+//! A triangulation in which some edges are constraints.
 
 use super::boundary::Boundary;
 use super::topology::{Topology, Twin};
 use super::triangulation::Triangulation;
 use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId};
 
-/// In the byte of a triangle, the bits of its sides that are constraints stand at 0 to 2, those that are walls too at
-/// [`WALLS`] to 5, and that of a triangle that a piece crosses here.
+/// The bit of a triangle that the current subsegment crosses, in the triangle's byte. Bits 0 to 2
+/// of that byte mark the half-edges that are constraints, and bits [`WALLS`] to 5 those that are
+/// also walls.
 pub(super) const CROSSED: u8 = 1 << 6;
-/// The place of the first side's wall bit.
+/// The position of half-edge 0's wall bit.
 pub(crate) const WALLS: u32 = 3;
-/// The bits of a side that is a constraint, and of one that is a wall, both in the places of the first side.
+/// The bit of a constraint, at the position of half-edge 0. [`WALL`] has the bits of a wall, also
+/// at the positions of half-edge 0.
 const CONSTRAINT: u8 = 1;
 pub(super) const WALL: u8 = CONSTRAINT | 1 << WALLS;
 
@@ -18,25 +20,28 @@ pub(super) const WALL: u8 = CONSTRAINT | 1 << WALLS;
 #[derive(Clone, Debug, Default)]
 pub struct Constrained {
     pub(super) mesh: Triangulation,
-    /// For each triangle, the bits of its sides; and [`CROSSED`], while it is being replaced.
+    /// For each triangle, the bits of its half-edges, and [`CROSSED`] while the triangle is being
+    /// replaced.
     pub(super) fixed: Vec<u8>,
-    /// A half-edge that leaves each point.
+    /// For each point, a half-edge that leaves it.
     pub(super) leaving: Vec<PackedHalfEdge>,
     pub(super) boundary: Boundary,
-    /// Without triangles: for each point of the hull, whether the edge to the next is a constraint, and its place there.
+    /// If there are no triangles: for each point of the hull, whether the edge to the next point is
+    /// a constraint. `positions` has the position of each point in the hull.
     pub(super) line: Vec<bool>,
-    pub(super) places: Vec<u32>,
+    pub(super) positions: Vec<u32>,
 }
 
 impl Constrained {
-    /// Takes a triangulation of so many points, none of whose edges is a constraint.
+    /// Creates a mesh without constraints from a triangulation of `points` points.
     #[must_use]
     pub fn new(mesh: Triangulation, points: usize) -> Self {
         let fixed = vec![0; mesh.triangles.len()];
         Self::with_constraints(mesh, fixed, points)
     }
 
-    /// Takes triangles of so many points, which may be parts of a triangulation, and the bits of each one's sides.
+    /// Creates a mesh from triangles of `points` points and the bits of each triangle's half-edges.
+    /// The triangles may be parts of a triangulation.
     pub(crate) fn with_constraints(mesh: Triangulation, fixed: Vec<u8>, points: usize) -> Self {
         let mut this = Self {
             fixed,
@@ -45,66 +50,67 @@ impl Constrained {
         };
         if mesh.triangles.is_empty() {
             this.line = vec![false; mesh.hull.len()];
-            this.places = vec![0; points];
-            for (&point, place) in mesh.hull.iter().zip(0..) {
-                this.places[point as usize] = place;
+            this.positions = vec![0; points];
+            for (&point, position) in mesh.hull.iter().zip(0..) {
+                this.positions[point as usize] = position;
             }
         } else {
-            for half_edge in mesh.half_edges() {
-                this.leaving[mesh.origin(half_edge).index()] = half_edge.into();
+            for edge in mesh.half_edges() {
+                this.leaving[mesh.origin(edge).index()] = edge.into();
             }
-            let edges = mesh.half_edges().filter(|&side| mesh.twin(side) == Twin::Hull);
-            let edges = edges.map(|side| (mesh.origin(side).0, mesh.destination(side).0, side));
+            let edges = mesh.half_edges().filter(|&edge| mesh.twin(edge) == Twin::Hull);
+            let edges = edges.map(|edge| (mesh.origin(edge).0, mesh.destination(edge).0, edge));
             this.boundary = Boundary::new(edges.collect(), points);
         }
         this.mesh = mesh;
         this
     }
 
-    /// The triangles and their adjacency. Their corners and their places may differ from those without constraints; the hull
-    /// does not.
+    /// Returns the triangles and their adjacency. The corners of triangles and their indices may
+    /// differ from those without constraints. The hull does not.
     #[must_use]
     pub fn mesh(&self) -> &Triangulation {
         &self.mesh
     }
 
-    /// Whether a half-edge is on a constraint.
+    /// Returns whether a half-edge is on a constraint.
     #[must_use]
-    pub fn is_constraint(&self, side: HalfEdge) -> bool {
-        self.fixed[side.triangle().index()] >> side.corner() & 1 == 1
+    pub fn is_constraint(&self, edge: HalfEdge) -> bool {
+        self.fixed[edge.triangle().index()] >> edge.corner() & 1 == 1
     }
 
-    /// All constraint edges, once each.
+    /// Returns all constraint edges, each once.
     pub fn constraints(&self) -> impl Iterator<Item = [u32; 2]> {
         let mesh = &self.mesh;
-        let sides = mesh.half_edges().filter(|&side| self.is_constraint(side));
-        let once = sides.filter(|&side| mesh.twin(side).half_edge().is_none_or(|twin| side < twin));
-        let edges = once.map(|side| [mesh.origin(side).0, mesh.destination(side).0]);
+        let marked = mesh.half_edges().filter(|&edge| self.is_constraint(edge));
+        let once = marked.filter(|&edge| mesh.twin(edge).half_edge().is_none_or(|twin| edge < twin));
+        let edges = once.map(|edge| [mesh.origin(edge).0, mesh.destination(edge).0]);
         let pairs = mesh.hull.windows(2).zip(&self.line);
         edges.chain(pairs.filter(|(_, fixed)| **fixed).map(|(pair, _)| [pair[0], pair[1]]))
     }
 
-    /// The bits of a triangle's sides: from 0 on those that are constraints, from [`WALLS`] on those that are walls.
-    pub(crate) fn side_bits(&self, triangle: TriangleId) -> u8 {
+    /// Returns the bits of a triangle's half-edges. Bits 0 to 2 mark constraints, and bits
+    /// [`WALLS`] to 5 mark walls.
+    pub(crate) fn edge_bits(&self, triangle: TriangleId) -> u8 {
         self.fixed[triangle.index()]
     }
 
-    /// The triangles, and the bits of each one's sides.
+    /// Returns the triangles, and the bits of each triangle's half-edges.
     pub(crate) fn into_parts(self) -> (Triangulation, Vec<u8>) {
         (self.mesh, self.fixed)
     }
 
-    /// Makes the edge of a half-edge a constraint, or even a wall.
-    pub(crate) fn fix(&mut self, side: HalfEdge, is_wall: bool) {
+    /// Makes the edge of a half-edge a constraint, and a wall if `is_wall`.
+    pub(crate) fn fix(&mut self, edge: HalfEdge, is_wall: bool) {
         let bits = if is_wall { WALL } else { CONSTRAINT };
-        for side in [Some(side), self.mesh.twin(side).half_edge()].into_iter().flatten() {
-            self.fixed[side.triangle().index()] |= bits << side.corner();
+        for edge in [Some(edge), self.mesh.twin(edge).half_edge()].into_iter().flatten() {
+            self.fixed[edge.triangle().index()] |= bits << edge.corner();
         }
     }
 
-    /// A boundary edge belongs to this half-edge now.
-    pub(super) fn move_boundary(&mut self, side: HalfEdge) {
-        let [from, to] = [self.mesh.origin(side), self.mesh.destination(side)];
-        self.boundary.set(from.0, to.0, side);
+    /// Assigns a boundary edge to the half-edge that now runs along it.
+    pub(super) fn move_boundary(&mut self, edge: HalfEdge) {
+        let [from, to] = [self.mesh.origin(edge), self.mesh.destination(edge)];
+        self.boundary.set(from.0, to.0, edge);
     }
 }

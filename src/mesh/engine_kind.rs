@@ -1,4 +1,4 @@
-//! The in-core engines to choose from, and their names.
+//! The available in-core engines, and their names.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,7 +8,7 @@ use super::engine::Engine;
 #[cfg(feature = "spade")]
 use super::spade_engine::SpadeEngine;
 
-/// The in-core engines to choose from. All give the same triangles.
+/// An in-core engine. All engines give the same triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum EngineKind {
@@ -28,7 +28,7 @@ impl EngineKind {
         Self::Spade,
     ];
 
-    /// A new engine of this kind.
+    /// Creates an engine of this kind.
     #[must_use]
     pub fn create(self) -> Box<dyn Engine> {
         match self {
@@ -38,7 +38,7 @@ impl EngineKind {
         }
     }
 
-    /// Its name on the command line.
+    /// Returns the engine's name on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -55,7 +55,7 @@ impl fmt::Display for EngineKind {
     }
 }
 
-/// No engine has this name.
+/// The error of a name that no engine has.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("no engine is called '{0}'; there are: {names}", names = EngineKind::ALL.iter().map(|e| e.name()).collect::<Vec<_>>().join(", "))]
 pub struct UnknownEngine(String);

@@ -1,11 +1,13 @@
-//! Constraints: segments become edges of a triangulation, which stays Delaunay beside them.
+//! Inserts segments as constraints into a triangulation, which stays Delaunay beside them.
 //!
-//! In: a canonical triangulation, and segments between its points. Out: the constrained Delaunay triangulation, which is
-//! a function of the points and of the segments as sets: the circle test's tie rule leaves one choice only, so neither the
-//! order nor the direction of the segments matters.
+//! Input: a canonical triangulation, and segments between its points. Output: the constrained
+//! Delaunay triangulation. It is a function of the set of points and the set of segments: the tie
+//! rule of the circle test leaves only one choice, so neither the order nor the direction of the
+//! segments matters.
 //!
-//! A segment is cut into **pieces** at the vertices that lie on it. Inserting a piece changes exactly the triangles that it
-//! crosses (Wu, Lemma 3.3.6); these are taken out, and the [cavity](super::cavity) is triangulated on both sides:
+//! The vertices on a segment cut it into **subsegments**. Inserting a subsegment changes exactly
+//! the triangles that it crosses (Wu, Lemma 3.3.6). These are removed, and the
+//! [cavity](super::cavity) is triangulated on both sides:
 //!
 //! ```text
 //!        u ───── v                u ───── v
@@ -15,7 +17,8 @@
 //!        ──── l ──                ──── l ──
 //! ```
 //!
-//! As many triangles come out as go in, so they keep their places in the arrays.
+//! The number of triangles stays the same, so the new triangles take the slots of the old ones in
+//! the arrays.
 
 use super::cavity::Cavity;
 use super::chain::{Chain, fill};
@@ -24,17 +27,17 @@ use super::leaving::{Leaving, Stars, leaving_towards};
 use super::topology::Topology;
 use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 
-/// Two segments cross, away from the points.
+/// The error of a segment that crosses a constraint at a point that is not a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the segment between points {} and {} crosses the constraint between {} and {}", segment[0], segment[1], edge[0], edge[1])]
 pub struct Crossing {
-    /// The ends of the segment that was to be inserted.
+    /// The ends of the segment to insert.
     pub segment: [u32; 2],
     /// The ends of the constraint edge that it crosses.
     pub edge: [u32; 2],
 }
 
-/// Inserts segments. It keeps its memory from one to the next.
+/// Inserts segments. It keeps its memory between calls.
 ///
 /// ```
 /// use delaunay_tiles::geometry::Point;
@@ -51,34 +54,35 @@ pub struct Crossing {
 /// ```
 #[derive(Debug, Default)]
 pub struct Inserter {
-    /// The triangles that a piece crosses.
+    /// The triangles that the last step crossed.
     crossed: Vec<TriangleId>,
     left: Chain,
     right: Chain,
     cavity: Cavity,
 }
 
-/// Where the line from a vertex goes first.
+/// The first step of a line through a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Step {
+pub(crate) enum LineStep {
     /// Along the edge of this half-edge, to this vertex.
     Edge(HalfEdge, u32),
     /// Through triangles, to this vertex on the line.
     Triangles(u32),
-    /// Through triangles, or none, to where there are no more.
+    /// Through any number of triangles, and out of the mesh.
     Out,
 }
 
 impl Inserter {
-    /// Makes a segment between two points a chain of constraint edges. If they are the same, nothing happens.
+    /// Turns the segment between two points into a chain of constraint edges. Does nothing if the
+    /// points are the same.
     ///
     /// `points` are those of the triangulation.
     ///
     /// # Errors
-    /// If it crosses a constraint. Some of its pieces may be constraints then.
+    /// If the segment crosses a constraint. Some of its subsegments may be constraints then.
     pub fn insert(&mut self, points: &[Point], mesh: &mut Constrained, segment: [u32; 2]) -> Result<(), Crossing> {
         if mesh.mesh.triangles.is_empty() {
-            let [a, b] = segment.map(|point| mesh.places[point as usize] as usize);
+            let [a, b] = segment.map(|point| mesh.positions[point as usize] as usize);
             mesh.line[a.min(b)..a.max(b)].fill(true);
             return Ok(());
         }
@@ -88,37 +92,39 @@ impl Inserter {
                 .step_between(points, mesh, ends)
                 .map_err(|edge| Crossing { segment, edge })?;
             ends[which] = match step {
-                Step::Edge(side, vertex) => {
-                    mesh.fix(side, false);
+                LineStep::Edge(edge, vertex) => {
+                    mesh.fix(edge, false);
                     vertex
                 }
-                Step::Triangles(vertex) => {
+                LineStep::Triangles(vertex) => {
                     self.replace(points, mesh, false);
                     vertex
                 }
-                Step::Out => unreachable!("a triangulation has no gaps between its points"),
+                LineStep::Out => unreachable!("a triangulation has no gaps between its points"),
             };
         }
         Ok(())
     }
 
-    /// The first step from one of two vertices to the other, and which it starts from: whichever has fewer edges, since
-    /// thousands of segments may share one end. Or the constraint in its way.
+    /// Returns the first step between two vertices, and the index in `ends` of the vertex that it
+    /// starts from. That is the vertex with fewer edges, since thousands of segments may share one
+    /// end. The error is the constraint in the way.
     pub(crate) fn step_between(
         &mut self,
         points: &[Point],
         mesh: &Constrained,
         ends: [u32; 2],
-    ) -> Result<(usize, Step), [u32; 2]> {
+    ) -> Result<(usize, LineStep), [u32; 2]> {
         let Some((which, start)) = leaving_towards(points, mesh, ends) else {
             self.crossed.clear();
-            return Ok((0, Step::Out));
+            return Ok((0, LineStep::Out));
         };
         let to = points[ends[1 - which] as usize];
         Ok((which, self.follow(points, mesh, start, to)?))
     }
 
-    /// The first step from a vertex towards another place. Or the constraint in its way. `stars` are of this mesh as it is.
+    /// Returns the first step from the vertex `from` towards the point `to`. The error is the
+    /// constraint in the way. `stars` must belong to `mesh` in its current state.
     pub(crate) fn step(
         &mut self,
         points: &[Point],
@@ -126,73 +132,81 @@ impl Inserter {
         stars: &mut Stars,
         from: u32,
         to: Point,
-    ) -> Result<Step, [u32; 2]> {
+    ) -> Result<LineStep, [u32; 2]> {
         match stars.start(points, mesh, from, to) {
             Some(start) => self.follow(points, mesh, start, to),
             None => {
                 self.crossed.clear();
-                Ok(Step::Out)
+                Ok(LineStep::Out)
             }
         }
     }
 
-    /// The first step of a line that comes in by a boundary edge. None: it does not. Or the constraint in its way.
+    /// Returns the first step of a line that enters by a boundary edge, or `None` if it does not
+    /// enter. The error is the constraint in the way.
     pub(crate) fn enter(
         &mut self,
         points: &[Point],
         mesh: &Constrained,
         line: [Point; 2],
-    ) -> Result<Option<Step>, [u32; 2]> {
-        let Some((from, to, side)) = mesh.boundary.entry(points, line) else {
+    ) -> Result<Option<LineStep>, [u32; 2]> {
+        let Some((from, to, edge)) = mesh.boundary.entry(points, line) else {
             return Ok(None);
         };
-        if mesh.is_constraint(side) {
+        if mesh.is_constraint(edge) {
             return Err([from, to]);
         }
         self.crossed.clear();
-        // Nobody asks for these after a line that comes in; they must not grow with each.
+        // After a line that enters, nothing reads the chains. They must not grow with each such
+        // line.
         self.left.clear();
         self.right.clear();
-        self.walk(points, mesh, side, line).map(Some)
+        self.walk(points, mesh, edge, line).map(Some)
     }
 
-    /// The triangles that the last step crossed.
+    /// Returns the triangles that the last step crossed.
     pub(crate) fn crossed(&self) -> &[TriangleId] {
         &self.crossed
     }
 
-    /// Follows a line from the origin of a half-edge.
-    fn follow(&mut self, points: &[Point], mesh: &Constrained, start: Leaving, to: Point) -> Result<Step, [u32; 2]> {
-        let side = match start {
-            Leaving::Edge(side, vertex) => return Ok(Step::Edge(side, vertex)),
-            Leaving::Triangle(side) => side,
+    /// Follows a line from the vertex that `start` leaves, towards the point `to`.
+    fn follow(
+        &mut self,
+        points: &[Point],
+        mesh: &Constrained,
+        start: Leaving,
+        to: Point,
+    ) -> Result<LineStep, [u32; 2]> {
+        let edge = match start {
+            Leaving::Edge(edge, vertex) => return Ok(LineStep::Edge(edge, vertex)),
+            Leaving::Triangle(edge) => edge,
         };
         let topology = &mesh.mesh;
-        let from = topology.origin(side);
+        let from = topology.origin(edge);
         self.crossed.clear();
-        self.crossed.push(side.triangle());
-        self.right.begin(from.0, topology.destination(side).0, side);
-        self.left.begin(from.0, topology.apex(side).0, side.prev());
-        match pass(mesh, side.next())? {
-            None => Ok(Step::Out),
+        self.crossed.push(edge.triangle());
+        self.right.begin(from.0, topology.destination(edge).0, edge);
+        self.left.begin(from.0, topology.apex(edge).0, edge.prev());
+        match pass(mesh, edge.next())? {
+            None => Ok(LineStep::Out),
             Some(entered) => self.walk(points, mesh, entered, [points[from.index()], to]),
         }
     }
 
-    /// Walks along a line from the half-edge by which it enters a triangle, and collects what is crossed up to the next vertex on
-    /// the line.
+    /// Walks along the line from `a` to `b`, from the half-edge by which the line enters a
+    /// triangle. Collects what the line crosses up to the next vertex on it.
     fn walk(
         &mut self,
         points: &[Point],
         mesh: &Constrained,
         mut entered: HalfEdge,
         [a, b]: [Point; 2],
-    ) -> Result<Step, [u32; 2]> {
+    ) -> Result<LineStep, [u32; 2]> {
         loop {
             let apex = mesh.mesh.apex(entered).0;
             self.crossed.push(entered.triangle());
             let (left, right) = (entered.prev(), entered.next());
-            let gate = match orient2d(a, b, points[apex as usize]) {
+            let exit = match orient2d(a, b, points[apex as usize]) {
                 Orientation::CounterClockwise => {
                     self.left.push(apex, left);
                     right
@@ -204,45 +218,49 @@ impl Inserter {
                 Orientation::Collinear => {
                     self.left.push(apex, left);
                     self.right.push(apex, right);
-                    return Ok(Step::Triangles(apex));
+                    return Ok(LineStep::Triangles(apex));
                 }
             };
-            let Some(next) = pass(mesh, gate)? else {
-                return Ok(Step::Out);
+            let Some(next) = pass(mesh, exit)? else {
+                return Ok(LineStep::Out);
             };
             entered = next;
         }
     }
 
-    /// Triangulates both sides of the piece of the last step, which went through triangles to a vertex, in place of the
-    /// triangles that it crosses.
+    /// Replaces the triangles that the last step crossed by the triangulations of both sides of its
+    /// subsegment. The last step must be [`LineStep::Triangles`].
     pub(crate) fn replace(&mut self, points: &[Point], mesh: &mut Constrained, is_wall: bool) {
         for &triangle in &self.crossed {
             mesh.fixed[triangle.index()] |= CROSSED;
         }
-        // Both chains have their polygon on the left.
+        // Each chain must have its polygon on its left.
         self.right.reverse();
         self.left.resolve(mesh);
         self.right.resolve(mesh);
         let (left, right) = self.crossed.split_at(self.left.vertices.len() - 2);
-        let sides = [(&self.left, left), (&self.right, right)].map(|(chain, places)| {
+        let edges = [(&self.left, left), (&self.right, right)].map(|(chain, slots)| {
             let chain_points = chain.vertices.iter().map(|&vertex| points[vertex as usize]);
             let is_polygon = self.cavity.triangulate(chain_points);
-            assert!(is_polygon, "what a piece crosses is a polygon on each side");
-            fill(mesh, chain, places, &self.cavity)
+            assert!(
+                is_polygon,
+                "the triangles that a subsegment crosses form a polygon on each side"
+            );
+            fill(mesh, chain, slots, &self.cavity)
         });
-        mesh.mesh.set_twin(sides[0], sides[1].into());
-        mesh.mesh.set_twin(sides[1], sides[0].into());
-        mesh.fix(sides[0], is_wall);
+        mesh.mesh.set_twin(edges[0], edges[1].into());
+        mesh.mesh.set_twin(edges[1], edges[0].into());
+        mesh.fix(edges[0], is_wall);
     }
 }
 
-/// The half-edge behind a gate, if there is one and it is no constraint.
-fn pass(mesh: &Constrained, gate: HalfEdge) -> Result<Option<HalfEdge>, [u32; 2]> {
-    if mesh.is_constraint(gate) {
-        return Err([mesh.mesh.origin(gate), mesh.mesh.destination(gate)].map(|end| end.0));
+/// Returns the twin of `exit`, if it has one. The error is the ends of `exit`, if it is a
+/// constraint.
+fn pass(mesh: &Constrained, exit: HalfEdge) -> Result<Option<HalfEdge>, [u32; 2]> {
+    if mesh.is_constraint(exit) {
+        return Err([mesh.mesh.origin(exit), mesh.mesh.destination(exit)].map(|end| end.0));
     }
-    Ok(mesh.mesh.twin(gate).half_edge())
+    Ok(mesh.mesh.twin(exit).half_edge())
 }
 
 #[cfg(test)]

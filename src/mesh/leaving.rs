@@ -1,7 +1,8 @@
-//! What is around a vertex: by which triangle a line leaves it.
+//! Finds the triangle or the edge by which a line leaves a vertex.
 //!
-//! Lines between two vertices are looked for at both, in turns. From a vertex with many edges to places that are no vertices there
-//! may be as many lines: the sides around it are sorted once then, and each line is found by halving.
+//! The line between two vertices is searched at both of them, alternately. A vertex with many edges
+//! may have as many lines to points that are not vertices. Then the half-edges around the vertex
+//! are sorted once, and each line is found by binary search.
 
 use std::cmp::Ordering;
 
@@ -12,34 +13,35 @@ use super::topology::{Star, StarEnd, Topology};
 use super::triangulation::Triangulation;
 use crate::geometry::{HalfEdge, Orientation, Point, orient2d};
 
-/// How a piece leaves a vertex.
+/// How a subsegment leaves a vertex.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Leaving {
-    /// It is the edge of this half-edge, and ends at this vertex.
+    /// Along the edge of this half-edge, to this vertex.
     Edge(HalfEdge, u32),
-    /// It enters the triangle of this half-edge, which starts at the vertex.
+    /// Into the triangle of this half-edge, which starts at the vertex.
     Triangle(HalfEdge),
 }
 
-/// Finds how the line between two vertices leaves one of them, and which. Both are searched in turns, so that it takes as
-/// long as the one with fewer edges. None: no triangle at either is on it.
+/// Finds how the line between two vertices leaves one of them, and returns the index of that vertex
+/// in `ends`. Both vertices are searched alternately, so the time depends on the one with fewer
+/// edges. Returns `None` if the line meets no triangle at either vertex.
 pub(super) fn leaving_towards(points: &[Point], mesh: &Constrained, ends: [u32; 2]) -> Option<(usize, Leaving)> {
-    // Most pieces are edges already, which takes no predicate.
-    let mut searches = ends.map(|vertex| Around::new(mesh, vertex));
+    // Most subsegments are edges already. Finding these takes no predicate.
+    let mut searches = ends.map(|vertex| Fans::new(mesh, vertex));
     while searches.iter().all(|search| search.star.is_some()) {
         for which in [0, 1] {
-            let Some(side) = searches[which].next() else {
+            let Some(half_edge) = searches[which].next() else {
                 continue;
             };
-            for (edge, vertex) in [(side, side.next()), (side.prev(), side.prev())] {
+            for (edge, vertex) in [(half_edge, half_edge.next()), (half_edge.prev(), half_edge.prev())] {
                 if mesh.mesh.origin(vertex).0 == ends[1 - which] {
                     return Some((which, Leaving::Edge(edge, ends[1 - which])));
                 }
             }
         }
     }
-    let mut searches = [0, 1].map(|which| Search::new(mesh, ends[which], points[ends[1 - which] as usize]));
-    while searches.iter().any(|search| search.around.star.is_some()) {
+    let mut searches = [0, 1].map(|which| LeavingSearch::new(mesh, ends[which], points[ends[1 - which] as usize]));
+    while searches.iter().any(|search| search.fans.star.is_some()) {
         for (which, search) in searches.iter_mut().enumerate() {
             if let Some(Some(leaving)) = search.next(points) {
                 return Some((which, leaving));
@@ -49,57 +51,64 @@ pub(super) fn leaving_towards(points: &[Point], mesh: &Constrained, ends: [u32; 
     None
 }
 
-/// Looks around a vertex for the way that a line to another place leaves it by.
-struct Search<'m> {
-    around: Around<'m>,
+/// Searches the star of a vertex for the half-edge by which a line to the point `to` leaves it.
+struct LeavingSearch<'m> {
+    fans: Fans<'m>,
     to: Point,
-    /// The half-edge that would come next if nothing is missing, and where the place lies from its right edge.
+    /// The half-edge that comes next unless triangles are missing, and on which side of it `to`
+    /// lies.
     known: Option<(HalfEdge, Orientation)>,
 }
 
-impl<'m> Search<'m> {
+impl<'m> LeavingSearch<'m> {
     fn new(mesh: &'m Constrained, vertex: u32, to: Point) -> Self {
         Self {
-            around: Around::new(mesh, vertex),
+            fans: Fans::new(mesh, vertex),
             to,
             known: None,
         }
     }
 
-    /// How the line leaves the vertex, if by the triangle of the next half-edge; nothing if there is no other.
+    /// Examines the next half-edge. Returns `None` if there is none, and otherwise how the line
+    /// leaves the vertex, if it leaves by the triangle of that half-edge.
     fn next(&mut self, points: &[Point]) -> Option<Option<Leaving>> {
-        let side = self.around.next()?;
-        let topology = &self.around.mesh.mesh;
-        let corners = [topology.origin(side), topology.destination(side), topology.apex(side)];
+        let half_edge = self.fans.next()?;
+        let topology = &self.fans.mesh.mesh;
+        let corners = [
+            topology.origin(half_edge),
+            topology.destination(half_edge),
+            topology.apex(half_edge),
+        ];
         let [from, right, left] = corners.map(|vertex| points[vertex.index()]);
         let is_ahead = |p: Point| p.lex_cmp(from) == self.to.lex_cmp(from);
         let on_right = match self.known {
-            Some((next, turn)) if next == side => turn,
+            Some((next, turn)) if next == half_edge => turn,
             _ => orient2d(from, right, self.to),
         };
         let on_left = orient2d(from, left, self.to);
-        self.known = topology.twin(side.prev()).half_edge().map(|next| (next, on_left));
+        self.known = topology.twin(half_edge.prev()).half_edge().map(|next| (next, on_left));
         Some(match (on_right, on_left) {
-            (Orientation::Collinear, _) if is_ahead(right) => Some(Leaving::Edge(side, corners[1].0)),
-            (_, Orientation::Collinear) if is_ahead(left) => Some(Leaving::Edge(side.prev(), corners[2].0)),
-            (Orientation::CounterClockwise, Orientation::Clockwise) => Some(Leaving::Triangle(side)),
+            (Orientation::Collinear, _) if is_ahead(right) => Some(Leaving::Edge(half_edge, corners[1].0)),
+            (_, Orientation::Collinear) if is_ahead(left) => Some(Leaving::Edge(half_edge.prev(), corners[2].0)),
+            (Orientation::CounterClockwise, Orientation::Clockwise) => Some(Leaving::Triangle(half_edge)),
             _ => None,
         })
     }
 }
 
-/// The half-edges that leave a vertex, counter-clockwise; one fan after the other where parts are missing.
+/// The half-edges that leave a vertex, counter-clockwise. Where parts of the mesh are missing, they
+/// form several fans, one after the other.
 #[derive(Debug)]
-struct Around<'m> {
+struct Fans<'m> {
     mesh: &'m Constrained,
     vertex: u32,
-    /// The rest of a fan; none at the end.
+    /// The rest of the current fan, or `None` at the end.
     star: Option<Star<'m, Triangulation>>,
-    /// Fans that were begun, of a vertex on the boundary.
-    fans: usize,
+    /// The number of fans that were started, if the vertex is on the boundary.
+    begun: usize,
 }
 
-impl<'m> Around<'m> {
+impl<'m> Fans<'m> {
     fn new(mesh: &'m Constrained, vertex: u32) -> Self {
         let is_on_boundary = mesh.boundary.has(vertex);
         let first = match is_on_boundary {
@@ -110,25 +119,25 @@ impl<'m> Around<'m> {
             mesh,
             vertex,
             star: first.map(|first| mesh.mesh.star(first)),
-            fans: is_on_boundary.into(),
+            begun: is_on_boundary.into(),
         }
     }
 }
 
-impl Around<'_> {
-    /// After the end of a fan.
+impl Fans<'_> {
+    /// Starts the next fan after the end of one.
     #[inline(never)]
     fn next_fan(&mut self, end: StarEnd) {
         self.star = None;
         if let StarEnd::Hull(_) = end {
-            let first = self.mesh.boundary.leaving(self.vertex, self.fans);
+            let first = self.mesh.boundary.leaving(self.vertex, self.begun);
             self.star = first.map(|first| self.mesh.mesh.star(first));
-            self.fans += 1;
+            self.begun += 1;
         }
     }
 }
 
-impl Iterator for Around<'_> {
+impl Iterator for Fans<'_> {
     type Item = HalfEdge;
 
     #[inline]
@@ -142,18 +151,19 @@ impl Iterator for Around<'_> {
     }
 }
 
-/// The stars of vertices from which many lines start, as long as the mesh is what it was.
+/// The sorted stars of vertices from which many lines start. They are valid until the mesh changes.
 #[derive(Debug, Default)]
 pub(crate) struct Stars(HashMap<u32, Vec<HalfEdge>>);
 
 impl Stars {
-    /// Sides that are looked at before those of the vertex are sorted.
+    /// The number of half-edges to examine before those of the vertex are sorted.
     const FEW: usize = 64;
 
-    /// How the line to a place leaves a vertex. None: no triangle there is on it.
+    /// Returns how the line to the point `to` leaves a vertex, or `None` if it meets no triangle
+    /// there.
     pub(super) fn start(&mut self, points: &[Point], mesh: &Constrained, vertex: u32, to: Point) -> Option<Leaving> {
         if !self.0.contains_key(&vertex) {
-            let mut search = Search::new(mesh, vertex, to);
+            let mut search = LeavingSearch::new(mesh, vertex, to);
             for _ in 0..Self::FEW {
                 if let Some(leaving) = search.next(points)? {
                     return Some(leaving);
@@ -164,29 +174,29 @@ impl Stars {
             .0
             .entry(vertex)
             .or_insert_with(|| sorted_star(points, mesh, vertex));
-        let around = Directions::from(points, mesh, vertex, *star.first()?);
-        let end = star.partition_point(|&side| around.compare(around.of(side), to).is_le());
-        // The first direction is before all others.
-        let side = star[end.saturating_sub(1)];
-        let around = Around {
+        let directions = Directions::from(points, mesh, vertex, *star.first()?);
+        let end = star.partition_point(|&half_edge| directions.compare(directions.of(half_edge), to).is_le());
+        // The first direction precedes all others.
+        let half_edge = star[end.saturating_sub(1)];
+        let fans = Fans {
             mesh,
             vertex,
-            star: Some(mesh.mesh.star(side)),
-            fans: 0,
+            star: Some(mesh.mesh.star(half_edge)),
+            begun: 0,
         };
         let known = None;
-        Search { around, to, known }.next(points)?
+        LeavingSearch { fans, to, known }.next(points)?
     }
 }
 
-/// The half-edges that leave a vertex, counter-clockwise from one of them on.
+/// Returns the half-edges that leave a vertex, sorted counter-clockwise from one of them on.
 fn sorted_star(points: &[Point], mesh: &Constrained, vertex: u32) -> Vec<HalfEdge> {
-    let mut sides: Vec<HalfEdge> = Around::new(mesh, vertex).collect();
-    if let Some(&first) = sides.first() {
-        let around = Directions::from(points, mesh, vertex, first);
-        sides.sort_by(|&a, &b| around.compare(around.of(a), around.of(b)));
+    let mut half_edges: Vec<HalfEdge> = Fans::new(mesh, vertex).collect();
+    if let Some(&first) = half_edges.first() {
+        let directions = Directions::from(points, mesh, vertex, first);
+        half_edges.sort_by(|&a, &b| directions.compare(directions.of(a), directions.of(b)));
     }
-    sides
+    half_edges
 }
 
 /// The directions around a vertex, from that of one of its half-edges on.
@@ -209,21 +219,22 @@ impl<'a> Directions<'a> {
         this
     }
 
-    /// Where a half-edge leads to.
-    fn of(&self, side: HalfEdge) -> Point {
-        self.points[self.mesh.mesh.destination(side).index()]
+    /// Returns the destination of a half-edge.
+    fn of(&self, half_edge: HalfEdge) -> Point {
+        self.points[self.mesh.mesh.destination(half_edge).index()]
     }
 
-    /// Whether a place lies a half-turn behind the first direction, or more.
-    fn is_behind(&self, place: Point) -> bool {
-        match orient2d(self.vertex, self.first, place) {
+    /// Returns whether `point` lies at least a half-turn counter-clockwise from the first
+    /// direction.
+    fn is_behind(&self, point: Point) -> bool {
+        match orient2d(self.vertex, self.first, point) {
             Orientation::CounterClockwise => false,
             Orientation::Clockwise => true,
-            Orientation::Collinear => place.lex_cmp(self.vertex) != self.first.lex_cmp(self.vertex),
+            Orientation::Collinear => point.lex_cmp(self.vertex) != self.first.lex_cmp(self.vertex),
         }
     }
 
-    /// Which of two places comes first counter-clockwise.
+    /// Compares the directions of two points, counter-clockwise from the first direction.
     fn compare(&self, a: Point, b: Point) -> Ordering {
         let turned = || match orient2d(self.vertex, a, b) {
             Orientation::CounterClockwise => Ordering::Less,

@@ -1,8 +1,9 @@
 //! In-core Delaunay triangulation: flat arrays, the engines that fill them, and constraints.
 //!
-//! Comes in: distinct points. Goes out: a [`Triangulation`] that is canonical, that is, a function of the set of
-//! points alone; or [`Constrained`], a function of points and segments. The pipeline in [`crate::pipeline`] runs an engine on every leaf and on every seam of the merge tree.
-//! Knows no files.
+//! Input: distinct points. Output: a [`Triangulation`] that is canonical, that is, a function of
+//! the set of points alone; or a [`Constrained`] mesh, a function of points and segments. The
+//! pipeline in [`crate::pipeline`] runs an engine on every leaf and on every seam of the merge
+//! tree. This module does no I/O.
 
 mod boundary;
 mod cavity;
@@ -25,7 +26,7 @@ pub use constrained::Constrained;
 pub(crate) use constrained::WALLS;
 pub use engine::Engine;
 pub use engine_kind::{EngineKind, UnknownEngine};
-pub(crate) use inserter::Step;
+pub(crate) use inserter::LineStep;
 pub use inserter::{Crossing, Inserter};
 pub(crate) use leaving::Stars;
 pub use topology::{Embedded, Star, StarEnd, StarError, Topology, Twin};
@@ -33,7 +34,7 @@ pub(crate) use triangulation::smallest_first;
 pub use triangulation::{Mesh, Triangulation};
 pub use walk::{EndlessWalk, Walk, WalkEnd};
 
-// Until their last users take `HalfEdge`.
+// Needed until its last users take `HalfEdge`.
 pub(crate) const NONE: u32 = u32::MAX;
 
 #[cfg(test)]

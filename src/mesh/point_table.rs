@@ -1,49 +1,52 @@
-//! Finds vertices by their places.
+//! Finds vertices by their coordinates.
 
 use crate::geometry::Point;
 
-/// An empty slot.
+/// Marks an empty slot.
 const NONE: u32 = u32::MAX;
 
-/// A hash table of points by their coordinates, with open addressing: a leaf looks up both ends of each of its segments.
+/// A hash table of points by their coordinates, with open addressing: a leaf looks up both ends of
+/// each of its segments.
 #[derive(Debug)]
 pub(crate) struct PointTable<'a> {
     points: &'a [Point],
-    /// The number of a point, or [`NONE`]; twice as many as points at least, and a power of two.
+    /// The index of a point, or [`NONE`]. The number of slots is a power of two and at least twice
+    /// the number of points.
     slots: Vec<u32>,
 }
 
 impl<'a> PointTable<'a> {
-    /// Of distinct points.
+    /// Creates a table of distinct points.
     pub(crate) fn new(points: &'a [Point]) -> Self {
         let mut this = Self {
             points,
             slots: vec![NONE; (2 * points.len()).next_power_of_two().max(2)],
         };
-        for (&point, number) in points.iter().zip(0..) {
+        for (&point, index) in points.iter().zip(0..) {
             let mut slot = this.first_slot(point);
             while this.slots[slot] != NONE {
                 slot = this.next_slot(slot);
             }
-            this.slots[slot] = number;
+            this.slots[slot] = index;
         }
         this
     }
 
-    /// The number of the point at this place.
-    pub(crate) fn at(&self, place: Point) -> Option<u32> {
-        let mut slot = self.first_slot(place);
+    /// Returns the index of the point with these coordinates.
+    pub(crate) fn at(&self, point: Point) -> Option<u32> {
+        let mut slot = self.first_slot(point);
         loop {
             match self.slots[slot] {
                 NONE => return None,
-                number if self.points[number as usize] == place => return Some(number),
+                index if self.points[index as usize] == point => return Some(index),
                 _ => slot = self.next_slot(slot),
             }
         }
     }
 
     fn first_slot(&self, point: Point) -> usize {
-        // Coordinates that are small integers differ in their high bits alone: both halves of a product have all of them.
+        // Coordinates that are small integers differ only in their high bits. Both halves of a
+        // product depend on all of these.
         let mix = |bits: u64| {
             let wide = u128::from(bits) * 0x9e37_79b9_7f4a_7c15;
             (wide >> 64) as u64 ^ wide as u64
@@ -64,16 +67,16 @@ mod tests {
     #[test]
     fn every_point_is_found_and_no_other() {
         let grids = [1.0, 1e-30, 4096.0].map(|step: f64| {
-            let places = (0..60).flat_map(move |x| (0..50).map(move |y| (x, y)));
-            places
+            let coordinates = (0..60).flat_map(move |x| (0..50).map(move |y| (x, y)));
+            coordinates
                 .map(move |(x, y)| Point::new(f64::from(x) * step, f64::from(y) * step))
                 .collect::<Vec<_>>()
         });
         for points in grids {
-            let index = PointTable::new(&points);
-            for (&point, number) in points.iter().zip(0..) {
-                assert_eq!(index.at(point), Some(number));
-                assert_eq!(index.at(Point::new(point.x, -1.0 - point.y)), None);
+            let table = PointTable::new(&points);
+            for (&point, index) in points.iter().zip(0..) {
+                assert_eq!(table.at(point), Some(index));
+                assert_eq!(table.at(Point::new(point.x, -1.0 - point.y)), None);
             }
         }
         assert_eq!(PointTable::new(&[]).at(Point::new(0.0, 0.0)), None);

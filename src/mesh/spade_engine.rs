@@ -1,11 +1,11 @@
 //! Crate `spade` as an engine: its bulk load, then flips that make the result canonical.
 //!
-//! spade's predicates are exact, but of the diagonals of a cocircular polygon it takes any. Lawson flips with the
-//! perturbed circle test put that right; they touch cocircular edges alone.
-
+//! spade's predicates are exact, but it takes any of the diagonals of a cocircular polygon. Lawson
+//! flips with the perturbed circle test make these canonical. They change cocircular edges only.
 //!
-//! Its bulk load orders points by rounded distances and angles. Where magnitudes differ by dozens of orders, that may leave a
-//! hull that is not convex; such a result is noticed and replaced by that of the library's own kernel.
+//! spade's bulk load orders points by rounded distances and angles. Where magnitudes differ by
+//! dozens of orders, the hull may not be convex. Such a result is detected and replaced by that of
+//! the library's own kernel.
 
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation as _};
 
@@ -15,15 +15,15 @@ use super::topology::Topology;
 use super::triangulation::Triangulation;
 use crate::geometry::{HalfEdge, Orientation, PackedHalfEdge, Point, TriangleId, VertexIndex, in_circle, orient2d};
 
-/// The engine on top of crate `spade`.
+/// The engine based on crate `spade`.
 #[derive(Default)]
 pub(super) struct SpadeEngine {
     stack: Vec<HalfEdge>,
-    /// For what spade gets wrong.
+    /// Replaces spade where its hull is not convex.
     native: DivideConquer,
 }
 
-/// A vertex that knows its index in the caller's array, because the bulk load reorders.
+/// A vertex with its index in the caller's array, because the bulk load reorders vertices.
 #[derive(Clone, Copy)]
 struct Indexed {
     point: Point,
@@ -41,7 +41,7 @@ impl HasPosition for Indexed {
 impl Engine for SpadeEngine {
     fn triangulate(&mut self, points: &[Point], mesh: &mut Triangulation) {
         if are_collinear(points) {
-            // spade's bulk load takes quadratic time on these.
+            // spade's bulk load takes quadratic time on collinear points.
             mesh.set_collinear(points);
             return;
         }
@@ -62,16 +62,16 @@ impl Engine for SpadeEngine {
             let corners = mesh.triangles[triangle];
             let mut twins = [PackedHalfEdge::NONE; 3];
             for edge in face.adjacent_edges() {
-                let side = corner_of(corners, edge.from().data().index);
+                let origin = corner_of(corners, edge.from().data().index);
                 if let Some(other) = edge.rev().face().as_inner() {
                     let number = TriangleId(other.index() as u32 - 1);
                     let corner = corner_of(mesh.triangles[number.index()], edge.to().data().index);
-                    twins[side as usize] = HalfEdge::new(number, corner).into();
+                    twins[origin as usize] = HalfEdge::new(number, corner).into();
                 }
             }
             mesh.neighbours.push(twins);
         }
-        // spade goes round the hull clockwise.
+        // spade lists the hull clockwise.
         mesh.hull
             .extend(spade.convex_hull().map(|edge| edge.from().data().index));
         mesh.hull.reverse();
@@ -87,7 +87,7 @@ impl Engine for SpadeEngine {
     }
 }
 
-/// Whether there is a line that all points lie on.
+/// Returns whether all points are collinear.
 fn are_collinear(points: &[Point]) -> bool {
     match *points {
         [a, b, ref others @ ..] => others.iter().all(|&p| orient2d(a, b, p) == Orientation::Collinear),
@@ -95,7 +95,8 @@ fn are_collinear(points: &[Point]) -> bool {
     }
 }
 
-/// Whether the hull turns left or goes straight on everywhere, once round, and no point can lie outside it.
+/// Returns whether the hull turns left or goes straight at every vertex and goes round once, so
+/// that no point can lie outside it.
 fn is_convex(points: &[Point], mesh: &Triangulation) -> bool {
     let hull: Vec<Point> = mesh.hull.iter().map(|&v| points[v as usize]).collect();
     let n = hull.len();
@@ -111,21 +112,23 @@ fn is_convex(points: &[Point], mesh: &Triangulation) -> bool {
 }
 
 impl SpadeEngine {
-    /// Flips every edge whose opposite corner lies in the circle by the tie rule, until there is none.
+    /// Flips every edge whose opposite corner lies in the circle by the tie rule, until there is
+    /// none.
     ///
-    /// The perturbed test is a generic lifting, so the flips end, in the one triangulation that is regular under it.
+    /// The perturbed test is a generic lifting. So the flips end, and they end in the only
+    /// triangulation that is regular under it.
     fn canonicalise(&mut self, points: &[Point], mesh: &mut Triangulation) {
         let point = |v: VertexIndex| points[v.index()];
         self.stack.clear();
         self.stack.extend(mesh.half_edges());
-        while let Some(side) = self.stack.pop() {
-            let Some(twin) = mesh.twin(side).half_edge() else {
+        while let Some(edge) = self.stack.pop() {
+            let Some(twin) = mesh.twin(edge).half_edge() else {
                 continue;
             };
-            let [a, b, c] = [side, side.next(), side.prev()].map(|s| point(mesh.origin(s)));
+            let [a, b, c] = [edge, edge.next(), edge.prev()].map(|s| point(mesh.origin(s)));
             if in_circle(a, b, c, point(mesh.apex(twin))) {
-                flip(mesh, side, twin);
-                for half_edge in [side, twin] {
+                flip(mesh, edge, twin);
+                for half_edge in [edge, twin] {
                     self.stack.extend(HalfEdge::of_triangle(half_edge.triangle()));
                 }
             }
@@ -141,20 +144,20 @@ fn corner_of(corners: [u32; 3], vertex: u32) -> u32 {
         .expect("the vertex of an edge is a corner of both its triangles")
 }
 
-/// Replaces the diagonal of the two triangles at `side` and `twin`.
+/// Replaces the diagonal of the two triangles at `edge` and `twin`.
 ///
 /// ```text
 ///        c                  c
 ///      ╱   ╲              ╱ │ ╲
-///     a ─s→ b     →      a  │  b
+///     a ─e→ b     →      a  │  b
 ///      ╲   ╱              ╲ │ ╱
 ///        d                  d
 /// ```
-fn flip(mesh: &mut Triangulation, side: HalfEdge, twin: HalfEdge) {
-    let [a, b, c] = [side, side.next(), side.prev()].map(|s| mesh.origin(s).0);
+fn flip(mesh: &mut Triangulation, edge: HalfEdge, twin: HalfEdge) {
+    let [a, b, c] = [edge, edge.next(), edge.prev()].map(|s| mesh.origin(s).0);
     let d = mesh.apex(twin).0;
-    let [bc, ca, ad, db] = [side.next(), side.prev(), twin.next(), twin.prev()].map(|s| mesh.packed_twin(s));
-    let [t, u] = [side, twin].map(HalfEdge::triangle);
+    let [bc, ca, ad, db] = [edge.next(), edge.prev(), twin.next(), twin.prev()].map(|s| mesh.packed_twin(s));
+    let [t, u] = [edge, twin].map(HalfEdge::triangle);
     mesh.triangles[t.index()] = [c, d, b];
     mesh.triangles[u.index()] = [d, c, a];
     let [[cd, db_inner, bc_inner], [dc, ca_inner, ad_inner]] = [t, u].map(HalfEdge::of_triangle);

@@ -1,4 +1,4 @@
-//! The engines against brute force and against each other.
+//! Compares the engines with brute force and with each other.
 
 use proptest::prelude::*;
 
@@ -6,14 +6,14 @@ use super::triangulation::smallest_first;
 use super::*;
 use crate::geometry::{Orientation, Point, in_circle, orient2d};
 
-/// The triangles, each from its smallest corner on, sorted.
+/// Returns the triangles, each from its smallest corner on, sorted.
 pub(super) fn sorted_triangles(mesh: &Triangulation) -> Vec<[u32; 3]> {
     let mut triangles: Vec<_> = mesh.triangles.iter().map(|&t| smallest_first(t)).collect();
     triangles.sort_unstable();
     triangles
 }
 
-/// Every counter-clockwise triple whose circle is empty by the tie rule.
+/// Returns every counter-clockwise triple whose circle is empty by the tie rule.
 fn brute_force(points: &[Point]) -> Vec<[u32; 3]> {
     let n = points.len() as u32;
     let p = |i: u32| points[i as usize];
@@ -36,15 +36,16 @@ fn brute_force(points: &[Point]) -> Vec<[u32; 3]> {
     triangles
 }
 
-/// Adjacency is mutual and by the same edge, and the hull is what has no neighbour, in order, convex.
+/// Checks that twins are mutual and run along the same edge, and that the hull consists of the
+/// half-edges without a twin, in order.
 pub(super) fn check_topology(points: &[Point], mesh: &Triangulation) {
     assert_eq!(mesh.triangles.len(), mesh.neighbours.len());
     let mut hull_edges = std::collections::HashMap::new();
-    for side in mesh.half_edges() {
-        let (from, to) = (mesh.origin(side).0, mesh.destination(side).0);
-        match mesh.twin(side) {
+    for edge in mesh.half_edges() {
+        let (from, to) = (mesh.origin(edge).0, mesh.destination(edge).0);
+        match mesh.twin(edge) {
             Twin::HalfEdge(twin) => {
-                assert_eq!(mesh.twin(twin), Twin::HalfEdge(side));
+                assert_eq!(mesh.twin(twin), Twin::HalfEdge(edge));
                 assert_eq!((mesh.origin(twin).0, mesh.destination(twin).0), (to, from));
             }
             hull => {
@@ -134,7 +135,7 @@ fn engines_agree_on_full_grids_and_lines() {
 }
 
 #[test]
-fn the_kernel_works_in_the_memory_of_the_result() {
+fn the_kernel_reuses_the_memory_of_the_result() {
     let points: Vec<Point> = (0..100)
         .map(|i| Point::new(f64::from(i % 10), f64::from(i / 10)))
         .collect();

@@ -1,20 +1,20 @@
-//! Triangles side by side, whatever they are stored in: the traits, and walks round a vertex.
+//! Adjacent triangles, whatever stores them: the traits, and walks around a vertex.
 //!
 //! ```text
-//!        c ─────── b          star(v → a): v → a, v → b, v → c, counter-clockwise, one for each triangle.
-//!       ╱ ╲   2   ╱ ╲         It ends with c → v, which has no triangle on the other side: the hull, or
-//!      ╱ 3  ╲   ╱  1 ╲        the end of this part. rewind(v → c) goes back to v → a.
-//!     d ───── v ───── a
+//!        c ─────── b        star(v → a): v → a, v → b, v → c, one for each
+//!       ╱ ╲   2   ╱ ╲       triangle, counter-clockwise. It ends with c → v, which has
+//!      ╱ 3  ╲   ╱  1 ╲      no twin: the hull, or the end of this part.
+//!     d ───── v ───── a     rewind(v → c) goes back to v → a.
 //! ```
 //!
 //! [`Walk`](super::Walk) locates points.
 
 use crate::geometry::{HalfEdge, Point, TriangleId, VertexIndex};
 
-/// What lies on the other side of an edge.
+/// The twin of a half-edge: what lies on the other side of its edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Twin {
-    /// The half-edge of the other triangle, which runs the other way.
+    /// The half-edge of the other triangle, which runs in the opposite direction.
     HalfEdge(HalfEdge),
     /// Nothing: the edge is on the hull.
     Hull,
@@ -23,7 +23,7 @@ pub enum Twin {
 }
 
 impl Twin {
-    /// The half-edge of the other triangle, if it is in this part.
+    /// Returns the half-edge of the other triangle, if that triangle is in this part.
     #[inline]
     #[must_use]
     pub const fn half_edge(self) -> Option<HalfEdge> {
@@ -34,7 +34,7 @@ impl Twin {
     }
 }
 
-/// A triangulation, or a part of one, whose triangles and vertices have numbers from 0 on.
+/// A triangulation, or a part of one. Its triangles and vertices are numbered from 0.
 ///
 /// # Example
 ///
@@ -46,45 +46,46 @@ impl Twin {
 /// let mut mesh = Triangulation::default();
 /// EngineKind::Native.create().triangulate(&points, &mut mesh);
 /// // The last point lies within the triangle of the others.
-/// let first = mesh.half_edges().find(|&half_edge| mesh.origin(half_edge) == VertexIndex(3)).unwrap();
+/// let leaves = |&half_edge: &_| mesh.origin(half_edge) == VertexIndex(3);
+/// let first = mesh.half_edges().find(leaves).unwrap();
 /// let mut star = mesh.star(first);
 /// assert_eq!(star.by_ref().count(), 3);
 /// assert_eq!(star.end(), Some(StarEnd::Closed));
 /// ```
 pub trait Topology {
-    /// The number of triangles.
+    /// Returns the number of triangles.
     fn triangle_count(&self) -> u32;
 
-    /// The vertex that a half-edge starts at.
+    /// Returns the vertex at which a half-edge starts.
     fn origin(&self, half_edge: HalfEdge) -> VertexIndex;
 
-    /// What lies on the other side of its edge.
+    /// Returns what lies on the other side of a half-edge.
     fn twin(&self, half_edge: HalfEdge) -> Twin;
 
-    /// The vertex that a half-edge leads to.
+    /// Returns the vertex at which a half-edge ends.
     #[inline]
     fn destination(&self, half_edge: HalfEdge) -> VertexIndex {
         self.origin(half_edge.next())
     }
 
-    /// The third vertex of the triangle of a half-edge.
+    /// Returns the third vertex of the triangle of a half-edge.
     #[inline]
     fn apex(&self, half_edge: HalfEdge) -> VertexIndex {
         self.origin(half_edge.prev())
     }
 
-    /// All triangles.
+    /// Returns all triangles, in order.
     #[inline]
     fn triangle_ids(&self) -> impl DoubleEndedIterator<Item = TriangleId> + ExactSizeIterator + use<Self> {
         (0..self.triangle_count()).map(TriangleId)
     }
 
-    /// All half-edges.
+    /// Returns all half-edges, in order.
     fn half_edges(&self) -> impl Iterator<Item = HalfEdge> + use<Self> {
         (0..3 * self.triangle_count()).map(HalfEdge)
     }
 
-    /// The half-edges that leave the same vertex as `first`, from this one on counter-clockwise.
+    /// Returns the half-edges that leave the origin of `first`, counter-clockwise from `first`.
     #[inline]
     fn star(&self, first: HalfEdge) -> Star<'_, Self> {
         Star {
@@ -96,8 +97,9 @@ pub trait Topology {
         }
     }
 
-    /// Goes clockwise round the vertex that `first` leaves, to the half-edge from which [`star`](Self::star) passes the
-    /// most. Returns that, and why it goes no further; if the star is closed, `first` itself.
+    /// Walks clockwise around the origin of `first`, to the half-edge from which
+    /// [`star`](Self::star) passes the most. Returns that half-edge and why the walk ended there.
+    /// If the star is closed, it returns `first` itself.
     fn rewind(&self, first: HalfEdge) -> (HalfEdge, StarEnd) {
         let mut leaving = first;
         for _ in 0..self.triangle_count() {
@@ -113,11 +115,12 @@ pub trait Topology {
         (leaving, StarEnd::Endless)
     }
 
-    /// The half-edge to the vertex that `first` leaves, from the one that `is_start` accepts. None if there is no such
-    /// half-edge: the edge is on the hull, which lies on the left, or there is no edge.
+    /// Returns the half-edge to the origin of `first` from the vertex that `is_start` accepts.
+    /// Returns `None` if there is no such half-edge: the hull's outside lies on the left of the
+    /// edge, or there is no edge.
     ///
     /// # Errors
-    /// If it is not found, and the star is not complete or does not close.
+    /// If the half-edge is not found, and the star is not complete or does not close.
     fn arriving_from(
         &self,
         first: HalfEdge,
@@ -151,59 +154,61 @@ pub trait Topology {
     }
 }
 
-/// A [`Topology`] that knows where its vertices are.
+/// A [`Topology`] whose vertices have points.
 pub trait Embedded: Topology {
-    /// Where a vertex is.
+    /// Returns the point of a vertex.
     fn point(&self, vertex: VertexIndex) -> Point;
 }
 
-/// Why a walk round a vertex ended.
+/// Why a walk around a vertex ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StarEnd {
-    /// It came round to where it started.
+    /// The walk came back to its start.
     Closed,
     /// The edge of this half-edge is on the hull.
     Hull(HalfEdge),
     /// The triangle on the other side of this half-edge is not in this part.
     Elsewhere(HalfEdge),
-    /// It passed as many triangles as there are, and did not come round: the topology contradicts itself.
+    /// The walk passed as many half-edges as there are triangles, and did not come back to its
+    /// start: the topology contradicts itself.
     Endless,
 }
 
-/// A star that is not what it must be: the topology contradicts itself.
+/// The error of a star that is incomplete or endless: the topology contradicts itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StarError {
-    /// Some of its triangles are not in this part.
+    /// Some of the star's triangles are not in this part.
     #[error("the star of vertex {vertex} is not complete")]
     Incomplete {
-        /// The vertex in the middle.
+        /// The vertex at the center of the star.
         vertex: VertexIndex,
     },
-    /// Whoever goes round does not come back.
+    /// A walk around the vertex does not come back to its start.
     #[error("the star of vertex {vertex} does not close")]
     Endless {
-        /// The vertex in the middle.
+        /// The vertex at the center of the star.
         vertex: VertexIndex,
     },
 }
 
-/// The half-edges that leave a vertex, counter-clockwise, as far as this part of the triangulation goes. Made by
-/// [`Topology::star`].
+/// The half-edges that leave a vertex, counter-clockwise, as far as this part of the triangulation
+/// goes. Created by [`Topology::star`].
 ///
-/// It ends even if the topology contradicts itself, after as many half-edges as there are triangles.
+/// The iterator ends even if the topology contradicts itself: after as many half-edges as there are
+/// triangles.
 #[derive(Debug)]
 pub struct Star<'t, T: ?Sized> {
     topology: &'t T,
     first: HalfEdge,
-    /// What comes next, unless this is the end.
+    /// The next half-edge, unless the star has ended.
     next: HalfEdge,
     end: Option<StarEnd>,
-    /// Half-edges that may still come.
+    /// The number of half-edges that may still come.
     left: u32,
 }
 
 impl<T: ?Sized> Star<'_, T> {
-    /// Why there is no further half-edge; None as long as there is one.
+    /// Returns why there is no further half-edge, or `None` while there is one.
     #[inline]
     #[must_use]
     pub fn end(&self) -> Option<StarEnd> {

@@ -1,9 +1,9 @@
-//! The arrays that an in-core triangulation consists of.
+//! The arrays of an in-core triangulation.
 
 use super::topology::{Embedded, Topology, Twin};
 use crate::geometry::{HalfEdge, PackedHalfEdge, Point, VertexIndex};
 
-/// The same triangle, from its smallest corner on.
+/// Returns the same triangle, from its smallest corner on.
 #[inline]
 #[must_use]
 pub(crate) const fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
@@ -16,36 +16,38 @@ pub(crate) const fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
     }
 }
 
-/// A Delaunay triangulation of an array of points, which it refers to by index.
+/// A Delaunay triangulation of an array of points. It refers to points by index.
 ///
 /// ```text
 ///          c            half-edge 3t+0: a → b
 ///        /   \          half-edge 3t+1: b → c
 ///     2 /  t  \ 1       half-edge 3t+2: c → a
 ///      /       \
-///     a ─────── b       neighbours[t][s] is the half-edge of the other triangle on the same edge,
-///          0            which runs the other way; there is none at the hull
+///     a ─────── b       neighbours[t][s] is the twin of half-edge 3t+s: that of the
+///          0            other triangle on the same edge, which runs the other way.
+///                       At the hull there is none.
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Triangulation {
     /// The corners of each triangle, counter-clockwise.
     pub triangles: Vec<[u32; 3]>,
-    /// For each half-edge its twin, if there is one.
+    /// The twin of each half-edge, if it has one.
     pub neighbours: Vec<[PackedHalfEdge; 3]>,
-    /// All points on the hull, counter-clockwise, those within straight hull edges included. Without triangles
-    /// (fewer than three points, or all on one line) all points in lexicographic order.
+    /// All points on the hull, counter-clockwise, including those in the interior of straight hull
+    /// edges. Without triangles (fewer than three points, or collinear input), all points in
+    /// lexicographic order.
     pub hull: Vec<u32>,
 }
 
 impl Triangulation {
-    /// Forgets everything, keeps the memory.
+    /// Removes all triangles and the hull, and keeps the memory.
     pub fn clear(&mut self) {
         self.triangles.clear();
         self.neighbours.clear();
         self.hull.clear();
     }
 
-    /// Fills the hull of a triangulation without triangles: all of `points`, in lexicographic order.
+    /// Sets the hull of a triangulation without triangles: all of `points`, in lexicographic order.
     pub(crate) fn set_collinear(&mut self, points: &[Point]) {
         self.clear();
         self.hull.extend(0..points.len() as u32);
@@ -53,7 +55,7 @@ impl Triangulation {
             .sort_unstable_by(|&a, &b| points[a as usize].lex_cmp(points[b as usize]));
     }
 
-    /// The half-edge on the other side of the same edge.
+    /// Returns the twin of a half-edge.
     #[inline]
     pub(crate) fn packed_twin(&self, half_edge: HalfEdge) -> PackedHalfEdge {
         self.neighbours.as_flattened()[half_edge.index()]
@@ -87,7 +89,7 @@ impl Topology for Triangulation {
 pub struct Mesh<'a> {
     /// The triangles.
     pub triangulation: &'a Triangulation,
-    /// The points that they refer to.
+    /// The points that the triangles refer to.
     pub points: &'a [Point],
 }
 

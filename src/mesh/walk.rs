@@ -1,15 +1,16 @@
 //! Point location: a walk through the triangles between a half-edge and a point.
 //!
-//! The walk crosses any side that has the point strictly on its other side (Devillers, Pion and Teillaud, "Walking in a
-//! triangulation", 2002), in random order: on a Delaunay triangulation it cannot go in circles, and on others it does not
-//! for ever.
+//! The walk crosses any edge of its triangle that has the point strictly on the other side
+//! (Devillers, Pion and Teillaud, "Walking in a triangulation", 2002). It examines the edges in
+//! random order. On a Delaunay triangulation it cannot go in circles, and on others it does not do
+//! so for ever.
 
 use super::topology::{Embedded, Twin};
 use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 
-/// A walk to a point, which goes on in another part of the triangulation where it leaves one.
+/// A walk to a point. Where it leaves one part of a triangulation, it goes on in another part.
 ///
-/// The way, and so what it ends at, is a function of the arguments.
+/// The path of the walk, and so its end, is a function of the arguments.
 ///
 /// # Example
 ///
@@ -28,32 +29,33 @@ use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 #[derive(Clone, Debug)]
 pub struct Walk {
     target: Point,
-    /// Triangles that may still be entered, before the walk must be going in circles.
+    /// The number of triangles that the walk may still enter. Beyond that, it must be going in
+    /// circles.
     steps: u64,
 }
 
-/// Where a walk ends, in one part of a triangulation.
+/// Where a walk ends in one part of a triangulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WalkEnd {
-    /// The point lies within this triangle.
+    /// The point lies in the interior of this triangle.
     Triangle(TriangleId),
-    /// It lies within the edge of this half-edge.
+    /// The point lies in the interior of the edge of this half-edge.
     Edge(HalfEdge),
-    /// It is the origin of this half-edge.
+    /// The point is the origin of this half-edge.
     Vertex(HalfEdge),
-    /// It lies outside the hull, on the right of this half-edge.
+    /// The point lies outside the hull, on the right of this half-edge.
     Hull(HalfEdge),
     /// The walk goes on in another part, on the other side of this half-edge.
     Elsewhere(HalfEdge),
 }
 
-/// A walk goes in circles: the triangulation contradicts itself.
+/// The error of a walk that goes in circles: the triangulation contradicts itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a walk goes in circles")]
 pub struct EndlessWalk;
 
 impl Walk {
-    /// A walk to `target`, in a triangulation of `triangles` triangles, all parts together.
+    /// Creates a walk to `target`, in a triangulation of `triangles` triangles in all its parts.
     #[must_use]
     pub fn new(target: Point, triangles: u64) -> Self {
         Self {
@@ -62,13 +64,13 @@ impl Walk {
         }
     }
 
-    /// Where it goes.
+    /// Returns the point that the walk goes to.
     #[must_use]
     pub fn target(&self) -> Point {
         self.target
     }
 
-    /// Goes as far as this part of the triangulation goes, from the triangle of a half-edge on.
+    /// Walks from the triangle of `start` as far as this part of the triangulation goes.
     ///
     /// # Errors
     /// If the triangulation contradicts itself, so that the walk goes in circles.
@@ -76,22 +78,24 @@ impl Walk {
         let mut entered = start;
         loop {
             self.steps = self.steps.checked_sub(1).ok_or(EndlessWalk)?;
-            // Off Delaunay's triangulation, where constraints are, the walk might go in circles if it always turned the same way.
+            // On a triangulation that is not Delaunay, as where constraints are, the walk might go
+            // in circles if it always turned the same way.
             let turns_left = self.steps.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 63 == 1;
             let [one, other] = if turns_left {
                 [entered.prev(), entered.next()]
             } else {
                 [entered.next(), entered.prev()]
             };
-            let sides = [one, other, entered];
-            let turn = |side: HalfEdge| {
-                // Not by `map` over both: the points would go through memory, in other pieces than they are read in.
-                let from = mesh.point(mesh.origin(side));
-                let to = mesh.point(mesh.destination(side));
+            let edges = [one, other, entered];
+            let turn = |edge: HalfEdge| {
+                // A `map` over both ends would pass the points through memory, written in other
+                // pieces than they are read in.
+                let from = mesh.point(mesh.origin(edge));
+                let to = mesh.point(mesh.destination(edge));
                 orient2d(from, to, self.target)
             };
-            let Some(exit) = sides.into_iter().find(|&side| turn(side) == Orientation::Clockwise) else {
-                return Ok(inside(sides, sides.map(turn)));
+            let Some(exit) = edges.into_iter().find(|&edge| turn(edge) == Orientation::Clockwise) else {
+                return Ok(inside(edges, edges.map(turn)));
             };
             entered = match mesh.twin(exit) {
                 Twin::HalfEdge(entered) => entered,
@@ -102,17 +106,17 @@ impl Walk {
     }
 }
 
-/// Where a point lies in a triangle that it is not outside of.
-fn inside(sides: [HalfEdge; 3], turns: [Orientation; 3]) -> WalkEnd {
-    let mut on = sides
+/// Returns where a point lies in a triangle that it is not outside of.
+fn inside(edges: [HalfEdge; 3], turns: [Orientation; 3]) -> WalkEnd {
+    let mut on = edges
         .into_iter()
         .zip(turns)
         .filter(|(_, turn)| *turn == Orientation::Collinear)
-        .map(|(side, _)| side);
+        .map(|(edge, _)| edge);
     match [on.next(), on.next()] {
-        [None, _] => WalkEnd::Triangle(sides[0].triangle()),
-        [Some(side), None] => WalkEnd::Edge(side),
-        // On two sides: at the corner between them.
+        [None, _] => WalkEnd::Triangle(edges[0].triangle()),
+        [Some(edge), None] => WalkEnd::Edge(edge),
+        // The point lies on two edges: it is the corner between them.
         [Some(a), Some(b)] => WalkEnd::Vertex(if a.next() == b { b } else { a }),
     }
 }

@@ -1,4 +1,4 @@
-//! The builder: takes points and lines, and makes a file of them.
+//! The builder takes points and lines, and makes a file from them.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,6 +13,7 @@ use crate::geometry::Point;
 use crate::input::{PointBatch, SegmentBatch, SiteBatch};
 use crate::io::output_target;
 use crate::pipeline::assembly::Assembly;
+use crate::pipeline::context::{BuildContext, Given};
 use crate::pipeline::disk::{DiskLoad, check_disk};
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::intake::Intake;
@@ -21,19 +22,21 @@ use crate::pipeline::options::{BuildOptions, Crossings, Phase, Steiner};
 use crate::pipeline::records::Description;
 use crate::pipeline::resume::journal::SavedPlan;
 use crate::pipeline::summary::BuildSummary;
-use crate::pipeline::terms::{Given, Terms};
 use crate::pipeline::work_folder::WorkFolder;
 use crate::store::LineKind;
 
 /// Builds a tile file from batches of points.
 ///
-/// If the output's name is a symbolic link, what it leads to is the output. Until [`finish`](Self::finish) has succeeded, nothing stands under the output's name; work lies in `OUT.partial/`,
-/// which goes away with the builder, unless the build can be [resumed](BuildOptions::resumable).
+/// If the output's name is a symbolic link, its target is the output. Until
+/// [`finish`](Self::finish) succeeds, the output is not touched. Work is in `OUT.partial/`, which
+/// is removed when the builder is dropped, unless the build can be
+/// [resumed](BuildOptions::resumable).
 ///
-/// Lines, sites and hole points come first, then points; else the build fails with [`BuildError::Order`].
+/// Lines, sites and hole points must come before points; otherwise the build fails with
+/// [`BuildError::Order`].
 #[derive(Debug)]
 pub struct Builder {
-    terms: Terms,
+    context: BuildContext,
     output: PathBuf,
     intake: Intake,
     /// One more than the largest record number so far.
@@ -46,11 +49,11 @@ pub struct Builder {
 }
 
 impl Builder {
-    /// Starts a build, or goes on with one.
+    /// Starts a build, or resumes one.
     ///
     /// # Errors
-    /// If an option is out of range, the output exists and is not to be replaced, its folder cannot be written, or what is to
-    /// be resumed was another build's.
+    /// Returns an error if an option is out of range, the output exists and is not to be replaced,
+    /// its folder cannot be written, or the build to be resumed had other inputs or options.
     pub fn new(output: impl AsRef<Path>, options: BuildOptions) -> Result<Self, BuildError> {
         options.check()?;
         let output = output.as_ref();
@@ -75,7 +78,7 @@ impl Builder {
             sites: Sites::default(),
             given: Given::default(),
             began: Instant::now(),
-            terms: Terms {
+            context: BuildContext {
                 options: Arc::new(options),
                 folder: Arc::new(folder),
                 first_end: Arc::new(AtomicU64::new(u64::MAX)),
@@ -83,18 +86,19 @@ impl Builder {
                 memory,
             },
         };
-        if this.terms.options.resume {
-            // The folder is kept until this is done: whatever is wrong with what is there, it stays.
+        if this.context.options.resume {
+            // `WorkFolder` keeps the folder until this has succeeded, so an error leaves its
+            // content in place.
             this.resume()?;
-            this.terms.folder.keep(!this.needs_points());
+            this.context.folder.keep(!this.needs_points());
         }
-        this.terms.options.progress.start(Phase::Read, 0);
+        this.context.options.progress.start(Phase::Read, 0);
         Ok(this)
     }
 
-    /// Takes up what a build before has left; if that is nothing to go on from, it goes away.
+    /// Loads the work of an interrupted build. Removes it if there is no plan to continue from.
     fn resume(&mut self) -> Result<(), BuildError> {
-        let Terms { folder, options, .. } = &self.terms;
+        let BuildContext { folder, options, .. } = &self.context;
         let cannot = |error| BuildError::io(folder.path(), "resume the work in", error);
         match SavedPlan::load(&folder.plan()).map_err(cannot)? {
             Some(saved) if !folder.was_published() => {
@@ -116,35 +120,36 @@ impl Builder {
         }
     }
 
-    /// Whether points are to be pushed; not if a build goes on that had them all.
+    /// Returns whether points must be pushed. A resumed build has all its points.
     #[must_use]
     pub fn needs_points(&self) -> bool {
         !matches!(self.intake, Intake::Resumed(_))
     }
 
-    /// What [`describe`](Self::describe) noted, perhaps in the build before.
+    /// Returns the description set by [`describe`](Self::describe), in the interrupted build if
+    /// this build was resumed.
     #[must_use]
     pub fn description(&self) -> &Description {
         &self.given.description
     }
 
-    /// Notes where the points come from and in which coordinate reference system, as metadata.
+    /// Sets the metadata: the sources of the points and the coordinate reference system.
     pub fn describe(&mut self, description: Description) {
         self.given.description = description;
     }
 
-    /// Tells about how many points will come, and of some of them where they lie, before the first one is pushed. It need not
-    /// be right: it saves work where it is.
+    /// Announces about how many points will come, and a sample of their positions. Must be called
+    /// before the first point is pushed. The values may be wrong; accurate values save work.
     ///
     /// # Errors
-    /// If there is not enough room on the disk for so many points, the memory is too small for any work, or what is known of
-    /// obstacles by now is wrong.
+    /// Returns an error if the disk has not enough room for `points` points, the memory is too
+    /// small for any work, the obstacles pushed so far are invalid, or points were pushed already.
     pub fn expect(&mut self, points: u64, mut sample: Vec<Point>) -> Result<(), BuildError> {
         self.before_points("expect")?;
-        judge(self.polygons.faults()?)?;
+        check_polygons(self.polygons.faults()?)?;
         sample.retain(|point| point.is_valid());
         let [by_ends, _] = self.segments.counts();
-        // Ends become points, two of which are one vertex in a chain.
+        // Ends become points. In a chain two of them are one vertex.
         let load = DiskLoad {
             points: points.saturating_add(by_ends).saturating_add(self.sites.count()),
             segments: self.segments.len(),
@@ -152,22 +157,23 @@ impl Builder {
             spilled_bytes: self.segments.spilled_bytes(),
             has_z: false,
         };
-        check_disk(&self.terms.folder, load)?;
-        self.intake.expect(points, sample, &self.terms)
+        check_disk(&self.context.folder, load)?;
+        self.intake.expect(points, sample, &self.context)
     }
 
-    /// Takes a batch of points.
+    /// Pushes a batch of points.
     ///
     /// # Errors
-    /// If a point is [not valid](crate::geometry::Point::is_valid) or a z not finite, the batch's arrays are not equally
-    /// long, points cannot be spilled, or the build was cancelled.
+    /// Returns an error if a point is [not valid](crate::geometry::Point::is_valid), a z is not
+    /// finite, the batch's arrays differ in length, points cannot be spilled, or the build was
+    /// cancelled.
     pub async fn push(&mut self, batch: &PointBatch) -> Result<(), BuildError> {
         let pushed = self.try_push(batch).await;
         self.keep_after(pushed)
     }
 
     async fn try_push(&mut self, batch: &PointBatch) -> Result<(), BuildError> {
-        let progress = &self.terms.options.progress;
+        let progress = &self.context.options.progress;
         if progress.is_cancelled() {
             return Err(BuildError::Cancelled);
         }
@@ -182,29 +188,33 @@ impl Builder {
         if let Some((&point, &record)) = invalid {
             return Err(BuildError::InvalidPoint { record, point });
         }
-        self.intake.push(batch, &self.terms).await?;
+        self.intake.push(batch, &self.context).await?;
         self.segments.resolve(batch)?;
         self.given.has_z |= !batch.z.is_empty();
         let last = batch.records.iter().copied().max();
         self.next_record = self.next_record.max(last.map_or(0, |last| last.saturating_add(1)));
         let points = points as u64;
         self.given.points += points;
-        self.terms.options.progress.advance(points, points);
+        self.context.options.progress.advance(points, points);
         Ok(())
     }
 
-    /// Takes segments: lines between two places, or between the points of two records that are pushed later, which become
-    /// chains of edges. The ends of those between places join the vertices; where a point lies at the same place, that is kept.
+    /// Pushes segments: lines between two positions, or between the points of two records that are
+    /// pushed later. Segments become chains of edges. The ends given by positions become vertices;
+    /// a point at the same position replaces an end.
     ///
-    /// The batch's lines are numbered from `first_line` on: over all inputs, segments first, then walls, then obstacles. An
-    /// obstacle's interior is on the left of its segments, which form closed rings. Those of one polygon come one after another, in
-    /// one batch or several; each polygon is [checked](BuildError::Inverted) by itself.
+    /// The lines of the batch are numbered from `first_line` on: over all inputs, segments first,
+    /// then walls, then obstacles. An obstacle's interior is on the left of its segments, which
+    /// form closed rings. The segments of one polygon must come one after another, in one batch or
+    /// several; each polygon is [checked](BuildError::Inverted) by itself.
     ///
-    /// Segments may meet in ends, in points and along each other, but not cross. A build with segments cannot be resumed.
+    /// Segments may meet at ends and at points, and may overlap, but must not cross unless
+    /// [`Crossings::Split`] is set. A build with segments cannot be resumed.
     ///
     /// # Errors
-    /// If an end is not [valid](crate::geometry::Point::is_valid), a z infinite, the batch's arrays
-    /// are not equally long, or segments cannot be spilled.
+    /// Returns an error if an end is not [valid](crate::geometry::Point::is_valid), a z is
+    /// infinite, the batch's arrays differ in length, segments cannot be spilled, or points were
+    /// pushed already.
     pub fn push_lines(&mut self, kind: LineKind, first_line: u64, batch: &SegmentBatch) -> Result<(), BuildError> {
         self.before_points("push_lines")?;
         let lines: Vec<u64> = batch.lines.iter().map(|line| line.saturating_add(first_line)).collect();
@@ -218,7 +228,8 @@ impl Builder {
         self.reserve()
     }
 
-    /// Takes break lines by their ends, each a line of its own: what [`push_lines`](Self::push_lines) does with many kinds.
+    /// Pushes break lines given by their ends. Each is a line of its own.
+    /// [`push_lines`](Self::push_lines) takes lines of any kind.
     ///
     /// # Errors
     /// Those of [`push_lines`](Self::push_lines).
@@ -229,11 +240,13 @@ impl Builder {
         self.reserve()
     }
 
-    /// Takes points whose regions are holes: all that can be reached from one without passing a constraint. One that lies on a
-    /// constraint counts for both sides of it, and one outside of the hull for nothing.
+    /// Pushes hole points: the region of each is a hole, that is, everything that can be reached
+    /// from it without passing a constraint. A hole point on a constraint makes the regions on both
+    /// sides of it holes. A hole point outside the hull has no effect.
     ///
     /// # Errors
-    /// If one is not [valid](crate::geometry::Point::is_valid), or they take more than an eighth of the memory.
+    /// Returns an error if a point is not [valid](crate::geometry::Point::is_valid), the points
+    /// take more than an eighth of the memory, or points were pushed already.
     pub fn push_seeds(&mut self, seeds: &[Point]) -> Result<(), BuildError> {
         self.before_points("push_seeds")?;
         let numbered = seeds.iter().zip(self.given.seeds.len() as u64..);
@@ -244,18 +257,20 @@ impl Builder {
         self.reserve()
     }
 
-    /// Takes sites: points with an id, all of which are kept, several at one place too. They join the vertices.
+    /// Pushes sites: points with an id. All of them are kept, even if several are at the same
+    /// position. They become vertices.
     ///
     /// # Errors
-    /// If a site is not [valid](crate::geometry::Point::is_valid) or its z infinite, the batch's
-    /// arrays are not equally long, or sites take more than a quarter of the memory.
+    /// Returns an error if a site is not [valid](crate::geometry::Point::is_valid), its z is
+    /// infinite, the batch's arrays differ in length, sites take more than a quarter of the memory,
+    /// or points were pushed already.
     pub fn push_sites(&mut self, batch: &SiteBatch) -> Result<(), BuildError> {
         self.before_points("push_sites")?;
         self.sites.push(batch)?;
         self.reserve()
     }
 
-    /// Fails if points have come that a call must precede.
+    /// Returns [`BuildError::Order`] if points were pushed before `call`.
     fn before_points(&self, call: &'static str) -> Result<(), BuildError> {
         match self.given.points > 0 && self.needs_points() {
             true => Err(BuildError::Order { call }),
@@ -263,30 +278,31 @@ impl Builder {
         }
     }
 
-    /// Leaves the memory that segments, seeds and sites do not take for everything else.
+    /// Gives the memory that segments, seeds and sites do not take to everything else.
     fn reserve(&mut self) -> Result<(), BuildError> {
         let seeds = size_of_val(&*self.given.seeds) as u64;
         let sites = self.sites.byte_size() + seeds;
-        self.terms.segments = self.segments.len();
-        self.terms.memory = self.terms.memory.with_arrivals(self.segments.byte_size(), sites)?;
+        self.context.segments = self.segments.len();
+        self.context.memory = self.context.memory.with_arrivals(self.segments.byte_size(), sites)?;
         Ok(())
     }
 
-    /// Pushes the ends of segments as points, which give way to others, and sites, which give way to all.
+    /// Pushes the ends of segments as points, which other points replace, then sites, which all
+    /// others replace.
     async fn push_ends(&mut self) -> Result<(), BuildError> {
         let faults = self.polygons.all_faults(&mut self.segments)?;
-        judge(faults)?;
+        check_polygons(faults)?;
         self.given.inverted_if_uncrossed = faults.inverted_if_uncrossed;
-        self.terms.first_end.store(self.next_record, Ordering::Relaxed);
+        self.context.first_end.store(self.next_record, Ordering::Relaxed);
         let mut record = self.next_record;
         for batch in self.segments.ends(record) {
             let batch = batch?;
             record += batch.records.len() as u64;
             self.given.has_z |= !batch.z.is_empty();
-            self.intake.push(&batch, &self.terms).await?;
+            self.intake.push(&batch, &self.context).await?;
         }
         self.given.first_crossing = record;
-        let options = &self.terms.options;
+        let options = &self.context.options;
         if options.crossings == Crossings::Split || options.steiner == Steiner::Borders {
             record = self.split_lines(record).await?;
         }
@@ -294,24 +310,25 @@ impl Builder {
         self.given.next_record = record + self.sites.count();
         self.given.has_z |= self.sites.has_z();
         for batch in self.sites.take_points(record) {
-            self.intake.push(&batch, &self.terms).await?;
+            self.intake.push(&batch, &self.context).await?;
         }
         Ok(())
     }
 
-    /// Splits segments where they cross each other or borders, and pushes the crossing points. Returns the next record number.
+    /// Splits segments where they cross each other or borders, and pushes the crossing points.
+    /// Returns the next record number.
     async fn split_lines(&mut self, first_record: u64) -> Result<u64, BuildError> {
-        let (arrived, sites) = (self.intake.arrived(&self.terms).await?, self.sites.points());
+        let (arrived, sites) = (self.intake.arrived(&self.context).await?, self.sites.points());
         let mut points = |within, take: &mut dyn FnMut(&[Point])| {
             take(sites);
             arrived.for_each(within, take)
         };
-        let borders = |within| match self.terms.options.steiner {
+        let borders = |within| match self.context.options.steiner {
             Steiner::Borders => arrived.borders(within),
             Steiner::Never => Vec::new(),
         };
-        let may_cross = self.terms.options.crossings == Crossings::Split;
-        let memory = self.terms.memory.rest();
+        let may_cross = self.context.options.crossings == Crossings::Split;
+        let memory = self.context.memory.rest();
         let polygons = self.polygons.numbers();
         let split = SplitLines::of(
             (&mut self.segments, polygons),
@@ -323,28 +340,28 @@ impl Builder {
             return Ok(first_record);
         };
         self.given.crossings = lines.crossings();
-        self.given.put_right = lines.put_right();
+        self.given.repair = lines.repair();
         self.given.borders = lines.borders().to_vec();
-        self.segments = SegmentSpool::new(self.terms.folder.spill(), self.terms.memory.for_segments());
-        lines.push_pieces(&mut self.segments)?;
+        self.segments = SegmentSpool::new(self.context.folder.spill(), self.context.memory.for_segments());
+        lines.push_subsegments(&mut self.segments)?;
         self.reserve()?;
         let mut record = first_record;
         for batch in lines.points(first_record) {
             record += batch.points.len() as u64;
             self.given.split_points += batch.points.len() as u64;
             self.given.has_z |= !batch.z.is_empty();
-            self.intake.push(&batch, &self.terms).await?;
+            self.intake.push(&batch, &self.context).await?;
         }
         Ok(record)
     }
 
-    /// Builds the file and gives it its name. Must be awaited within a tokio runtime; computing happens on threads of its
-    /// own.
+    /// Builds the file and gives it its name. Must be awaited within a tokio runtime. Computing
+    /// runs on threads of its own.
     ///
     /// # Errors
-    /// If something cannot be written, segments cross, vertices have no z where others have
-    /// ([`MissingZ`](crate::input::MissingZ)), duplicates were to be an error, there is too little memory
-    /// or room on the disk, or the build was cancelled.
+    /// Returns an error if something cannot be written, segments cross, vertices have no z when
+    /// others have ([`MissingZ`](crate::input::MissingZ)), points are duplicates and that is an
+    /// error, there is too little memory or room on the disk, or the build was cancelled.
     pub async fn finish(mut self) -> Result<BuildSummary, BuildError> {
         let built = self.build().await;
         self.keep_after(built)
@@ -357,17 +374,18 @@ impl Builder {
         }
         let intake = std::mem::replace(&mut self.intake, Intake::new());
         let points = intake.finish().await?;
-        let segments = std::mem::replace(&mut self.segments, SegmentSpool::new(self.terms.folder.spill(), 0));
+        let segments = std::mem::replace(&mut self.segments, SegmentSpool::new(self.context.folder.spill(), 0));
         let mut given = std::mem::take(&mut self.given);
         given.site_ids = std::mem::take(&mut self.sites).into_ids();
-        let assembly = Assembly::new(&self.terms, &self.output, given, self.began);
+        let assembly = Assembly::new(&self.context, &self.output, given, self.began);
         assembly.build(points, segments, is_resumed).await
     }
 
-    /// What was done stays where a build that can be resumed was stopped from without; once the plan is saved it stays
-    /// anyway, unless going on would end in the same way.
+    /// Decides by `result` whether the work folder is kept. A resumable build that was stopped by
+    /// an external cause keeps its work. Once the plan is saved, the work is kept after other
+    /// errors too, unless resuming would end in the same error.
     fn keep_after<T>(&self, result: Result<T, BuildError>) -> Result<T, BuildError> {
-        let Terms { folder, options, .. } = &self.terms;
+        let BuildContext { folder, options, .. } = &self.context;
         match result {
             Err(BuildError::Cancelled | BuildError::Io { .. } | BuildError::Disk { .. }) => {
                 folder.keep(options.resumable.is_some());
@@ -379,8 +397,8 @@ impl Builder {
     }
 }
 
-/// Fails if something is wrong with polygons, whatever else is.
-fn judge(faults: PolygonFaults) -> Result<(), BuildError> {
+/// Returns an error if a polygon is invalid: an open ring first, then one that is inside out.
+fn check_polygons(faults: PolygonFaults) -> Result<(), BuildError> {
     match (faults.open, faults.inverted) {
         (Some(obstacle), _) => Err(BuildError::OpenRing { obstacle }),
         (None, Some(inverted)) => Err(BuildError::Inverted(inverted)),

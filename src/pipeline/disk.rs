@@ -1,30 +1,31 @@
-//! How much room a build needs on the disk.
+//! The disk space that a build needs.
 
 use crate::pipeline::error::BuildError;
 use crate::pipeline::work_folder::WorkFolder;
 
-/// What a build has still to write.
+/// The data that a build has still to write.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct DiskLoad {
     pub(crate) points: u64,
     pub(crate) has_z: bool,
     pub(crate) segments: u64,
-    /// Bytes of segments that go to the disk, while all of them are there.
+    /// Bytes that the segments take on the disk when all of them are there.
     pub(crate) segment_bytes: u64,
-    /// Bytes of points and segments that stand there already, and go away meanwhile.
+    /// Bytes of points and segments that are on the disk already and are deleted meanwhile.
     pub(crate) spilled_bytes: u64,
 }
 
 impl DiskLoad {
-    /// Bytes of the file, and of what is spilled.
+    /// Returns the bytes of the file and the bytes of spilled data.
     ///
-    /// Points at one place take less; nobody knows how many there are.
+    /// Duplicate points take less. Their number is not known yet.
     fn bytes(self) -> [u64; 2] {
-        /// Bytes of a vertex in the file, as measured without z.
+        /// Bytes of a vertex in the file, measured without z.
         const VERTEX_BYTES: u64 = 53;
-        /// Bytes of the border log for each point, where points lie evenly.
+        /// Bytes of the border log for each point, measured with evenly distributed points.
         const BORDER_BYTES: u64 = 5;
-        /// Bytes of an edge's source in the file, and of a segment in the border log: a fifth of the edges are there.
+        /// Bytes of an edge's source in the file, and of a segment in the border log, which holds a
+        /// fifth of the edges.
         const SOURCE_BYTES: u64 = 8;
         let of_points = self
             .points
@@ -36,7 +37,9 @@ impl DiskLoad {
     }
 }
 
-/// Fails if there is not enough room on the disk for what a build has still to write.
+/// Checks that the disk has room for the data that a build has still to write.
+///
+/// Returns [`BuildError::Disk`] if it has not.
 pub(crate) fn check_disk(folder: &WorkFolder, load: DiskLoad) -> Result<(), BuildError> {
     let [output, spilled] = load.bytes();
     let there = load.spilled_bytes;
@@ -46,7 +49,7 @@ pub(crate) fn check_disk(folder: &WorkFolder, load: DiskLoad) -> Result<(), Buil
         vec![(folder.path(), output), (folder.spill(), spilled.saturating_sub(there))]
     };
     for (path, needed) in needs {
-        // Where the system does not tell, nothing is lost.
+        // If the system does not report free space, the check is skipped.
         let Ok(room) = rustix::fs::statvfs(path) else { continue };
         let free = room.f_bavail.saturating_mul(room.f_frsize);
         if needed > free {
@@ -65,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_disk_has_room_for_segments_too() {
+    fn the_needed_disk_space_includes_segments() {
         let points = DiskLoad {
             points: 1000,
             ..DiskLoad::default()

@@ -1,4 +1,4 @@
-//! Why a build failed.
+//! Errors of a build.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -13,76 +13,78 @@ use crate::memory::{MemoryShortage, MemoryUse};
 use crate::shown;
 use crate::store::ReadError;
 
-/// Why a build failed. Nothing stands under the output's name then, or what stood there before.
+/// Error of a build. The output is then as it was before: absent, or the file that it was.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildError {
-    /// The system refused.
+    /// A system call failed.
     #[error("{path}: cannot {what}", path = shown::path(path))]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What was to be done.
+        /// The action that failed.
         what: &'static str,
-        /// What the system says.
+        /// The error of the system.
         source: io::Error,
     },
-    /// The output exists, and was not to be replaced.
+    /// The output exists and was not to be replaced.
     #[error("{path} exists already; choose another name, or force its replacement", path = shown::path(.0))]
     OutputExists(PathBuf),
     /// Another build writes to the same output.
     #[error("{path} is locked: another build is writing this output", path = shown::path(.0))]
     Locked(PathBuf),
-    /// The work folder's name is taken by something else.
-    #[error("{path} exists and is no work folder of a build; move it away", path = shown::path(.0))]
+    /// A file or folder that is not a build's has the work folder's name.
+    #[error("{path} exists and is not a work folder of a build; move it away", path = shown::path(.0))]
     NotOurs(PathBuf),
     /// An option is out of range.
     #[error("{option} must be from {min} to {max}, not {found}")]
     Option {
-        /// The option.
+        /// Name of the option.
         option: &'static str,
         /// Its smallest value.
         min: usize,
         /// Its largest value.
         max: usize,
-        /// What it was.
+        /// The value given.
         found: usize,
     },
-    /// A coordinate is NaN, infinite, or beyond what the exact predicates can take.
+    /// A coordinate is NaN, infinite, or outside the range of the exact predicates.
     #[error(
         "record {record} lies at ({}, {}): coordinates must be 0 or of a magnitude from {:e} to {:e}",
         point.x, point.y, Point::MIN_MAGNITUDE, Point::MAX_MAGNITUDE
     )]
     InvalidPoint {
-        /// The record.
+        /// Number of the record.
         record: u64,
-        /// Where it is.
+        /// Its position.
         point: Point,
     },
     /// A z is NaN or infinite.
     #[error("record {record} has z {z}, which is not finite")]
     InvalidZ {
-        /// The record.
+        /// Number of the record.
         record: u64,
         /// Its z.
         z: f64,
     },
-    /// A batch has another number of records, or of z, than of points.
+    /// A batch has a different number of records, or of z, than of points.
     #[error("a batch has {points} points, {z} z and {records} records")]
     Batch {
-        /// Its points.
+        /// Number of points.
         points: usize,
-        /// Its z.
+        /// Number of z.
         z: usize,
-        /// Its records.
+        /// Number of records.
         records: usize,
     },
-    /// Two records lie at one place, where that was to be an error.
+    /// Two records are at the same position, and [`Duplicates::Error`](crate::Duplicates::Error) is
+    /// set.
     #[error("records {} and {} both lie at ({}, {})", records[0], records[1], point.x, point.y)]
     Duplicate {
-        /// The first record that lies on an earlier one, after the first of those.
+        /// The number of the first duplicate record, preceded by the smallest record number at its
+        /// position.
         records: [u64; 2],
-        /// Where they are.
+        /// Their position.
         point: Point,
     },
     /// There is too little memory.
@@ -91,68 +93,69 @@ pub enum BuildError {
     /// Lines or polygons cannot become constraints.
     #[error(transparent)]
     Constraint(ConstraintError),
-    /// Segments cross where no vertex lies.
+    /// Segments cross where there is no vertex.
     #[error(
         "{count} pairs of segments cross: {}; let them meet in a point, leave one of them out, or have them split where they \
          cross",
         listed(first, *count)
     )]
     Crossings {
-        /// The first of them, by the numbers of their lines and by place; at most ten.
+        /// The first crossings, by the numbers of their lines and by position; at most ten.
         first: Vec<Crossing>,
-        /// How many there are.
+        /// Number of pairs of segments that cross.
         count: u64,
     },
-    /// Vertices have no z, and others have.
+    /// Some vertices have no z, and others have.
     #[error(
         "{count} vertices have no z, and others have; the first is {first}; give z to all, or allow that they get z = 0 \
          (--missing-z zero)"
     )]
     NoZ {
-        /// The one of the smallest record number.
+        /// The vertex without z that has the smallest record number.
         first: VertexWithoutZ,
-        /// How many there are.
+        /// Number of vertices without z.
         count: u64,
     },
-    /// Sites came with another number of z, or of ids.
+    /// A batch of sites has a different number of z, or of ids, than of sites.
     #[error("a batch has {sites} sites, z for {z} and ids for {ids}")]
     SiteBatch {
-        /// How many there are.
+        /// Number of sites.
         sites: usize,
-        /// How many have z.
+        /// Number of z.
         z: usize,
-        /// How many have an id.
+        /// Number of ids.
         ids: usize,
     },
-    /// A site is not a point.
+    /// A site's position or z is not valid.
     #[error("site {site} at ({}, {}) with z {z} is no valid point", point.x, point.y)]
     InvalidSite {
-        /// The number of the site, from 0.
+        /// Number of the site, from 0.
         site: u64,
-        /// Where it is.
+        /// Its position.
         point: Point,
         /// Its z.
         z: f64,
     },
-    /// A hole point is not a point.
+    /// A hole point is not valid.
     #[error("hole point {seed} at ({}, {}) is no valid point", point.x, point.y)]
     InvalidSeed {
-        /// The number of the hole point, from 0.
+        /// Number of the hole point, from 0.
         seed: u64,
-        /// Where it is.
+        /// Its position.
         point: Point,
     },
-    /// A ring of a polygon does not close, or is not what it should be: its two sides are the same.
+    /// A ring of a polygon does not close, or the polygon has the same depth on both sides of a
+    /// ring.
     #[error("the rings of obstacle {obstacle} do not close; each must end where it begins")]
     OpenRing {
-        /// The number of the polygon's record.
+        /// Number of the polygon's record.
         obstacle: u64,
     },
-    /// Rings of a polygon are nested wrongly, so that somewhere a hole is taken out of nothing.
+    /// Rings of a polygon are nested wrongly, so that somewhere a hole is not inside the polygon.
     #[error(
-        "obstacle {} is inside out at ({}, {}): a hole of it lies outside of it or in another of its holes, or a ring of it \
-         runs round there the other way; {} polygons are inside out; put it right, or have lines split where they cross, \
-         which covers such parts too",
+        "obstacle {} is inside out at ({}, {}): one of its holes is outside the polygon or inside another hole, or one of \
+         its rings has the opposite direction there; {} polygons are inside out; correct the polygon, or split crossing \
+         lines, which covers such parts too",
         .0.first.obstacle, .0.first.point.x, .0.first.point.y, .0.polygons
     )]
     Inverted(InvertedPolygons),
@@ -164,12 +167,12 @@ pub enum BuildError {
     Disk {
         /// The folder.
         path: PathBuf,
-        /// Bytes needed, about.
+        /// Bytes needed, estimated.
         needed: u64,
         /// Bytes free.
         free: u64,
     },
-    /// What an interrupted build left belongs to other inputs or options.
+    /// The work of an interrupted build belongs to other inputs or options.
     #[error(
         "{path} holds the work of a build with other inputs or options, and cannot be resumed with these ({what}); build \
          without resuming to start again",
@@ -178,41 +181,41 @@ pub enum BuildError {
     OtherBuild {
         /// The work folder.
         path: PathBuf,
-        /// What differs.
+        /// The first setting of the interrupted build that differs.
         what: String,
     },
-    /// Inputs that cannot be read again cannot be resumed.
+    /// The build cannot be resumed, because its inputs cannot be read again.
     #[error("only a build whose inputs can be read again can be resumed; standard input cannot")]
     NotResumable,
-    /// A method was called after points had come; it must be called before.
+    /// A method was called after points were pushed that must be called before.
     #[error(
         "{call} was called after points were pushed; lines, sites, hole points and expectations come before points"
     )]
     Order {
-        /// The name of the method.
+        /// Name of the method.
         call: &'static str,
     },
-    /// Points were pushed into a build that goes on and had them all.
+    /// Points were pushed into a resumed build that has all its points already.
     #[error("the build that is resumed has all its points already")]
     PointsComplete,
     /// There would be more tiles than a directory holds.
     #[error("there would be more than {max} tiles, the most that a file holds; use larger tiles")]
     TooManyTiles {
-        /// Tiles that a directory holds.
+        /// Most tiles of a directory.
         max: u32,
     },
-    /// The build was asked to stop.
+    /// The build was cancelled.
     #[error("cancelled")]
     Cancelled,
-    /// A computing thread panicked: a defect of this library.
+    /// A computing thread panicked, or another defect of this library was found.
     #[error("internal error: {0}")]
     Internal(String),
 }
 
-/// The first crossings, and whether there are more.
+/// Returns the text of the first crossings, and whether there are more.
 fn listed(first: &[Crossing], count: u64) -> String {
     let mut text = first.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
-    // Segments that are there twice cross twice, and are told of once.
+    // Duplicate segments cross repeatedly, and their crossing is listed once.
     if first.len() == KEPT && count > KEPT as u64 {
         text += "; and more";
     }
@@ -250,7 +253,7 @@ impl From<EditError> for BuildError {
                 let source = io::Error::new(source.kind(), source);
                 Self::io(&file, what, source)
             }
-            // What was just written cannot be read back.
+            // The file that was just written cannot be read back.
             EditError::Read(error) => {
                 let (file, kind) = match &error {
                     ReadError::Io { file, source, .. } => (file, source.kind()),
@@ -258,7 +261,7 @@ impl From<EditError> for BuildError {
                     | ReadError::Tile { file, .. }
                     | ReadError::NoSuchTile { file, .. } => (file, io::ErrorKind::InvalidData),
                     ReadError::Memory { .. } | ReadError::Thread(_) | ReadError::Cancelled => {
-                        return Self::Internal(format!("what was put off could not be read back: {error}"));
+                        return Self::Internal(format!("deferred segments could not be read back: {error}"));
                     }
                 };
                 let path = PathBuf::from(&**file);

@@ -1,25 +1,29 @@
-//! From points to a tile file: divide, conquer, merge, borders.
+//! Turns points into a tile file: divide, conquer, merge, borders.
 //!
 //! ```text
 //! push ─┬─▶ point_store ──────────────────────────┐ all points in memory: one block
-//!       └─▶ spill ──▶ runs ──▶ plan ──▶ prefetch ─┤ or many on disk, read one ahead of those in work
-//! push_lines ─▶ segments ─────────────────────────┤ those that meet a block go with it
+//!       └─▶ spill ──▶ runs ──▶ plan ──▶ prefetch ─┤ or many on disk, read ahead of the computing
+//! push_lines ─▶ segments ─────────────────────────┤ a block gets the segments that meet it
 //!                                                 ▼
 //!              conquest: divide ──▶ leaf ──▶ merge ──▶ border_log ──▶ border ──▶ output ──▶ OUT
 //!                        k-d tree   cores    late      spilled        the rest   writes,
 //!                        and cells  seams    triangles by groups      of tiles   journal
 //!                                    └─ node ─┘
-//!                                    constrain and components, where there are segments; regions before borders
+//!                                    constrain and components, where there are segments;
+//!                                    regions before borders
 //! ```
 //!
-//! [`Builder`] takes batches (`ingest`). `assembly` makes the file of them: it starts `run` on computing threads, which share a
-//! board of tasks (`conquer::schedule`). What they finish comes in the order of the file (`output::ordered`) through a channel
-//! to the task that writes (`output::writer`). After the root `finish` puts borders together. `resume` is what an
-//! interrupted build goes on from. What phases hand to each other are `records`.
+//! [`Builder`] takes batches (`ingest`). `assembly` makes the file from them: it starts `run` on
+//! computing threads, which share a board of tasks (`conquer::schedule`). Their results pass in the
+//! order of the file (`output::ordered`) through a channel to the task that writes
+//! (`output::writer`). After the root, `finish` assembles the borders. `resume` holds the state
+//! from which an interrupted build continues. `records` holds the values that phases pass to each
+//! other.
 
 mod assembly;
 mod builder;
 pub(crate) mod conquer;
+mod context;
 mod disk;
 pub(crate) mod error;
 pub(crate) mod finish;
@@ -31,7 +35,6 @@ pub(crate) mod records;
 mod resume;
 mod run;
 pub(crate) mod summary;
-mod terms;
 mod threads;
 pub(crate) mod work_folder;
 

@@ -1,4 +1,4 @@
-//! What a build can be told, and how it tells how far it is.
+//! Options and progress of a build.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -12,7 +12,7 @@ use crate::mesh::EngineKind;
 use crate::pipeline::error::BuildError;
 use crate::store;
 
-/// How to build a tile file. Once given to a [`Builder`](crate::Builder), options do not change.
+/// Options of a build. They do not change once they are given to a [`Builder`](crate::Builder).
 ///
 /// # Example
 ///
@@ -28,36 +28,40 @@ pub struct BuildOptions {
     /// The most vertices of a tile, from [`MIN_TILE_VERTICES`](Self::MIN_TILE_VERTICES) to
     /// [`MAX_TILE_VERTICES`](Self::MAX_TILE_VERTICES).
     pub tile_vertices: usize,
-    /// The most seam vertices that one merge takes in, unless even two seams have more.
+    /// The most seam vertices that one merge takes. A merge of two seams may take more.
     pub merge_vertices: usize,
-    /// Threads that compute.
+    /// Number of threads that compute, from 1 to 1024.
     pub threads: usize,
-    /// Bytes of memory that the build may use: what it asks of the allocator. An allocator may keep more of what was given back. With
-    /// glibc this is little if there is one arena (`M_ARENA_MAX`) and large allocations are mapped (`M_MMAP_THRESHOLD`).
+    /// Bytes of memory that the build may request from the allocator. An allocator may keep more
+    /// after memory is freed. With glibc this is little if there is one arena (`M_ARENA_MAX`) and
+    /// large allocations are mapped (`M_MMAP_THRESHOLD`).
     pub memory: u64,
     /// The in-core engine.
     pub engine: EngineKind,
-    /// Which of several points at one place is kept.
+    /// Which of several points at the same position is kept.
     pub duplicates: Duplicates,
     /// What to do with segments that cross.
     pub crossings: Crossings,
     /// Whether segments are split where they cross the borders of cells.
     pub steiner: Steiner,
-    /// What to do with vertices that have no z where others have.
+    /// What to do with vertices that have no z when others have z.
     pub missing_z: MissingZ,
-    /// Whether regions that reach the hull without a constraint are holes, as the outside of a PSLG is for Triangle.
+    /// Whether regions that reach the hull without passing a constraint are holes, as the outside
+    /// of a PSLG is for Triangle.
     pub exterior_is_hole: bool,
-    /// Whether an output that exists is replaced.
+    /// Whether an existing output is replaced.
     pub force: bool,
-    /// The folder that work is spilled to; without it that beside the output in which the file is completed.
+    /// The folder that work is spilled to. Default: the folder beside the output in which the file
+    /// is completed.
     pub work_folder: Option<PathBuf>,
-    /// What tells the points of this build from those of others: a line for each input and what decides how it is read.
-    /// With it, a build that outgrew the memory keeps its work where it is interrupted, and can be resumed.
+    /// Text that identifies the points of this build: a line for each input and for each setting
+    /// that determines how it is read. If it is set, an interrupted build that outgrew the memory
+    /// keeps its work and can be resumed.
     pub resumable: Option<String>,
-    /// Whether to go on with the work of an interrupted build, if there is any. It must have been `resumable` with the same
-    /// text, and of the same tile size, rule for duplicates and work folder.
+    /// Whether to resume an interrupted build, if there is one. That build must have had the same
+    /// `resumable` text, tile size, rule for duplicates and work folder.
     pub resume: bool,
-    /// How far the build is, for others to look at, and the way to stop it.
+    /// Progress of the build for observers, and the way to cancel it.
     pub progress: Arc<Progress>,
 }
 
@@ -67,7 +71,10 @@ impl BuildOptions {
     /// The largest value of `tile_vertices`.
     pub const MAX_TILE_VERTICES: usize = store::MAX_TILE_VERTICES;
 
-    /// Fails if an option is out of its range.
+    /// Checks that all options are valid.
+    ///
+    /// Returns [`BuildError::Option`] for a value out of range, and [`BuildError::NotResumable`] if
+    /// `resume` is set without `resumable`.
     pub(crate) fn check(&self) -> Result<(), BuildError> {
         let tile_vertices = Self::MIN_TILE_VERTICES..=Self::MAX_TILE_VERTICES;
         for (option, found, range) in [
@@ -89,12 +96,12 @@ impl BuildOptions {
         Ok(())
     }
 
-    /// Who gets how much of the memory.
+    /// Returns the division of the memory.
     pub(crate) fn memory_plan(&self) -> MemoryPlan {
         MemoryPlan::new(self.memory, self.threads, self.tile_vertices, self.merge_vertices)
     }
 
-    /// What a build that is resumed must have in common with the one before.
+    /// Returns the text that a resumed build must have in common with the interrupted one.
     pub(crate) fn identity(&self) -> String {
         let inputs = self.resumable.as_deref().unwrap_or_default();
         let Self {
@@ -238,55 +245,59 @@ impl Default for BuildOptions {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Steiner {
-    /// No.
+    /// No vertices are added.
     #[default]
     Never,
-    /// Where segments cross the borders of the cells that points are spilled to, as in Wu's thesis; points that fit in memory lie in one
-    /// cell. A border's crossing points are computed exactly and rounded once, and segments bent through them, like those of segments
-    /// that are [split](Crossings::Split); they must fit in memory. The triangles then depend on the cells, and so on what
-    /// fits in the memory, which nothing else makes them do.
+    /// Vertices are added where segments cross the borders of the cells that points are spilled to,
+    /// as in Wu's thesis. Points that fit in memory are in one cell. The crossing points of a
+    /// border are computed exactly and rounded once, and the segments are bent through them, as
+    /// with segments that are [split](Crossings::Split). All segments must fit in memory. With this
+    /// option the triangles depend on the cells, and so on the amount of memory; with all other
+    /// options they do not.
     Borders,
 }
 
-/// What to do with segments that cross where no vertex lies.
+/// What to do with segments that cross where there is no vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Crossings {
-    /// The build fails, and tells of the first ones.
+    /// The build fails and reports the first crossings.
     #[default]
     Error,
-    /// Their crossing points, computed exactly and rounded once, become vertices, and the segments are bent through them; again
-    /// until nothing crosses. All segments must fit in memory. Where rings of an obstacle are inside out, as one lobe of a ring that
-    /// crosses itself, it covers all the same, which is an error otherwise.
+    /// The crossing points, computed exactly and rounded once, become vertices, and the segments
+    /// are bent through them. This is repeated until nothing crosses. All segments must fit in
+    /// memory. Where the rings of an obstacle are inside out, as in one lobe of a ring that crosses
+    /// itself, the obstacle covers that part too; without splitting that is an error.
     Split,
 }
 
-/// Which of several points at one place is kept. It does not depend on the order of arrival.
+/// Which of several points at the same position is kept. Does not depend on the order of arrival.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Duplicates {
-    /// The one of the smallest record number.
+    /// The point with the smallest record number.
     #[default]
     First,
-    /// The one of the lowest z; among those the first.
+    /// The point with the lowest z; of several, the one with the smallest record number.
     Lowest,
-    /// The one of the highest z; among those the first.
+    /// The point with the highest z; of several, the one with the smallest record number.
     Highest,
     /// None: the build fails.
     Error,
 }
 
-/// Which of several points at one place is kept.
+/// Which of several points at the same position is kept.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DuplicateRule {
     pub(crate) duplicates: Duplicates,
-    /// From this record number on points are ends of segments, which give way to others.
+    /// First record number of segment ends and sites, which are replaced by points at their
+    /// position.
     pub(crate) first_end: u64,
 }
 
 impl DuplicateRule {
-    /// Whether of two points, each with its z and record number, the first is kept. Of ends of
-    /// lines and sites one with z is kept rather than one without.
+    /// Returns whether point `a` is kept rather than `b`. Each is given by its z and record number.
+    /// Among segment ends and sites, one with z is kept rather than one without.
     pub(crate) fn prefers(self, a: (f64, u64), b: (f64, u64)) -> bool {
         match (a.1 >= self.first_end, b.1 >= self.first_end) {
             (false, false) => self.duplicates.prefers(a, b),
@@ -306,14 +317,14 @@ impl Duplicates {
 }
 
 impl Duplicates {
-    /// Whether a record with z and number is kept rather than another.
+    /// Returns whether a record is kept rather than another, each given by its z and number.
     pub(crate) fn prefers(self, (z, record): (f64, u64), (other_z, other): (f64, u64)) -> bool {
         let by_z = match self {
             Self::First | Self::Error => std::cmp::Ordering::Equal,
             Self::Lowest => z.total_cmp(&other_z),
             Self::Highest => other_z.total_cmp(&z),
         };
-        // Without z it is neither lower nor higher than another.
+        // A record without z is neither lower nor higher than another.
         let by_z = match (self, z.is_nan() || other_z.is_nan()) {
             (Self::Lowest | Self::Highest, true) => z.is_nan().cmp(&other_z.is_nan()),
             _ => by_z,
@@ -329,7 +340,7 @@ impl fmt::Display for Duplicates {
     }
 }
 
-/// No rule for duplicates has this name.
+/// Error: no rule for duplicates has this name.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("duplicates are kept first, lowest or highest, or are an error, not '{0}'")]
 pub struct UnknownDuplicates(String);
@@ -348,23 +359,23 @@ impl FromStr for Duplicates {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum Phase {
-    /// Points come in.
+    /// Points arrive.
     Read,
     /// The plane is cut into cells.
     Divide,
     /// Tiles are triangulated and their seams merged.
     Conquer,
-    /// Borders are put together.
+    /// Borders are assembled.
     Borders,
     /// The directory is written and the file gets its name.
     Finish,
 }
 
 impl Phase {
-    /// All phases.
+    /// All phases, in order.
     pub const ALL: [Self; 5] = [Self::Read, Self::Divide, Self::Conquer, Self::Borders, Self::Finish];
 
-    /// The name of the phase in summaries.
+    /// Returns the name of the phase in summaries.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -377,7 +388,7 @@ impl Phase {
     }
 }
 
-/// How far a build is. Shared between the build and those who look on.
+/// Progress of a build, shared between the build and its observers.
 #[derive(Debug, Default)]
 pub struct Progress {
     phase: AtomicU8,
@@ -388,8 +399,9 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// The phase, and how many of its steps are done, of how many: points while they are read (the total is 0, for it is not
-    /// known) and conquered, tiles when borders are made.
+    /// Returns the phase, the number of its steps that are done, and their total number. Steps are
+    /// points while points are read and conquered, and tiles while borders are assembled. While
+    /// points are read, the total is not known and is 0.
     #[must_use]
     pub fn state(&self) -> (Phase, u64, u64) {
         let phase = Phase::ALL[usize::from(self.phase.load(Ordering::Relaxed))];
@@ -400,18 +412,18 @@ impl Progress {
         )
     }
 
-    /// Points that went through the phase so far.
+    /// Returns the number of points that the phase has processed so far.
     #[must_use]
     pub fn points(&self) -> u64 {
         self.points.load(Ordering::Relaxed)
     }
 
-    /// Asks the build to stop, which it does with [`BuildError::Cancelled`](crate::pipeline::error::BuildError::Cancelled).
+    /// Asks the build to stop. It then returns [`BuildError::Cancelled`].
     pub fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the build was asked to stop.
+    /// Returns whether the build was asked to stop.
     #[must_use]
     pub fn is_cancelled(&self) -> bool {
         self.cancelled.load(Ordering::Relaxed)

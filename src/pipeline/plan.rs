@@ -1,4 +1,4 @@
-//! The blocks that conquest goes by.
+//! The blocks in which the points are conquered.
 
 use std::path::{Path, PathBuf};
 
@@ -8,30 +8,30 @@ use crate::store::{KdNode, KdTree, TileId};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Block {
     pub(crate) points: u64,
-    /// Where these are.
+    /// The runs that hold the points.
     pub(crate) runs: Vec<Run>,
 }
 
-/// All blocks.
+/// All blocks of a build.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Plan {
-    /// The cuts above the blocks, which are its leaves.
+pub(crate) struct BlockPlan {
+    /// The cuts above the blocks. Its leaves are the blocks.
     pub(crate) tree: KdTree,
     pub(crate) blocks: Vec<Block>,
-    /// Points that came in.
+    /// Number of points that arrived.
     pub(crate) points: u64,
-    /// Of these, points that were merged with others while they passed.
+    /// Number of these points that were merged with others while runs were split.
     pub(crate) merged: u64,
     pub(crate) has_z: bool,
-    /// Bytes of runs that were written as points came.
+    /// Bytes of the runs that were written as points arrived.
     pub(crate) bytes_written: u64,
-    /// Bytes of runs that were split again, and of those that came of it.
+    /// Bytes of the runs that were split again, and bytes of the runs that this wrote.
     pub(crate) bytes_read: u64,
     pub(crate) bytes_rewritten: u64,
 }
 
-impl Plan {
-    /// The plan of points that are all in memory: one block.
+impl BlockPlan {
+    /// Returns the plan for `points` points that are all in memory: one block.
     pub(crate) fn in_memory(points: u64, has_z: bool) -> Self {
         let blocks = u32::from(points > 0);
         let nodes = (0..blocks).map(|block| KdNode::Leaf(TileId(block)));
@@ -52,7 +52,7 @@ impl Plan {
 /// A finished run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Run {
-    /// Its number, which is in the name of its file.
+    /// Number of the run, which is part of its file's name.
     pub(crate) number: u32,
     pub(crate) points: u64,
     /// Bytes of the file.
@@ -60,13 +60,13 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// The file of the run in the work folder.
+    /// Returns the path of the run's file in the work folder.
     pub(crate) fn path(&self, folder: &Path) -> PathBuf {
         path_of_run(folder, self.number)
     }
 }
 
-/// The file of a run by its number.
+/// Returns the path of the file of run `number`.
 pub(crate) fn path_of_run(folder: &Path, number: u32) -> PathBuf {
     folder.join(format!("run-{number}"))
 }

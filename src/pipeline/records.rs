@@ -1,4 +1,4 @@
-//! What the phases of a build hand to each other.
+//! Values that the phases of a build pass to each other.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -8,25 +8,26 @@ use crate::geometry::{HalfEdge, Point, Rect};
 use crate::pipeline::summary::LevelSummary;
 use crate::store::{EdgeSource, Extent, KdTree, LineSource, Source, TileId, VertexId};
 
-/// The generation that a new file starts with.
+/// The generation of the tiles of a new file.
 pub(crate) const GENERATION: u32 = 1;
 
-/// What the caller knows of the points: metadata, and a note that a build that is resumed gives back.
+/// The caller's description of the input: metadata, and a memo that a resumed build returns.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Description {
     /// The files that the points come from.
     pub sources: Vec<Source>,
-    /// The files that lines come from, in the order of their numbers.
+    /// The files that the lines come from, in the order of their numbers.
     pub lines: Vec<LineSource>,
     /// The coordinate reference system.
     pub crs: Option<String>,
-    /// Anything that whoever resumes the build wants to know; it does not go to the file.
+    /// Any text for the caller that resumes the build. It is not written to the file.
     pub memo: String,
 }
 
-/// What is known of a block that was divided, more with each leaf and merge; of a finished one it goes to the journal.
+/// The results of a divided block so far; each leaf and merge adds to them. Those of a finished
+/// block go to the journal.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct BlockFound {
+pub(crate) struct BlockState {
     pub(crate) first_tile: u32,
     pub(crate) tree: KdTree,
     pub(crate) tiles: Vec<TileState>,
@@ -37,13 +38,13 @@ pub(crate) struct BlockFound {
     pub(crate) levels: Vec<LevelSummary>,
 }
 
-impl BlockFound {
+impl BlockState {
     pub(crate) fn tile_range(&self) -> Range<u32> {
         self.first_tile..self.first_tile + self.tiles.len() as u32
     }
 }
 
-/// What is known of a tile, but for its extents.
+/// The results of a tile so far, except its extents.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct TileState {
     pub(crate) vertices: u32,
@@ -52,7 +53,8 @@ pub(crate) struct TileState {
     pub(crate) owned_triangles: u32,
     pub(crate) bounds: Rect,
     pub(crate) constraint_edges: u64,
-    /// The components of its core, and those of them that are open; none where there are no regions to be told apart.
+    /// Numbers of components of the core, and of those that are open. Both are 0 if regions are not
+    /// distinguished.
     pub(crate) components: u32,
     pub(crate) open_components: u32,
 }
@@ -72,23 +74,25 @@ impl Default for TileState {
     }
 }
 
-/// What a node hands to its parent.
+/// The data that a node passes to its parent.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Seam {
-    /// The vertices of the unsettled triangles and all hull vertices; without triangles, all vertices. By tile and place.
+    /// The vertices of the unsettled triangles and all hull vertices, or all vertices if there are
+    /// no triangles. Sorted by tile and index.
     pub(crate) vertices: Vec<SeamVertex>,
-    /// The unsettled triangles, by place in `vertices`, each from its smallest corner on, in order.
+    /// The unsettled triangles, as indices into `vertices`, each rotated so that its smallest
+    /// corner comes first, sorted.
     pub(crate) unsettled: Vec<[u32; 3]>,
-    /// How many levels of nodes there are below the node, and it.
+    /// Number of levels of nodes from the leaves up to and including this node.
     pub(crate) level: usize,
-    /// The vertices of all tiles of the node.
+    /// Number of vertices of all tiles of the node.
     pub(crate) below: u64,
-    /// What is to become of constraints.
+    /// The constraints that are not inserted yet.
     pub(crate) pending: Pending,
 }
 
 impl Seam {
-    /// Bytes that it takes in memory.
+    /// Returns the size in bytes.
     pub(crate) fn byte_size(&self) -> u64 {
         let own = self.vertices.len() * size_of::<SeamVertex>() + self.unsettled.len() * 12;
         own as u64 + self.pending.byte_size()
@@ -101,38 +105,40 @@ pub(crate) struct SeamVertex {
     pub(crate) point: Point,
 }
 
-/// What goes up from a node for its constraints.
+/// The data that a node passes up for its constraints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Pending {
-    /// The vertices of what follows, in order.
+    /// The vertices of the following fields, sorted by id.
     pub(crate) vertices: Vec<SeamVertex>,
-    /// Final triangles that pieces cross which are not in yet: corners, and the bits of the sides.
+    /// Held triangles: final triangles that pending subsegments cross. Corners, and the bits of the
+    /// half-edges.
     pub(crate) held: Vec<([u32; 3], u8)>,
-    /// Pieces that are not in yet.
-    pub(crate) pieces: Vec<Piece>,
+    /// Subsegments that are not inserted yet.
+    pub(crate) subsegments: Vec<Subsegment>,
     /// Segments that leave the cell.
-    pub(crate) open: Vec<Open>,
+    pub(crate) open: Vec<OpenSegment>,
 }
 
-/// A part of a segment between two vertices; once it is in, a constraint edge.
+/// A part of a segment between two vertices. Once it is inserted, it is a constraint edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Piece {
-    /// The vertices, by place, in order.
+pub(crate) struct Subsegment {
+    /// Indices of the vertices, ascending.
     pub(crate) ends: [u32; 2],
-    /// What it is a part of, seen from the first to the second.
+    /// The source of the segment, seen from the first end to the second.
     pub(crate) source: EdgeSource,
 }
 
-/// A constraint edge that is done: its triangles are final on both sides.
+/// A constraint edge that is done: the triangles on both sides are final.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DoneEdge {
     pub(crate) ends: [SeamVertex; 2],
-    /// Why it is a constraint, seen from the first end to the second.
+    /// Why the edge is a constraint, seen from the first end to the second.
     pub(crate) source: EdgeSource,
 }
 
 impl DoneEdge {
-    /// If its ends are vertices of two tiles: that of the smaller one, which the edge belongs to, and the larger end.
+    /// If the ends are vertices of two tiles, returns the tile of the lexicographically smaller
+    /// end, which owns the edge, and the larger end.
     pub(crate) fn end_elsewhere(&self) -> Option<(TileId, SeamVertex)> {
         let [a, b] = self.ends;
         let (from, to) = if a.point.lex_cmp(b.point).is_lt() {
@@ -144,27 +150,28 @@ impl DoneEdge {
     }
 }
 
-/// A segment that leaves a node's cell on one side at least.
+/// A segment that leaves a node's cell at one end at least.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Open {
+pub(crate) struct OpenSegment {
     pub(crate) segment: Segment,
-    /// The first and the last vertex on it in the node, from its first end on. None: it passes between vertices.
+    /// The first and the last vertex on the segment in the node, seen from the segment's first end.
+    /// `None` if it passes between vertices.
     pub(crate) run: Option<[u32; 2]>,
 }
 
 impl Pending {
-    /// Bytes that it takes in memory.
+    /// Returns the size in bytes.
     pub(crate) fn byte_size(&self) -> u64 {
         let bytes = size_of_val(&*self.vertices)
             + size_of_val(&*self.held)
-            + size_of_val(&*self.pieces)
+            + size_of_val(&*self.subsegments)
             + size_of_val(&*self.open);
         bytes as u64
     }
 }
 
-impl Piece {
-    /// From one vertex to another.
+impl Subsegment {
+    /// Creates the subsegment from one vertex to another.
     pub(crate) fn new(from: u32, to: u32, source: EdgeSource) -> Self {
         if from <= to {
             Self {
@@ -179,34 +186,35 @@ impl Piece {
         }
     }
 
-    /// With other numbers of its vertices.
-    pub(crate) fn renumbered(self, place: impl Fn(u32) -> u32) -> Self {
-        let [from, to] = self.ends.map(place);
+    /// Returns the subsegment with its vertices renumbered.
+    pub(crate) fn renumbered(self, number: impl Fn(u32) -> u32) -> Self {
+        let [from, to] = self.ends.map(number);
         Self::new(from, to, self.source)
     }
 }
 
-impl Open {
-    pub(crate) fn renumbered(self, place: impl Fn(u32) -> u32) -> Self {
+impl OpenSegment {
+    pub(crate) fn renumbered(self, number: impl Fn(u32) -> u32) -> Self {
         Self {
-            run: self.run.map(|run| run.map(place)),
+            run: self.run.map(|run| run.map(number)),
             ..self
         }
     }
 }
 
-/// A side of a core triangle without another core triangle across: the border may have one.
+/// A boundary half-edge of a core: its twin is not in a core triangle. The border may have one.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct OpenSide {
+pub(crate) struct BoundaryEdge {
     pub(crate) from: u32,
     pub(crate) to: u32,
-    pub(crate) side: HalfEdge,
+    pub(crate) half_edge: HalfEdge,
     pub(crate) is_constraint: bool,
     /// The component of its triangle.
     pub(crate) component: u32,
 }
 
-/// An open component of a core, and by how much deeper than that another one lies, which has so many triangles.
+/// A component's depth relative to an open component, `component`: it is `deeper` deeper than that.
+/// It has `triangles` triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Anchor {
     pub(crate) component: u32,
@@ -217,19 +225,19 @@ pub(crate) struct Anchor {
 /// A triangle that was settled by a merge: crossing, or late.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LateTriangle {
-    /// Counter-clockwise.
+    /// In counter-clockwise order.
     pub(crate) corners: [SeamVertex; 3],
-    /// The bits of the sides, as in a triangulation with constraints.
-    pub(crate) side_bits: u8,
-    /// Its number in the log, which gives it.
+    /// The bits of the half-edges, in the layout of a triangulation with constraints.
+    pub(crate) edge_bits: u8,
+    /// The triangle's number, which the border log assigns.
     pub(crate) number: u32,
 }
 
-/// The chunks of a group, by the kind of what is in them.
+/// The chunks of a group, by kind of content.
 pub(crate) type GroupChunks = [Vec<Extent>; KINDS];
 
-/// Kinds of what the border log holds: sides, triangles, edges, anchors.
+/// Number of kinds of content of the border log: half-edges, triangles, edges, anchors.
 pub(crate) const KINDS: usize = 4;
 
-/// Without triangles: of tiles, the vertex of another one that an edge leads to.
+/// For collinear input: for a tile, the vertex of another tile to which an edge of the tile leads.
 pub(crate) type Nexts = HashMap<TileId, SeamVertex>;

@@ -1,6 +1,7 @@
 //! The computing side of a build: divide, conquer and merge, borders.
 //!
-//! Runs on threads of its own; what is to be written goes through a bounded channel, in the order of the file.
+//! It runs on its own threads. Results to be written pass through a bounded channel, in the order
+//! of the file.
 
 use std::time::Instant;
 
@@ -13,16 +14,15 @@ use crate::pipeline::output::writer::{Sender, ToWrite};
 use crate::pipeline::records::TileState;
 use crate::pipeline::threads::on_threads;
 
-/// When each phase began.
-/// The tiles, what regions they have, and when each phase began.
+/// The tiles, the totals of their regions, and when each phase began.
 pub(crate) type Computed = Result<(Vec<TileState>, RegionTotals, Began), BuildError>;
 
 pub(crate) type Began = Vec<(Phase, Instant)>;
 
-/// Conquers and merges all blocks that the board gets, from tile `first_tile` on, and writes the borders. The channel closes
-/// at the end.
+/// Conquers and merges all blocks that the board gets, from tile `first_tile` on, and writes the
+/// borders. The channel closes at the end.
 ///
-/// Returns the tiles, and what regions they have.
+/// Returns the tiles and the totals of their regions.
 pub(crate) fn run(conquest: &Conquest, first_tile: u32, threads: usize, sender: &Sender) -> Computed {
     let progress = &conquest.options.progress;
     let window = 2 * threads as u32;
@@ -36,14 +36,14 @@ pub(crate) fn run(conquest: &Conquest, first_tile: u32, threads: usize, sender: 
     };
     on_threads(threads, || conquest.work(&cores, sender), abort)?;
     conquest.outcome()?;
-    // If it was stopped for a failed write, whoever writes tells that.
+    // After a failed write, the writing task reports the cause.
     if progress.is_cancelled() || conquest.board.is_stopped() {
         return Err(BuildError::Cancelled);
     }
     let mut tiles: Vec<TileState> = {
-        let mut found = conquest.found.lock();
-        began.extend(found.conquer_began.map(|instant| (Phase::Conquer, instant)));
-        found
+        let mut state = conquest.state.lock();
+        began.extend(state.conquer_began.map(|instant| (Phase::Conquer, instant)));
+        state
             .blocks
             .iter_mut()
             .flat_map(|block| std::mem::take(&mut block.tiles))

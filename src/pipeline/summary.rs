@@ -1,68 +1,74 @@
-//! What a finished build tells of itself.
+//! Summary of a finished build.
 
 use std::time::{Duration, Instant};
 
 use crate::constraints::polygons::check::Inverted;
 use crate::pipeline::options::Phase;
 
-/// What a finished build tells of itself.
+/// Summary of a finished build.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct BuildSummary {
-    /// Points that came in.
+    /// Number of points that arrived.
     pub points: u64,
-    /// Points that lay on another.
+    /// Number of points at the position of another one, which were merged with it.
     pub duplicates: u64,
-    /// Vertices of the file.
+    /// Number of vertices of the file.
     pub vertices: u64,
-    /// Triangles of the file.
+    /// Number of triangles of the file.
     pub triangles: u64,
-    /// Of these, triangles that stand in no core.
+    /// Number of triangles that are in no core.
     pub border_triangles: u64,
-    /// Edges with a triangle on one side only.
+    /// Number of edges with a triangle on one side only.
     pub hull_edges: u64,
-    /// Vertices that are no points that came in, but ends of segments or sites.
+    /// Number of vertices that are no input points, but ends of segments or sites.
     pub ends: u64,
-    /// Edges that are constraints.
+    /// Number of edges that are constraints.
     pub constraint_edges: u64,
-    /// Pairs of segments that crossed and were split.
+    /// Number of pairs of segments that crossed and were split.
     pub crossings: u64,
-    /// Points at which segments were split: where they cross each other, and borders if that was asked for.
+    /// Number of points at which segments were split: where they cross each other, and borders if
+    /// that was asked for.
     pub split_points: u64,
-    /// Sites.
+    /// Number of sites.
     pub sites: u64,
-    /// Regions: parts of the triangulation that no constraint passes through. 0 where there is no constraint.
+    /// Number of regions: parts of the triangulation that no constraint passes through. 0 if there
+    /// are no constraints.
     pub regions: u64,
-    /// Of these, holes.
+    /// Number of regions that are holes.
     pub hole_regions: u64,
-    /// The triangles of holes.
+    /// Number of triangles in holes.
     pub hole_triangles: u64,
-    /// Parts of obstacles that their rings go round the wrong way. They are covered if crossings are split, else an error.
+    /// Number of parts of obstacles whose rings have the wrong orientation. Such parts are covered
+    /// if crossings are split; otherwise they are an error.
     pub inverted_regions: u64,
-    /// The first of these: the smallest corner of the first obstacle that has any.
+    /// The first of these parts: the smallest corner of the first obstacle that has any.
     pub first_inverted: Option<Inverted>,
-    /// Triangles that were final in their tile, but went up, since a segment crosses them that goes on in other tiles.
+    /// Number of triangles that were final in their tile but passed up, because a segment that
+    /// extends to other tiles crosses them.
     pub held_triangles: u64,
-    /// Segments that would have held too many: they were inserted at the end, into the file.
+    /// Number of deferred segments: they would have held too many triangles, so they were inserted
+    /// into the file at the end.
     pub deferred_segments: u64,
-    /// Vertices that got z = 0, since they have none and others have
+    /// Number of vertices that got z = 0 because they have none and others have
     /// ([`MissingZ::Zero`](crate::input::MissingZ::Zero)).
     pub without_z: u64,
-    /// Tiles of the file.
+    /// Number of tiles of the file.
     pub tiles: u64,
     /// Bytes of the file.
     pub file_bytes: u64,
     /// The phases, in order.
     pub phases: Vec<PhaseSummary>,
-    /// Blocks that the points were distributed to; 1 if all were in memory.
+    /// Number of blocks that the points were distributed to; 1 if all were in memory.
     pub blocks: u64,
-    /// Of these, blocks that a build before this one had finished.
+    /// Number of blocks that an earlier build had finished.
     pub resumed_blocks: u64,
-    /// Who waited for whom.
+    /// Waiting times.
     pub waits: Waits,
     /// The levels of the merge tree: the leaves first, the root last.
     pub levels: Vec<LevelSummary>,
-    /// The largest resident size of the process so far, in bytes, where the system tells.
+    /// The largest resident size of the process so far, in bytes, or `None` if the system does not
+    /// report it.
     pub peak_memory: Option<u64>,
 }
 
@@ -70,13 +76,13 @@ pub struct BuildSummary {
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct PhaseSummary {
-    /// Which.
+    /// The phase.
     pub phase: Phase,
-    /// From its start to its end.
+    /// Time from the start of the phase to its end.
     pub time: Duration,
-    /// Bytes of work files read in it.
+    /// Bytes of work files read in the phase.
     pub bytes_read: u64,
-    /// Bytes of work files and of the tile file written in it.
+    /// Bytes of work files and of the tile file written in the phase.
     pub bytes_written: u64,
 }
 
@@ -84,18 +90,18 @@ pub struct PhaseSummary {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct LevelSummary {
-    /// Nodes of this level.
+    /// Number of nodes of the level.
     pub nodes: u64,
-    /// Points that they triangulated.
+    /// Number of points that the nodes triangulated.
     pub vertices: u64,
-    /// Triangles that they settled.
+    /// Number of triangles that the nodes settled.
     pub settled: u64,
-    /// Vertices that they handed up.
+    /// Number of vertices that the nodes passed up.
     pub seam_vertices: u64,
 }
 
 impl LevelSummary {
-    /// Adds what others of this level have.
+    /// Adds the counts of other nodes of this level.
     pub(crate) fn add(&mut self, other: Self) {
         self.nodes += other.nodes;
         self.vertices += other.vertices;
@@ -104,19 +110,20 @@ impl LevelSummary {
     }
 }
 
-/// Who waited for whom while blocks were conquered and merged.
+/// Waiting times while blocks were conquered and merged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Waits {
-    /// The time that computing threads were idle because no block was in memory, summed over the threads.
+    /// Time that computing threads were idle because no block was in memory, summed over the
+    /// threads.
     pub computing_for_blocks: Duration,
-    /// The time that computing threads waited for tiles to be written, summed over the threads.
+    /// Time that computing threads waited for tiles to be written, summed over the threads.
     pub computing_for_writing: Duration,
-    /// The time that the next block was not read because those before took its memory.
+    /// Time that the next block was not read because earlier blocks occupied the memory.
     pub blocks_for_computing: Duration,
 }
 
-/// Time and bytes of each phase.
+/// Returns time and bytes of each phase.
 pub(crate) fn phases(
     read_began: Instant,
     began: &[(Phase, Instant)],
@@ -126,12 +133,12 @@ pub(crate) fn phases(
     let now = Instant::now();
     let start = |phase| match phase {
         Phase::Read => Some(read_began),
-        _ => began.iter().find(|(its, _)| *its == phase).map(|its| its.1),
+        _ => began.iter().find(|(other, _)| *other == phase).map(|found| found.1),
     };
     let bytes = bytes_read.into_iter().zip(bytes_written);
     let phases = Phase::ALL.into_iter().enumerate().zip(bytes);
-    let summary = |((place, phase), (bytes_read, bytes_written))| {
-        let end = Phase::ALL[place + 1..]
+    let summary = |((index, phase), (bytes_read, bytes_written))| {
+        let end = Phase::ALL[index + 1..]
             .iter()
             .find_map(|&next| start(next))
             .unwrap_or(now);

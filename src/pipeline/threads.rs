@@ -8,7 +8,10 @@ use parking_lot::Mutex;
 use crate::io::start_scoped;
 use crate::pipeline::error::BuildError;
 
-/// Runs the same work on several threads. A panic in one calls `abort`, so that the others do not wait for it.
+/// Runs `work` on `threads` threads. A panic in one thread calls `abort`, so that the others do not
+/// wait for it.
+///
+/// Returns an error if a thread panicked.
 pub(crate) fn on_threads(threads: usize, work: impl Fn() + Sync, abort: impl Fn() + Sync) -> Result<(), BuildError> {
     let panicked = Mutex::new(None);
     thread::scope(|scope| {
@@ -25,7 +28,7 @@ pub(crate) fn on_threads(threads: usize, work: impl Fn() + Sync, abort: impl Fn(
             if let Err(error) = start_scoped(scope, &format!("tile-compute-{number}"), run) {
                 tracing::warn!(%error, "could not start a computing thread");
                 if number == 0 {
-                    // Without any thread of its own the work is done here.
+                    // If no thread can be started, this thread does the work.
                     run();
                 }
                 break;

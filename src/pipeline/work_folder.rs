@@ -1,14 +1,14 @@
 //! The folder `OUT.partial/`, in which a file is completed before it gets its name.
 //!
 //! ```text
-//! lock      held while a build works here
+//! lock      locked while a build works here
 //! tiles     the file that will be OUT
-//! plan      the blocks, once all points came in          ┐ of a build that outgrew the memory and
-//! journal   those that are finished                      ┘ whose inputs can be read again
-//! spill     the path of the folder that the build was told to spill to, if it was
-//! run-…     points of blocks that are not finished       ┐ here, or in a folder of their own where
-//! borders   what the borders of tiles will be made of    ┘ the build was told to spill to
-//! segments  segments; it loses its name as soon as it is there
+//! plan      the blocks, once all points arrived        ┐ of a build that outgrew the memory and
+//! journal   the finished blocks                        ┘ whose inputs can be read again
+//! spill     the path of the spill folder, if the build was given one
+//! run-…     points of unfinished blocks                ┐ here, or in a folder of their own in the
+//! borders   the border log                             ┘ spill folder that the build was given
+//! segments  segments; its name is removed as soon as the file exists
 //! ```
 
 use std::ffi::OsString;
@@ -26,7 +26,7 @@ use crate::pipeline::error::BuildError;
 
 const LOCK: &str = "lock";
 const TILES: &str = "tiles";
-/// Where [`TileReader::compact`](crate::store::TileReader::compact) writes `tiles` anew.
+/// Where [`TileReader::compact`](crate::store::TileReader::compact) rewrites `tiles`.
 const COMPACTED: &str = ".tiles.partial";
 const PLAN: &str = "plan";
 const JOURNAL: &str = "journal";
@@ -34,7 +34,7 @@ const SPILL: &str = "spill";
 const BORDERS: &str = "borders";
 const RUN: &str = "run-";
 
-/// A locked work folder; it goes away with this value, unless it is kept.
+/// A locked work folder. It is removed on drop, unless it is to be kept.
 #[derive(Debug)]
 pub(crate) struct WorkFolder {
     path: PathBuf,
@@ -42,16 +42,17 @@ pub(crate) struct WorkFolder {
     spill: PathBuf,
     output: PathBuf,
     keep: AtomicBool,
-    /// Whether the file has its name, so that there is nothing to keep.
+    /// Whether the file has its name, so that nothing is left to keep.
     published: AtomicBool,
-    /// Held, so that the lock lasts.
+    /// Keeps the lock.
     _lock: File,
 }
 
 impl WorkFolder {
-    /// Makes the folder, or takes over one that a dead build left. What is in that stays only if it is to be resumed.
+    /// Creates the folder, or takes over the one of a build that died. Removes its content unless
+    /// `resume` is set.
     ///
-    /// A folder with anything in it that no build leaves there is not touched.
+    /// Does not touch a folder that contains anything but the files of a build.
     pub(crate) fn create(output: &Path, tmp: Option<&Path>, force: bool, resume: bool) -> Result<Self, BuildError> {
         if !force && output.exists() {
             return Err(BuildError::OutputExists(output.to_owned()));
@@ -66,14 +67,15 @@ impl WorkFolder {
                 tmp.join(spill_name(output)?)
             }
         };
-        // A build that ends removes its folder and unlocks: whoever locked what it removed must try again.
+        // A build that ends removes its folder and unlocks it. A build that locked the removed file
+        // must try again.
         for _ in 0..100 {
             let Some(lock) = lock(&path)? else { continue };
             let this = Self {
                 path,
                 spill,
                 output: output.to_owned(),
-                // Until it is known that all of it is ours.
+                // Until it is known that all the content is a build's.
                 keep: AtomicBool::new(true),
                 published: AtomicBool::new(false),
                 _lock: lock,
@@ -99,7 +101,7 @@ impl WorkFolder {
         Err(BuildError::Locked(path))
     }
 
-    /// Makes the folder to spill to, or takes over one that a build left.
+    /// Creates the folder to spill to, or takes over the one of an earlier build.
     fn prepare_spill(&self) -> Result<(), BuildError> {
         if self.spill == self.path {
             return Ok(());
@@ -113,7 +115,7 @@ impl WorkFolder {
         }
     }
 
-    /// Notes where work is spilled to, so that a later build of this output finds it.
+    /// Saves the path of the spill folder, so that a later build of this output finds it.
     fn note_spill(&self) -> io::Result<()> {
         match self.spill == self.path {
             true => Ok(()),
@@ -121,20 +123,20 @@ impl WorkFolder {
         }
     }
 
-    /// Removes the folder that a killed build spilled to, if this one spills elsewhere.
+    /// Removes the folder that a killed build spilled to, if this build spills elsewhere.
     fn forget_spill(&self) {
         let Ok(noted) = fs::read(self.path.join(SPILL)) else {
             return;
         };
         let noted = PathBuf::from(OsString::from_vec(noted));
         let is_its = spill_name(&self.output).is_ok_and(|name| noted.file_name() == Some(&name));
-        // What somebody else put there is not touched.
+        // Other files in the spill folder are not touched.
         if noted != self.spill && is_its && is_ours(&noted).unwrap_or(false) {
             let _ = fs::remove_dir_all(&noted);
         }
     }
 
-    /// Removes all that a build before has left.
+    /// Removes everything that an earlier build left.
     pub(crate) fn empty(&self) -> io::Result<()> {
         for folder in [&self.path, &self.spill] {
             for entry in fs::read_dir(folder)? {
@@ -150,53 +152,55 @@ impl WorkFolder {
         Ok(())
     }
 
-    /// Whether the folder outlives this value.
+    /// Sets whether the folder is kept on drop.
     pub(crate) fn keep(&self, keep: bool) {
         let published = self.published.load(Ordering::Relaxed);
         self.keep.store(keep && !published, Ordering::Relaxed);
     }
 
-    /// The folder.
+    /// Returns the path of the folder.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Where work is spilled to.
+    /// Returns the folder that work is spilled to.
     pub(crate) fn spill(&self) -> &Path {
         &self.spill
     }
 
-    /// Where the file is completed.
+    /// Returns the path of the file that is being built.
     pub(crate) fn file(&self) -> PathBuf {
         self.path.join(TILES)
     }
 
-    /// Where the blocks stand.
+    /// Returns the path of the plan of blocks.
     pub(crate) fn plan(&self) -> PathBuf {
         self.path.join(PLAN)
     }
 
-    /// Where the finished blocks stand.
+    /// Returns the path of the journal of finished blocks.
     pub(crate) fn journal(&self) -> PathBuf {
         self.path.join(JOURNAL)
     }
 
-    /// Whether a build left this folder that was killed between giving its file the name and cleaning up.
+    /// Returns whether the folder is of a build that was killed after it had given its file its
+    /// name and before it cleaned up.
     pub(crate) fn was_published(&self) -> bool {
         self.journal().exists() && !self.file().exists()
     }
 
-    /// Where the border log is spilled to.
+    /// Returns the path of the border log.
     pub(crate) fn borders(&self) -> PathBuf {
         self.spill.join(BORDERS)
     }
 
-    /// Gives the completed file its name; the folder goes away.
+    /// Gives the completed file its name. The folder is then removed on drop.
     pub(crate) fn publish(&self) -> Result<(), BuildError> {
         let output = &self.output;
         let folder = folder_of(output);
         let cannot = |error| BuildError::io(folder, "sync the folder", error);
-        // Before the file has its name, so that a refusal leaves what was there.
+        // The folder is opened before the rename, so that a failure leaves an existing output in
+        // place.
         let opened = File::open(folder).map_err(cannot)?;
         output_target(output)
             .and_then(|_| fs::rename(self.file(), output))
@@ -212,7 +216,8 @@ impl Drop for WorkFolder {
         if self.keep.load(Ordering::Relaxed) {
             return;
         }
-        // Who is killed on the way must not leave a plan without what it speaks of.
+        // A build that is killed while it cleans up must not leave a plan without the files that it
+        // names.
         let _ = fs::remove_file(self.plan());
         let mut folders = vec![&self.path];
         if self.spill != self.path {
@@ -226,7 +231,8 @@ impl Drop for WorkFolder {
     }
 }
 
-/// The name of the folder for the work on an output, in the folder to spill to: always the same, and no other output's.
+/// Returns the name of an output's folder within the folder to spill to. It is always the same, and
+/// no other output has it.
 fn spill_name(output: &Path) -> Result<OsString, BuildError> {
     let parent = folder_of(output);
     let parent = fs::canonicalize(parent).map_err(|error| BuildError::io(parent, "find the folder", error))?;
@@ -237,8 +243,8 @@ fn spill_name(output: &Path) -> Result<OsString, BuildError> {
     Ok(name)
 }
 
-/// Makes the folder, or takes over one that holds nothing but what a build leaves, and locks it. None: another build removed it
-/// meanwhile.
+/// Creates the folder, or takes over one that contains only files of a build, and locks it. Returns
+/// `None` if another build removed it meanwhile.
 fn lock(path: &Path) -> Result<Option<File>, BuildError> {
     match fs::create_dir(path) {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => match is_ours(path) {
@@ -263,7 +269,7 @@ fn lock(path: &Path) -> Result<Option<File>, BuildError> {
     Ok(is_there.then_some(lock))
 }
 
-/// Whether a folder holds nothing but files with the names that a build gives.
+/// Returns whether a folder contains only files with names that a build uses.
 fn is_ours(path: &Path) -> io::Result<bool> {
     if !fs::symlink_metadata(path)?.is_dir() {
         return Ok(false);

@@ -1,8 +1,10 @@
 //! The area within a walking distance, in pieces that are bounded by straight lines and arcs.
 //!
-//! The wave tells what it sees from each of its roots ([`wave::parts`](crate::query::wavefront)); of each part, what is not farther from the
-//! root than the way that is left belongs to the area, and nothing else does. Pieces of one root touch along sides, where their
-//! outlines have the same points to the last bit; those of several roots may overlap, as behind an obstacle round which two ways lead.
+//! The wavefront reports the regions that each of its roots sees
+//! ([`wavefront`](crate::query::wavefront)). The part of a region within the remaining distance of
+//! its root belongs to the area, and nothing else does. Pieces of one root touch along edges, where
+//! their outlines have the same points to the last bit. Pieces of different roots may overlap, for
+//! example behind an obstacle that paths pass on both sides.
 
 use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
@@ -11,28 +13,29 @@ use futures::stream::Stream;
 
 use super::answer::distance;
 use super::request::{QueryError, QueryOptions, unfold};
-use super::wavefront::{Goal, Part, Places, Run, Shape, Side};
+use super::wavefront::{Goal, HalfPlane, QueryPoints, RegionShape, VisibleRegion, WavefrontRun};
 use crate::geometry::{Orientation, Point, orient2d};
 use crate::store::TileReader;
 
-/// A piece of the area within a walking distance: what of a convex polygon is within reach of a point that sees all of it.
+/// A piece of the area within a walking distance: the part of a convex polygon within reach of a
+/// point that sees all of the polygon.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct AreaPiece {
-    /// The point: that from which the distance counts, or one round which ways bend.
+    /// The point that sees the polygon: the start, or a point round which paths bend.
     pub root: Point,
-    /// The way to it.
+    /// The walking distance of `root`.
     pub walked: f64,
-    /// How much of the distance is left there.
+    /// The distance that is left at `root`.
     pub reach: f64,
-    /// The polygon, counter-clockwise; its corners are rounded unless they are vertices.
+    /// The polygon, counter-clockwise. Its corners are rounded unless they are vertices.
     pub corners: Vec<Point>,
 }
 
 impl AreaPiece {
-    /// Whether a point lies in the closed piece, but for rounding of the corners.
+    /// Returns whether a point is in the closed piece, except for rounding of the corners.
     #[must_use]
     pub fn contains(&self, point: Point) -> bool {
         let around = self.corners.iter().zip(self.corners.iter().cycle().skip(1));
@@ -42,9 +45,12 @@ impl AreaPiece {
                 .all(|(&a, &b)| orient2d(a, b, point) != Orientation::Clockwise)
     }
 
-    /// The outline, counter-clockwise, without its first point again at the end. Arcs become lines within the piece, which are
-    /// farther from them than `tolerance` times their radius nowhere: 1e-4 makes 223 lines of a circle. Empty if nothing is left then.
-    /// A tolerance below 1e-9 counts as that.
+    /// Returns the outline, counter-clockwise, without repeating its first point at the end. Arcs
+    /// become chords inside the piece, which are nowhere farther from the arc than `tolerance`
+    /// times its radius: 1e-4 makes 223 chords of a circle. The outline is empty if nothing
+    /// remains.
+    ///
+    /// A tolerance below 1e-9 counts as 1e-9.
     #[must_use]
     pub fn outline(&self, tolerance: f64) -> Vec<Point> {
         let step = 2.0 * (1.0 - tolerance.clamp(1e-9, 0.5)).acos();
@@ -56,18 +62,18 @@ impl AreaPiece {
             }
             return outline;
         }
-        for (place, [from, to]) in chords.iter().copied().enumerate() {
+        for (index, [from, to]) in chords.iter().copied().enumerate() {
             if outline.last() != Some(&from) {
                 outline.push(from);
             }
             if to != from {
                 outline.push(to);
             }
-            let next = chords[(place + 1) % chords.len()][0];
+            let next = chords[(index + 1) % chords.len()][0];
             if next != to {
                 let [start, end] = [to, next].map(|p| (p.y - self.root.y).atan2(p.x - self.root.x));
                 let mut turn = (end - start).rem_euclid(TAU);
-                // What is as good as no turn is not a whole one.
+                // A turn that is nearly zero must not count as a full turn.
                 if turn > TAU - 1e-9 && distance(to, next) <= 1e-9 * self.reach {
                     turn = 0.0;
                 }
@@ -83,7 +89,7 @@ impl AreaPiece {
         outline
     }
 
-    /// Points between the ends of an arc of so many radians, counter-clockwise.
+    /// Appends the points between the ends of an arc of `turn` radians, counter-clockwise.
     fn arc(&self, start: f64, turn: f64, step: f64, outline: &mut Vec<Point>) {
         let steps = (turn / step).ceil().max(1.0);
         for number in 1..steps as u32 {
@@ -95,19 +101,19 @@ impl AreaPiece {
         }
     }
 
-    /// The parts of the sides that are within reach.
+    /// Returns the parts of the polygon's edges that are within reach.
     fn chords(&self) -> impl Iterator<Item = [Point; 2]> {
         let around = self.corners.iter().zip(self.corners.iter().cycle().skip(1));
         around.filter_map(|(&a, &b)| self.chord(a, b))
     }
 
-    /// The part of a side that is within reach.
+    /// Returns the part of an edge that is within reach.
     fn chord(&self, a: Point, b: Point) -> Option<[Point; 2]> {
         let is_near = [a, b].map(|p| distance(self.root, p) <= self.reach);
         if is_near == [true; 2] {
             return Some([a, b]);
         }
-        // The neighbour comes from the other end.
+        // The neighbouring piece has the edge in the opposite direction.
         let (from, to) = if a.lex_cmp(b).is_lt() { (a, b) } else { (b, a) };
         let (dx, dy) = (to.x - from.x, to.y - from.y);
         let (px, py) = (self.root.x - from.x, self.root.y - from.y);
@@ -131,13 +137,13 @@ impl AreaPiece {
         Some([if is_near[0] { a } else { low }, if is_near[1] { b } else { high }])
     }
 
-    /// The piece of a part.
-    fn of(part: Part, root: Point, walked: f64, radius: f64) -> Option<Self> {
+    /// Returns the piece of a region.
+    fn of(region: VisibleRegion, root: Point, walked: f64, radius: f64) -> Option<Self> {
         let reach = radius - walked;
-        let corners = match part.shape {
-            Shape::Triangle { corners, between } => cut(corners.to_vec(), root, between),
-            Shape::Half { side, except } => half_plane(root, side, except, reach),
-            Shape::Beyond { edge, between } => beyond(root, edge, between, reach),
+        let corners = match region.shape {
+            RegionShape::Triangle { corners, between } => cut(corners.to_vec(), root, between),
+            RegionShape::HalfPlane { half_plane, except } => region_in_half_plane(root, half_plane, except, reach),
+            RegionShape::BehindHullEdge { edge, between } => region_behind_edge(root, edge, between, reach),
         };
         let this = Self {
             root,
@@ -150,18 +156,19 @@ impl AreaPiece {
     }
 }
 
-/// Cuts a convex polygon to what lies between two rays from a root.
+/// Clips a convex polygon to the part between two rays from a root.
 fn cut(corners: Vec<Point>, root: Point, between: Option<[Point; 2]>) -> Vec<Point> {
     let Some([right, left]) = between else { return corners };
     let corners = cut_off(&corners, root, right, Orientation::Clockwise);
     cut_off(&corners, root, left, Orientation::CounterClockwise)
 }
 
-/// Cuts off a convex polygon what lies on one side of the line from a root through a point.
+/// Removes from a convex polygon the part on the side `hidden` of the line from a root through
+/// `via`.
 fn cut_off(corners: &[Point], root: Point, via: Point, hidden: Orientation) -> Vec<Point> {
     let mut kept = Vec::new();
-    for (place, &corner) in corners.iter().enumerate() {
-        let next = corners[(place + 1) % corners.len()];
+    for (index, &corner) in corners.iter().enumerate() {
+        let next = corners[(index + 1) % corners.len()];
         let [turn, turn_next] = [corner, next].map(|p| orient2d(root, via, p));
         if turn != hidden {
             kept.push(corner);
@@ -174,7 +181,7 @@ fn cut_off(corners: &[Point], root: Point, via: Point, hidden: Orientation) -> V
     kept
 }
 
-/// Where a ray crosses a side, whose ends may be given in either order.
+/// Returns the crossing of a ray and an edge. The order of the edge's ends does not matter.
 fn crossing(root: Point, via: Point, a: Point, b: Point) -> Point {
     let (a, b) = if a.lex_cmp(b).is_lt() { (a, b) } else { (b, a) };
     let (rx, ry) = (via.x - root.x, via.y - root.y);
@@ -188,7 +195,7 @@ fn crossing(root: Point, via: Point, a: Point, b: Point) -> Point {
     Point::new(a.x + along * (b.x - a.x), a.y + along * (b.y - a.y))
 }
 
-/// The unit vector from one point to another.
+/// Returns the unit vector from one point to another.
 fn direction(from: Point, to: Point) -> Point {
     let length = distance(from, to);
     Point::new((to.x - from.x) / length, (to.y - from.y) / length)
@@ -198,10 +205,11 @@ fn add(p: Point, v: Point, length: f64) -> Point {
     Point::new(p.x + length * v.x, p.y + length * v.y)
 }
 
-/// A rectangle on one side of a line through a root, that holds half a disc round it; without what is on a side of another line.
-fn half_plane(root: Point, side: Side, except: Option<Side>, reach: f64) -> Vec<Point> {
-    let mut along = direction(root, side.towards);
-    if !side.is_left {
+/// Returns a rectangle on one side of a line through a root that contains half a disc round the
+/// root, without the part in the half-plane `except`.
+fn region_in_half_plane(root: Point, half_plane: HalfPlane, except: Option<HalfPlane>, reach: f64) -> Vec<Point> {
+    let mut along = direction(root, half_plane.towards);
+    if !half_plane.is_left {
         along = Point::new(-along.x, -along.y);
     }
     let aside = Point::new(-along.y, along.x);
@@ -210,13 +218,13 @@ fn half_plane(root: Point, side: Side, except: Option<Side>, reach: f64) -> Vec<
     let whole = vec![back, front, add(front, aside, far), add(back, aside, far)];
     match except {
         None => whole,
-        Some(Side { towards, is_left: true }) => cut_off(&whole, root, towards, Orientation::CounterClockwise),
-        Some(Side { towards, .. }) => cut_off(&whole, root, towards, Orientation::Clockwise),
+        Some(HalfPlane { towards, is_left: true }) => cut_off(&whole, root, towards, Orientation::CounterClockwise),
+        Some(HalfPlane { towards, .. }) => cut_off(&whole, root, towards, Orientation::Clockwise),
     }
 }
 
-/// A polygon of what lies beyond a side between two rays, as far as a root can reach.
-fn beyond(root: Point, [right, left]: [Point; 2], rays: [Point; 2], reach: f64) -> Vec<Point> {
+/// Returns a polygon of the space beyond an edge between two rays, as far as a root can reach.
+fn region_behind_edge(root: Point, [right, left]: [Point; 2], rays: [Point; 2], reach: f64) -> Vec<Point> {
     let ends = [(rays[0], right), (rays[1], left)];
     let [right, left] = ends.map(|(via, end)| {
         if orient2d(root, via, end) == Orientation::Collinear {
@@ -231,10 +239,11 @@ fn beyond(root: Point, [right, left]: [Point; 2], rays: [Point; 2], reach: f64) 
         .atan2(to_right.x * to_left.x + to_right.y * to_left.y)
         .clamp(0.0, PI);
     let mut corners = vec![right, add(root, to_right, far)];
-    // Corners between the rays, so that the polygon stays outside of the disc: a third of the angle apart, and as much farther.
+    // Three corners between the rays keep the polygon outside the disc. They are a third of the
+    // angle apart, and farther out accordingly.
     let start = to_right.y.atan2(to_right.x);
-    for part in [1.0, 3.0, 5.0] {
-        let (sin, cos) = (start + angle * part / 6.0).sin_cos();
+    for region in [1.0, 3.0, 5.0] {
+        let (sin, cos) = (start + angle * region / 6.0).sin_cos();
         corners.push(add(root, Point::new(cos, sin), far / (angle / 6.0).cos()));
     }
     corners.extend([add(root, to_left, far), left]);
@@ -244,11 +253,15 @@ fn beyond(root: Point, [right, left]: [Point; 2], rays: [Point; 2], reach: f64) 
 
 /// The area within a walking distance.
 impl TileReader {
-    /// The area within a walking distance of a point, in pieces, those found first nearer. A point is in the area if and only if it is in
-    /// a piece; the pieces of one root do not overlap, those of several may. Outside the hull there are pieces, too, if that is free.
+    /// Returns the area within a walking distance of `at`, in pieces, roughly nearest first. A
+    /// point is in the area if and only if it is in a piece. The pieces of one root do not overlap;
+    /// those of different roots may. There are pieces outside the hull, too, if the outside is
+    /// free.
     ///
-    /// A radius that is not a number, or negative, has no pieces; one above [`Point::MAX_MAGNITUDE`] counts as that. Ends and limits as
-    /// [`nearest_sites`](Self::nearest_sites); what came before a limit was reached is a part of the area.
+    /// If `radius` is negative or not a number, there are no pieces. A radius above
+    /// [`Point::MAX_MAGNITUDE`] counts as that. The stream ends, and its limits apply, as for
+    /// [`nearest_sites`](Self::nearest_sites). The pieces that come before a limit is reached are a
+    /// part of the area.
     ///
     /// [Examples](crate::query#examples).
     pub fn area_within(
@@ -264,24 +277,24 @@ impl TileReader {
             0.0
         };
         let start = async move {
-            let goal = Goal::Places(Places::new([]));
-            let mut run = Run::from_point(&reader, at, goal, radius, options).await?;
-            run.keep_parts();
+            let goal = Goal::Points(QueryPoints::new([]));
+            let mut run = WavefrontRun::from_point(&reader, at, goal, radius, options).await?;
+            run.keep_regions();
             Ok((run, VecDeque::new()))
         };
         unfold(
             start,
-            move |(mut run, mut pieces): (Run, VecDeque<AreaPiece>)| async move {
+            move |(mut run, mut pieces): (WavefrontRun, VecDeque<AreaPiece>)| async move {
                 loop {
                     if let Some(piece) = pieces.pop_front() {
                         return Ok(Some((piece, (run, pieces))));
                     }
-                    let Some(parts) = run.next_parts().await? else {
+                    let Some(regions) = run.next_regions().await? else {
                         return Ok(None);
                     };
-                    pieces.extend(parts.into_iter().filter_map(|part| {
-                        let (root, walked) = run.root_at(part.root);
-                        AreaPiece::of(part, root, walked, radius)
+                    pieces.extend(regions.into_iter().filter_map(|region| {
+                        let (root, walked) = run.root_at(region.root);
+                        AreaPiece::of(region, root, walked, radius)
                     }));
                 }
             },
@@ -311,7 +324,7 @@ mod tests {
     fn outlines_have_the_area_of_their_pieces() {
         let square = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
         let beside = [[1.0, -1.0], [2.0, -1.0], [2.0, 1.0], [1.0, 1.0]];
-        // A segment of a circle of radius r, cut off at distance 1.
+        // The area of a segment of a circle of radius r, cut off at distance 1.
         let cap = |r: f64| r * r * (1.0 / r).acos() - (r * r - 1.0).sqrt();
         for (reach, corners, expected) in [
             (0.5, square, PI / 4.0),
@@ -334,11 +347,11 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_outside_is_a_half_disc_or_a_sector() {
+    fn pieces_outside_the_hull_are_half_discs_or_sectors() {
         let (root, reach) = (Point::new(0.0, 0.0), 2.0);
         let towards = Point::new(3.0, 4.0);
         let cut = |is_left, except| AreaPiece {
-            corners: half_plane(root, Side { towards, is_left }, except, reach),
+            corners: region_in_half_plane(root, HalfPlane { towards, is_left }, except, reach),
             ..piece(reach, &[])
         };
         let half = |is_left| cut(is_left, None);
@@ -346,12 +359,12 @@ mod tests {
         assert!(half(true).contains(is_above) && !half(false).contains(is_above));
         assert!((area(&half(false).outline(1e-6)) - 2.0 * PI).abs() < 1e-5);
         let (towards, is_left) = (Point::new(1.0, 0.0), true);
-        let rest = cut(false, Some(Side { towards, is_left }));
+        let rest = cut(false, Some(HalfPlane { towards, is_left }));
         let expected = 2.0 * PI - 2.0 * (4f64 / 3.0).atan();
         assert!((area(&rest.outline(1e-6)) - expected).abs() < 1e-5);
         let [right, left] = [Point::new(1.0, -1.0), Point::new(1.0, 1.0)];
         let sector = AreaPiece {
-            corners: beyond(root, [right, left], [right, left], reach),
+            corners: region_behind_edge(root, [right, left], [right, left], reach),
             ..piece(reach, &[])
         };
         let found = area(&sector.outline(1e-6));

@@ -1,7 +1,8 @@
-//! What is nearest as the crow flies: vertices and sites by Euclidean distance, whatever lies between.
+//! Vertices and sites by Euclidean distance, regardless of obstacles.
 //!
-//! Cells of the k-d tree and vertices stand in one queue by their distance (Hjaltason and Samet, "Distance browsing in spatial
-//! databases", ACM TODS 24, 1999), so that only tiles are read that can hold the next nearest.
+//! Cells of the k-d tree and vertices are in one queue, ordered by distance (Hjaltason and Samet,
+//! "Distance browsing in spatial databases", ACM TODS 24, 1999). So only tiles that can contain the
+//! next nearest are read.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -15,48 +16,49 @@ use crate::geometry::{Point, Rect};
 use crate::query::answer::distance::distance_to_rect;
 use crate::store::{KdNode, Tile, TileId, TileReader, Vertex};
 
-/// A vertex or a site, by Euclidean distance.
+/// A vertex or a site, found by Euclidean distance.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Near {
-    /// The vertex, at which the site lies if it is one.
+    /// The vertex, or the vertex of the site.
     pub vertex: Vertex,
-    /// How far it is, rounded.
+    /// The distance, rounded.
     pub distance: f64,
-    /// The site's number, if sites were asked for.
+    /// The number of the site, if sites were requested.
     pub site: Option<u64>,
-    /// The site's id, if the input gave it one.
+    /// The id of the site, if the input gave it one.
     pub id: Option<String>,
 }
 
-/// A thing in the queue: by the bits of its distance, then cells before things in them, then by number.
-type Entry = Keyed<(u64, u8, u64), Thing>;
+/// An entry of the queue, ordered by the bits of its distance; then cells come before vertices and
+/// sites; then by number.
+type QueueEntry = Keyed<(u64, u8, u64), QueueItem>;
 
 #[derive(Debug)]
-enum Thing {
+enum QueueItem {
     Cell(u32, Rect),
     Near(Near),
 }
 
-struct Search {
+struct EuclideanSearch {
     tiles: Tiles,
     reader: TileReader,
     at: Point,
     wants_sites: bool,
-    open: BinaryHeap<Reverse<Entry>>,
+    open: BinaryHeap<Reverse<QueueEntry>>,
 }
 
-impl Search {
+impl EuclideanSearch {
     fn push_cell(&mut self, node: u32, cell: Rect) {
         if cell.is_empty() {
             return;
         }
         let key = (distance_to_rect(self.at, cell).to_bits(), 0, node.into());
-        self.open.push(Reverse(Entry {
+        self.open.push(Reverse(QueueEntry {
             key,
-            value: Thing::Cell(node, cell),
+            value: QueueItem::Cell(node, cell),
         }));
     }
 
@@ -65,9 +67,9 @@ impl Search {
         let number = near
             .site
             .unwrap_or(u64::from(vertex.tile.0) << 32 | u64::from(vertex.index.0));
-        self.open.push(Reverse(Entry {
+        self.open.push(Reverse(QueueEntry {
             key: (near.distance.to_bits(), 1, number),
-            value: Thing::Near(near),
+            value: QueueItem::Near(near),
         }));
     }
 
@@ -99,10 +101,10 @@ impl Search {
     }
 
     async fn next(&mut self) -> Result<Option<Near>, QueryError> {
-        while let Some(Reverse(Entry { value, key })) = self.open.pop() {
+        while let Some(Reverse(QueueEntry { value, key })) = self.open.pop() {
             let (node, cell) = match value {
-                Thing::Near(near) => return Ok(Some(near)),
-                Thing::Cell(node, cell) => (node, cell),
+                QueueItem::Near(near) => return Ok(Some(near)),
+                QueueItem::Cell(node, cell) => (node, cell),
             };
             match self.reader.directory().tree.nodes()[node as usize] {
                 KdNode::X { cut, right } => {
@@ -128,38 +130,40 @@ impl Search {
     }
 }
 
-/// What is nearest as the crow flies.
+/// Euclidean nearest neighbours.
 impl TileReader {
-    /// The vertices by their Euclidean distance from a point, the nearest first; of equally distant ones the first by number.
-    /// Ends and limits as [`nearest_sites`](Self::nearest_sites), but obstacles are none.
+    /// Returns the vertices by Euclidean distance from `at`, nearest first. Vertices with equal
+    /// distances are ordered by number. The stream ends, and its limits apply, as for
+    /// [`nearest_sites`](Self::nearest_sites), but obstacles do not matter.
     ///
     /// [Examples](crate::query#examples).
-    pub fn vertices_by_air(
+    pub fn vertices_by_euclidean_distance(
         &self,
         at: Point,
         options: QueryOptions,
     ) -> impl Stream<Item = Result<Near, QueryError>> + Send + Unpin + 'static + use<> {
-        self.by_air(at, options, false)
+        self.by_euclidean_distance(at, options, false)
     }
 
-    /// The sites by their Euclidean distance from a point; otherwise as [`vertices_by_air`](Self::vertices_by_air).
+    /// Returns the sites by Euclidean distance from `at`; otherwise as
+    /// [`vertices_by_euclidean_distance`](Self::vertices_by_euclidean_distance).
     ///
     /// [Examples](crate::query#examples).
-    pub fn sites_by_air(
+    pub fn sites_by_euclidean_distance(
         &self,
         at: Point,
         options: QueryOptions,
     ) -> impl Stream<Item = Result<Near, QueryError>> + Send + Unpin + 'static + use<> {
-        self.by_air(at, options, true)
+        self.by_euclidean_distance(at, options, true)
     }
 
-    fn by_air(
+    fn by_euclidean_distance(
         &self,
         at: Point,
         options: QueryOptions,
         wants_sites: bool,
     ) -> impl Stream<Item = Result<Near, QueryError>> + Send + Unpin + 'static + use<> {
-        let mut search = Search {
+        let mut search = EuclideanSearch {
             tiles: Tiles::new(self, &options),
             reader: self.clone(),
             at,

@@ -1,8 +1,9 @@
-//! Walking distances between all of some points and all of others.
+//! Walking distances between all points of one list and all points of another.
 //!
-//! Comes in: two lists of points. Goes out: a distance, or why there is none, for each pair. The points are found once; then one
-//! wave to all points of the longer list starts at each of the shorter one, for a distance is the same in both directions. Where paths
-//! are asked for, waves start at the points of the first list.
+//! The input is two lists of points. The output is a distance, or the reason why there is none, for
+//! each pair. The points are located once. Then a wavefront to all points of the longer list starts
+//! at each point of the shorter list, because a distance is the same in both directions. If paths
+//! are requested, wavefronts start at the points of the first list.
 
 use std::pin::Pin;
 use std::sync::Arc;
@@ -14,82 +15,86 @@ use futures::stream::{Stream, StreamExt, TryStreamExt};
 use tokio::task::JoinHandle;
 
 use super::answer::{Distance, Path};
-use super::free_space::Place;
+use super::free_space::QueryPoint;
 use super::request::{QueryError, QueryOptions, Tiles, unfold};
-use super::wavefront::{Goal, Places, Run, What};
+use super::wavefront::{Goal, QueryPoints, Target, WavefrontRun};
 use crate::geometry::Point;
 use crate::store::{ReadError, TileReader};
 
-/// How far it is from one of some points to one of others.
+/// The distance of a pair of points.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct PairDistance {
-    /// The place of the first point in its list.
+    /// The index of the first point in its list.
     pub from: usize,
-    /// The place of the second point in its list.
+    /// The index of the second point in its list.
     pub to: usize,
-    /// How far it is.
+    /// The distance, or the reason why there is none.
     pub outcome: DistanceOutcome,
-    /// A shortest path, if the options ask for it and there is one.
+    /// A shortest path, if the options request it and there is one.
     pub path: Option<Path>,
 }
 
-/// How a question for a distance ends.
+/// The outcome of a query for a distance.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum DistanceOutcome {
-    /// With a distance.
+    /// A distance.
     Found(Distance),
-    /// Both points are free, but no way leads from one to the other.
+    /// Both points are free, but no path connects them.
     Unreachable,
-    /// A point lies in an obstacle: the first one, or else the second.
+    /// A point is in an obstacle: the first one, or otherwise the second.
     InsideObstacle {
         /// The point.
         point: Point,
-        /// The nearest point where one may be, rounded; none if there is none.
+        /// The nearest free point, rounded; `None` if no point is free.
         nearest_free: Option<Point>,
     },
-    /// The wave used up the tiles or the time that it may use.
+    /// The wavefront reached its limit of tiles or time.
     OutOfBudget {
-        /// It is at least as far.
+        /// A lower bound of the distance.
         at_least: f64,
     },
 }
 
-/// How far a goal is, and the path there if it is asked for.
+/// The outcome for a goal, and the path there if it is requested.
 type Outcome = (DistanceOutcome, Option<Path>);
 
-/// A point, where it lies, and where one may be if not there.
-struct End {
-    place: Place,
+/// A point of a list, with the nearest free point if it is not free itself.
+struct MatrixPoint {
+    query_point: QueryPoint,
     nearest_free: Option<Point>,
 }
 
-impl End {
+impl MatrixPoint {
     async fn find(tiles: &mut Tiles, point: Point) -> Result<Self, QueryError> {
-        let place = Place::find(tiles, point).await?;
-        let nearest_free = if place.is_free {
+        let query_point = QueryPoint::find(tiles, point).await?;
+        let nearest_free = if query_point.is_free {
             None
         } else {
-            place.nearest_free(tiles).await?
+            query_point.nearest_free(tiles).await?
         };
-        Ok(Self { place, nearest_free })
+        Ok(Self {
+            query_point,
+            nearest_free,
+        })
     }
 }
 
-/// What all waves share.
+/// The data that all wavefronts share.
 struct Matrix {
     reader: TileReader,
     options: QueryOptions,
-    /// Where waves start, and where to. The ends of the longer list are the goals.
-    starts: Vec<End>,
-    goals: Vec<End>,
-    places: Places,
-    /// Whether waves go backwards.
+    /// The points where wavefronts start. The points of the other list, which is the longer one
+    /// unless paths are requested, are the goals.
+    starts: Vec<MatrixPoint>,
+    goals: Vec<MatrixPoint>,
+    goal_points: QueryPoints,
+    /// Whether wavefronts run from the second list to the first.
     is_swapped: bool,
 }
 
@@ -106,32 +111,32 @@ impl Matrix {
         let (mut starts, mut goals) = (Vec::new(), Vec::new());
         for (ends, points) in [(&mut starts, few), (&mut goals, many)] {
             for point in points {
-                ends.push(End::find(&mut tiles, point).await?);
+                ends.push(MatrixPoint::find(&mut tiles, point).await?);
             }
         }
-        let places = Places::new(goals.iter().map(|goal: &End| &goal.place));
+        let goal_points = QueryPoints::new(goals.iter().map(|goal: &MatrixPoint| &goal.query_point));
         Ok(Arc::new(Self {
             reader,
             options,
             starts,
             goals,
-            places,
+            goal_points,
             is_swapped,
         }))
     }
 
-    /// The distances between a start and all goals.
+    /// Returns the distances between a start and all goals.
     async fn row(self: Arc<Self>, start: usize) -> Result<Vec<PairDistance>, QueryError> {
-        let inside = |end: &End| {
-            (!end.place.is_free).then_some(DistanceOutcome::InsideObstacle {
-                point: end.place.point,
+        let inside = |end: &MatrixPoint| {
+            (!end.query_point.is_free).then_some(DistanceOutcome::InsideObstacle {
+                point: end.query_point.point,
                 nearest_free: end.nearest_free,
             })
         };
         let of_start = inside(&self.starts[start]);
         let found = match of_start {
             Some(_) => self.unreached(),
-            None => self.wave(start).await?,
+            None => self.reach_goals(start).await?,
         };
         let pairs = found
             .into_iter()
@@ -154,15 +159,15 @@ impl Matrix {
         Ok(pairs.collect())
     }
 
-    /// What there is to tell of goals that nothing is known of.
+    /// Returns the initial outcome of each goal.
     fn unreached(&self) -> Vec<Outcome> {
         vec![(DistanceOutcome::Unreachable, None); self.goals.len()]
     }
 
-    /// The distances from a free start to all goals that a wave reaches.
-    async fn wave(&self, start: usize) -> Result<Vec<Outcome>, QueryError> {
+    /// Returns the distances from a free start to all goals that a wavefront reaches.
+    async fn reach_goals(&self, start: usize) -> Result<Vec<Outcome>, QueryError> {
         let mut outcomes = self.unreached();
-        let mut missing = self.goals.iter().filter(|goal| goal.place.is_free).count();
+        let mut missing = self.goals.iter().filter(|goal| goal.query_point.is_free).count();
         let ended = self.reach(start, &mut outcomes, &mut missing).await;
         if let Err(error) = ended {
             let QueryError::OutOfBudget { at_least } = error else {
@@ -181,17 +186,17 @@ impl Matrix {
         if *missing == 0 {
             return Ok(());
         }
-        let source = self.starts[start].place.clone();
+        let source = self.starts[start].query_point.clone();
         let mut tiles = Tiles::new(&self.reader, &self.options);
         tiles.get(source.tile()).await?;
-        let goal = Goal::Places(self.places.clone());
-        let mut run = Run::start(tiles, source, goal, f64::INFINITY, self.options.clone()).await?;
+        let goal = Goal::Points(self.goal_points.clone());
+        let mut run = WavefrontRun::start(tiles, source, goal, f64::INFINITY, self.options.clone()).await?;
         while let Some(found) = run.next().await? {
-            if let What::Place(goal) = found.what {
+            if let Target::Point(goal) = found.target {
                 let distance = Distance::of_legs(found.length, run.legs(&found));
                 let goal = goal as usize;
                 let path = match self.options.paths {
-                    true => Some(run.path(&found, &self.goals[goal].place).await?),
+                    true => Some(run.path(&found, &self.goals[goal].query_point).await?),
                     false => None,
                 };
                 outcomes[goal] = (DistanceOutcome::Found(distance), path);
@@ -205,7 +210,7 @@ impl Matrix {
     }
 }
 
-/// A task that ends with who waits for it.
+/// A task that is aborted on drop.
 struct Owned<T>(JoinHandle<Result<T, QueryError>>);
 
 impl<T> Future for Owned<T> {
@@ -226,18 +231,21 @@ impl<T> Drop for Owned<T> {
     }
 }
 
-/// Walking distances of many to many.
+/// Many-to-many walking distances.
 impl TileReader {
-    /// The walking distances between all points of one list and all of another: many to many.
+    /// Returns the walking distances between all points of `from` and all points of `to`.
     ///
-    /// One wave goes out from each point of the shorter list (of the first, if both are equally long, or if the options ask for
-    /// paths), as many at once as there are processors, each in a task of its own. The pairs come wave by wave, in the order of the shorter list, and
-    /// within a wave in the order of the other. So memory is needed for a few waves, and not for all pairs. Which list is
-    /// shorter can change the last bits of a distance, and nothing else: sums of the same legs are rounded in another order.
+    /// One wavefront starts at each point of the shorter list. (It is the first list if both are
+    /// equally long, or if the options request paths.) As many wavefronts run at once as there are
+    /// processors, each in its own task. The pairs come wavefront by wavefront, in the order of the
+    /// shorter list, and within a wavefront in the order of the other list. So the memory needed is
+    /// that of a few wavefronts, not that of all pairs. Which list is shorter can change only the
+    /// last bits of a distance: the sum of the same legs is rounded in another order.
     ///
-    /// Each wave is a query with these options; finding the points comes before and is free. A wave that used up what it may use
-    /// leaves [`DistanceOutcome::OutOfBudget`] for what it did not reach. Otherwise the stream ends as
-    /// [`nearest_sites`](Self::nearest_sites).
+    /// Each wavefront is a query with these options. Locating the points comes before and does not
+    /// count towards the limits. A wavefront that reached a limit returns
+    /// [`DistanceOutcome::OutOfBudget`] for the goals that it did not reach. Otherwise the stream
+    /// ends as [`nearest_sites`](Self::nearest_sites).
     ///
     /// [Examples](crate::query#examples).
     pub fn distance_matrix(

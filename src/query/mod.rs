@@ -1,24 +1,25 @@
-//! Questions to a triangulation on disk.
+//! Queries on a triangulation on disk.
 //!
-//! A query is a state machine without I/O that asks for tiles; a thin async driver feeds it through the cache.
+//! A query is a state machine without I/O. It requests tiles, and a thin async driver reads them
+//! through the cache.
 //!
 //! ```text
-//!   walking · matrix · along · area        sites and paths; many to many; along a line; all within reach
+//!   walking · matrix · along · area    sites and paths; many to many; along a line; within reach
 //!       │
-//!       ├──▶ funnel ──▶ edges              an answer with bounds: the way along edges, and the same pulled taut
-//!       ├──▶ wavefront ──▶ route           what can be reached, nearest first; the path as it bends, and its proof
+//!       ├──▶ funnel ──▶ edges          answers with bounds: a path along edges, then shortened
+//!       ├──▶ wavefront ──▶ route       exact search, nearest first; the path, and its proof
 //!       │
-//!       └──▶ free_space ──▶ locating       where a query begins and ends, and where one may walk
+//!       └──▶ free_space ──▶ locating   where a query starts and ends, and which space is free
 //!                │
-//!                └──▶ request, answer      what a query may use: options, and tiles within them; what it answers with
+//!                └──▶ request, answer  options, tiles within their limits; the types of answers
 //!
-//!   euclidean                              as the crow flies
-//!   baselines                              the same by others' methods, to be measured (feature `baselines`)
+//!   euclidean                          Euclidean nearest neighbours
+//!   baselines                          methods from the literature (feature `baselines`)
 //! ```
 //!
 //! # Examples
 //!
-//! A town with a wall, and a shop on each side of that:
+//! A town with a wall, and a shop on each side of the wall:
 //!
 //! ```
 //! use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
@@ -46,31 +47,31 @@
 //! let home = Point::new(8.5, 8.0);
 //! assert_eq!(town.footing(home, options()).await?, Footing::Free);
 //!
-//! // The nearest sites, in walking distance and as the crow flies.
+//! // The nearest sites, by walking distance and by Euclidean distance.
 //! let sites: Vec<_> = town.nearest_sites(home, options()).try_collect().await?;
-//! let near: Vec<_> = town.sites_by_air(home, options()).try_collect().await?;
+//! let near: Vec<_> = town.sites_by_euclidean_distance(home, options()).try_collect().await?;
 //! assert_eq!([sites[1].number, near[1].site.unwrap()], [1, 1]);
 //! assert!(near[1].distance == 9.5 && sites[1].distance.lower > 16.0);
 //!
-//! // A path, proved, that bends round the end of the wall; and a short one along edges.
+//! // A proved path that bends round the end of the wall, and a short path along edges.
 //! let way = town.shortest_path(home, shops[1], options().certified()).await?;
 //! let PathOutcome::Found(way) = way else { panic!("it is free") };
 //! assert_eq!(way.points, [home, wall[1], shops[1]]);
 //! let along_edges = town.cdt_distance(home, shops[1], options()).await?;
 //! assert!(along_edges.is_some_and(|edges| edges.distance.upper >= way.distance.lower));
 //!
-//! // The same at once, with bounds, before the exact one.
+//! // A fast path with bounds, before the exact one.
 //! let mut answers = town.shortest_path_progressive(home, shops[1], options());
 //! while let Some(Progress::Fast { answer: PathOutcome::Found(fast), exact }) = answers.try_next().await? {
 //!     assert!(fast.distance.upper >= way.distance.lower && exact.tiles > 0);
 //! }
 //!
-//! // Distances between all of some points and all of others.
+//! // Distances between all pairs of points from two lists.
 //! let pairs: Vec<_> = town.distance_matrix(vec![home], shops.to_vec(), options()).try_collect().await?;
 //! let DistanceOutcome::Found(distance) = pairs[1].outcome else { panic!("it is free") };
 //! assert!((distance.value - way.distance.value).abs() < 1e-9);
 //!
-//! // The nearest site from each point of a street, and all that is within reach.
+//! // The nearest site along a street, and the area within reach.
 //! let street = [Point::new(0.0, 8.0), Point::new(20.0, 8.0)];
 //! let along: Vec<_> = town.nearest_along(street[0], street[1], 1, options()).try_collect().await?;
 //! assert!(along.len() == 2 && (along[0].to_t - 0.5).abs() < 1e-9);

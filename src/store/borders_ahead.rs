@@ -1,5 +1,5 @@
-//! Borders for a pass over all tiles, many in one read: they are short and lie side by side, and a disk is asked once for all of them
-//! instead of once between any two cores.
+//! Reads borders for a pass over all tiles, many in one read. Borders are short and adjacent in the
+//! file, so one read serves all of them, instead of one read between any two cores.
 
 use std::io;
 use std::ops::Range;
@@ -12,47 +12,49 @@ use crate::io::ReadAt;
 use crate::store::format::directory::Directory;
 use crate::store::format::ids::TileId;
 
-/// Bytes of borders that are read at once, at most.
-const MOST: u64 = 512 << 10;
-/// Bytes of memory from which on a pass may have that much more of it.
-const MEMORY: u64 = 64 << 20;
+/// The maximum number of bytes of borders per read.
+const MAX_READ: u64 = 512 << 10;
+/// The minimum memory limit, in bytes, with which a pass reads borders ahead.
+const MIN_MEMORY: u64 = 64 << 20;
 
 type Read = Shared<BoxFuture<'static, Result<Bytes, Arc<io::Error>>>>;
 
-/// Reads borders for tiles that are asked for in order.
+/// Reads borders for tiles that are requested in order.
 pub(super) struct BordersAhead {
     source: Arc<dyn ReadAt>,
-    /// The last range that was read, and what came of it.
+    /// The last range that was read, and its result.
     last: Option<(Range<u64>, Read)>,
     is_used: bool,
 }
 
-/// A border that is being read with others.
+/// A border that is read together with others.
 pub(super) struct BorderAhead {
     read: Read,
     part: Range<usize>,
 }
 
 impl BordersAhead {
-    /// For a pass over so many of the tiles, which may use so much memory if there is a limit.
+    /// Creates a reader for a pass over `tiles` tiles that may use `memory` bytes, if there is a
+    /// limit.
     pub(super) fn new(directory: &Directory, source: &Arc<dyn ReadAt>, tiles: usize, memory: Option<u64>) -> Self {
         Self {
             source: Arc::clone(source),
             last: None,
-            is_used: tiles == directory.tiles.len() && memory.is_none_or(|memory| memory >= MEMORY),
+            is_used: tiles == directory.tiles.len() && memory.is_none_or(|memory| memory >= MIN_MEMORY),
         }
     }
 
-    /// The border of a tile, if it is read with others. The read begins when the first of them is awaited.
+    /// Returns the border of a tile, if it is read with others. The read begins when the first of
+    /// them is awaited.
     pub(super) fn of(&mut self, id: TileId, directory: &Directory) -> Option<BorderAhead> {
         let tiles = directory.tiles.get(id.0 as usize..).filter(|_| self.is_used)?;
         let wanted = tiles.first()?.border.range();
-        let holds = |(range, _): &(Range<u64>, Read)| range.start <= wanted.start && wanted.end <= range.end;
-        if !self.last.as_ref().is_some_and(holds) {
+        let contains = |(range, _): &(Range<u64>, Read)| range.start <= wanted.start && wanted.end <= range.end;
+        if !self.last.as_ref().is_some_and(contains) {
             let mut range = wanted.clone();
             for next in tiles[1..].iter().map(|tile| tile.border.range()) {
-                // They are aligned to 8 bytes.
-                if next.start != range.end.next_multiple_of(8) || next.end - range.start > MOST {
+                // Borders are aligned to 8 bytes.
+                if next.start != range.end.next_multiple_of(8) || next.end - range.start > MAX_READ {
                     break;
                 }
                 range.end = next.end;

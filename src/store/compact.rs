@@ -1,6 +1,8 @@
-//! Writes a file anew without what edits have left behind: cores, borders and the directory, in the order of a new file.
+//! Rewrites a file without the bytes that edits have left unused: cores, borders and the directory,
+//! in the order of a new file.
 //!
-//! Tiles are copied as they are, checksums checked; so nothing is computed, and what a reader sees is the same.
+//! Tiles are copied unchanged after a check of their checksums. Nothing is computed, and readers
+//! see the same tiles.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -18,36 +20,39 @@ use crate::store::format::ids::TileId;
 use crate::store::reader::TileReader;
 use crate::store::writer::TileWriter;
 
-/// Extents that are read at a time.
+/// The number of extents that are read at a time.
 const AHEAD: usize = 2;
 
-/// Why a file could not be written anew. What was there is still there.
+/// The reason why a file could not be rewritten. The existing file is unchanged.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CompactError {
     /// The file cannot be read, or is damaged.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// The system refused.
+    /// The operating system returned an error.
     #[error("{file}: cannot {what}", file = shown::path(file))]
     Io {
-        /// The file that was to be written.
+        /// The file to be written.
         file: PathBuf,
-        /// What was to be done.
+        /// The operation that failed.
         what: &'static str,
-        /// What the system says.
+        /// The error of the operating system.
         source: io::Error,
     },
 }
 
 impl TileReader {
-    /// Writes the file anew, under this name, in the order of its tiles and without unused bytes. What has the name is replaced at once
-    /// when all is written; the file itself may be meant. Returns the length of the new file in bytes.
+    /// Writes a copy of the file to `output`, in the order of its tiles and without unused bytes. A
+    /// file of that name is replaced atomically when all is written; it may be the file itself.
+    /// Returns the length of the new file in bytes.
     ///
-    /// Nobody must edit the file meanwhile.
+    /// The file must not be edited meanwhile.
     ///
     /// # Errors
-    /// If the file cannot be read or is damaged, or the other cannot be written.
+    ///
+    /// Returns an error if the file cannot be read or is damaged, or if the output cannot be
+    /// written.
     pub async fn compact(&self, output: impl AsRef<Path>) -> Result<u64, CompactError> {
         let output = output.as_ref();
         let cannot = |what: &'static str| {
@@ -61,7 +66,7 @@ impl TileReader {
         let file = partial.file().try_clone().map_err(cannot("write"))?;
         let mut writer = TileWriter::new(ThreadsFile::from(Arc::new(file)));
         let mut directory = self.directory().clone();
-        // The next ones are read while one is written.
+        // The next extents are read while one is written.
         let tiles = || self.directory().tiles.iter().zip((0..).map(TileId));
         let mut cores = stream::iter(tiles().map(|(entry, id)| self.extent(id, entry, entry.core))).buffered(AHEAD);
         for entry in &mut directory.tiles {
@@ -77,14 +82,15 @@ impl TileReader {
         let finished = writer.finish_as(&directory, self.generation()).await;
         let length = finished.map_err(cannot("write"))?;
         if let Ok(before) = std::fs::metadata(output) {
-            // As before, not for its owner's eyes only.
+            // Keep the permissions of the replaced file; a new partial file is readable by its
+            // owner only.
             let _ = partial.file().set_permissions(before.permissions());
         }
         partial.publish().map_err(cannot("replace it"))?;
         Ok(length)
     }
 
-    /// The bytes of a core or a border, with the right checksum.
+    /// Reads a core or a border and checks its checksum.
     async fn extent(&self, tile: TileId, entry: &TileEntry, extent: Extent) -> Result<Bytes, CompactError> {
         let bytes = self.read_extent(tile, entry, extent).await?;
         let found = crc32c::crc32c(&bytes);

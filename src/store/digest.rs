@@ -1,8 +1,9 @@
-//! The digest: what a triangulation is, whatever tiles it is cut into.
+//! The digest identifies a triangulation, independent of how it is cut into tiles.
 //!
-//! A sum modulo 2¹²⁸ of one hash for each triangle, and so for vertices, constraint edges and holes. The hash is XXH3 (128
-//! bits, seed 0) of the coordinates' f64 bits, little-endian: x and y of each corner, counter-clockwise, the
-//! lexicographically smallest corner first.
+//! A digest contains one sum modulo 2¹²⁸ for each of triangles, vertices, constraint edges and
+//! holes. Each sum adds one hash per element. The hash is XXH3 (128 bits, seed 0) of the f64 bits
+//! of the coordinates, little-endian: x and y of each corner, counter-clockwise, starting with the
+//! lexicographically smallest corner.
 
 use std::fmt;
 use std::ops::AddAssign;
@@ -16,12 +17,12 @@ use crate::store::format::tile::Tile;
 use crate::store::pass::Needs;
 use crate::store::reader::TileReader;
 
-/// A number of things, and the sum of their hashes.
+/// A number of elements and the sum of their hashes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DigestSum {
-    /// How many.
+    /// The number of elements.
     pub count: u64,
-    /// The sum of their hashes modulo 2¹²⁸.
+    /// The sum of the hashes, modulo 2¹²⁸.
     pub sum: u128,
 }
 
@@ -39,17 +40,19 @@ impl AddAssign for DigestSum {
     }
 }
 
-/// The digest of a triangulation. Its [`Display`](fmt::Display) has a line each for triangles, vertices, constraint edges
-/// and holes: name, count, sum in hexadecimal.
+/// The digest of a triangulation.
+///
+/// Its [`Display`](fmt::Display) output has one line each for triangles, vertices, constraint edges
+/// and holes, with the name, the count, and the sum in hexadecimal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Digest {
     /// All triangles.
     pub triangles: DigestSum,
     /// All vertices.
     pub vertices: DigestSum,
-    /// Constraint edges, the hash of each from its lexicographically smaller end to the other.
+    /// Constraint edges. Each is hashed from its lexicographically smaller end to its larger end.
     pub constraint_edges: DigestSum,
-    /// Triangles in holes, the hash of each as among all triangles.
+    /// Triangles in holes, with the same hashes as in `triangles`.
     pub holes: DigestSum,
 }
 
@@ -59,12 +62,13 @@ impl Digest {
         self.vertices.add(point_bytes([p]).as_flattened());
     }
 
-    /// Adds a triangle, whose corners are counter-clockwise.
+    /// Adds a triangle. Its `corners` must be in counter-clockwise order.
     pub fn add_triangle(&mut self, corners: [Point; 3]) {
         self.triangles.add(point_bytes(smallest_first(corners)).as_flattened());
     }
 
-    /// Adds to the holes a triangle that was added to the triangles.
+    /// Adds a triangle to the holes. It must be added with [`add_triangle`](Self::add_triangle)
+    /// too.
     pub fn add_hole(&mut self, corners: [Point; 3]) {
         self.holes.add(point_bytes(smallest_first(corners)).as_flattened());
     }
@@ -89,7 +93,7 @@ impl Digest {
     }
 }
 
-/// The corners from the lexicographically smallest on.
+/// Rotates the corners so that the lexicographically smallest one comes first.
 fn smallest_first([a, b, c]: [Point; 3]) -> [Point; 3] {
     if a.lex_cmp(b).is_lt() && a.lex_cmp(c).is_lt() {
         [a, b, c]
@@ -129,10 +133,12 @@ impl fmt::Display for Digest {
 }
 
 impl TileReader {
-    /// The digest of the whole file, which is read once. Must be awaited within a tokio runtime.
+    /// Computes the digest of the whole file in one pass. Must be awaited within a tokio runtime.
     ///
     /// # Errors
-    /// If a tile cannot be read, or does not fit in the memory that the reader may use.
+    ///
+    /// Returns an error if a tile cannot be read, or does not fit into the memory that the reader
+    /// may use.
     pub async fn digest(&self) -> Result<Digest, ReadError> {
         let digests = self.for_each_tile(Needs::default(), |tile| {
             let mut digest = Digest::default();

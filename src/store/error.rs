@@ -1,28 +1,29 @@
-//! What goes wrong when a tile file is read.
+//! Errors of reading a tile file.
 
 use std::io;
 use std::sync::Arc;
 
 use crate::store::format::ids::TileId;
 
-/// Why a tile file could not be read.
+/// The reason why a tile file could not be read.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
-    /// The system refused.
+    /// The operating system returned an error.
     #[error("{file}: cannot read {what}")]
     Io {
-        /// The file.
+        /// The name of the file.
         file: Arc<str>,
-        /// What was to be read.
+        /// The part that was read.
         what: String,
-        /// What the system says.
+        /// The error of the operating system.
         source: Arc<io::Error>,
     },
-    /// The file is no tile file, or not one that this library reads, or its directory is damaged.
+    /// The file is no tile file, or has a format version or features that this library does not
+    /// support, or its directory is damaged.
     #[error("{file}: {reason}")]
     Invalid {
-        /// The file.
+        /// The name of the file.
         file: Arc<str>,
         /// What is wrong.
         reason: String,
@@ -30,11 +31,11 @@ pub enum ReadError {
     /// A tile is damaged.
     #[error("{file}: tile {tile} at byte {offset} is damaged: {reason}")]
     Tile {
-        /// The file.
+        /// The name of the file.
         file: Arc<str>,
         /// The tile.
         tile: TileId,
-        /// Where its core lies.
+        /// The offset of its core in the file.
         offset: u64,
         /// What is wrong.
         reason: String,
@@ -42,27 +43,27 @@ pub enum ReadError {
     /// The file has no tile of this number.
     #[error("{file}: there is no tile {tile}; the file has {tiles}, numbered from 0")]
     NoSuchTile {
-        /// The file.
+        /// The name of the file.
         file: Arc<str>,
-        /// The number asked for.
+        /// The number of the requested tile.
         tile: TileId,
-        /// Tiles in the file.
+        /// The number of tiles in the file.
         tiles: usize,
     },
-    /// What was asked for needs more memory than the reader may use.
+    /// The operation needs more memory than the reader may use.
     #[error(
-        "{file}: this takes {needed} MiB of memory at least, and {allowed} MiB are allowed; allow more",
+        "{file}: this needs at least {needed} MiB of memory, but only {allowed} MiB are allowed; allow more",
         needed = needed.div_ceil(1 << 20), allowed = allowed >> 20
     )]
     Memory {
-        /// The file.
+        /// The name of the file.
         file: Arc<str>,
-        /// Bytes needed.
+        /// The memory needed, in bytes.
         needed: u64,
-        /// Bytes allowed.
+        /// The memory allowed, in bytes.
         allowed: u64,
     },
-    /// The system refused a thread to compute on.
+    /// The operating system refused to start a thread.
     #[error("cannot compute")]
     Thread(#[source] Arc<io::Error>),
     /// The load ended without a result.

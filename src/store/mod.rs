@@ -1,6 +1,6 @@
-//! The tile file: superblocks, directory, tiles, and those who write, read and check them.
+//! The tile file: superblocks, directory, tiles, and the code that writes, reads and checks them.
 //!
-//! Knows no triangulating. The format is written down in `schema/FORMAT.md`.
+//! This module does not triangulate. `schema/FORMAT.md` specifies the format.
 
 mod borders_ahead;
 mod cache;
@@ -31,9 +31,9 @@ pub use format::metadata::{LineSource, Metadata, Source};
 pub(crate) use format::metadata::{hull_edges, this_program};
 pub(crate) use format::superblock::BLOCK;
 pub use format::superblock::{FORMAT_VERSION, FileId};
-pub(crate) use format::tile::{Component, Marks, Noted, NotedSide, NotedSides};
+pub(crate) use format::tile::{Component, HalfEdgeNote, HalfEdgeNotes, NoteKind, VertexNotes};
 pub use format::tile::{Site, Tile, TileEdge, Vertex};
-pub(crate) use pass::{Needs, Plan, TileInPass, by_tile, joined, list_for, spawn};
+pub(crate) use pass::{Needs, PassPlan, TileInPass, by_tile, joined, list_for, spawn};
 pub use reader::{OpenOptions, TileReader};
 pub use verify::{LineBatch, VerifyError, VerifyReport};
 pub(crate) use writer::TileWriter;

@@ -1,8 +1,10 @@
-//! Passes over the tiles of a file: how many tiles are in memory at once, and who computes with them.
+//! Passes over the tiles of a file: how many tiles are in memory at once, and how many threads
+//! compute.
 //!
-//! A tile is read, checked, computed with and dropped; from its first byte to its end it has one of a limited number of
-//! slots. How many there are follows from the memory that the reader may use and from the largest tile of the file. What comes
-//! out, and in which order, does not depend on it.
+//! A tile is read, checked, computed with and dropped. From its first byte read until it is
+//! dropped, it occupies one of a limited number of slots. The number of slots follows from the
+//! memory that the reader may use and from the largest tile of the file. The results and their
+//! order do not depend on it.
 
 use std::ops::{Deref, Range};
 use std::sync::Arc;
@@ -25,45 +27,46 @@ use crate::store::reader::TileReader;
 
 /// Bytes of tiles that are read ahead, if the memory allows.
 const READ_AHEAD: u64 = 64 << 20;
-/// Tiles that are read ahead, at least and at most, if the memory allows.
+/// The minimum and maximum number of tiles that are read ahead, if the memory allows.
 const TILES_AHEAD: (u64, u64) = (2, 64);
-/// Bytes of the directory in memory for each tile: its entry, two nodes of the tree, and what passes note of a tile.
+/// Bytes of the directory in memory per tile: its entry, two nodes of the tree, and the notes of
+/// passes on the tile.
 const DIRECTORY_BYTES: u64 = 256;
 
-/// What a pass needs memory for, beside the tiles and the directory. In bytes.
+/// The memory that a pass needs besides the tiles and the directory, in bytes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Needs {
-    /// What the pass keeps as a whole.
+    /// Memory of the pass as a whole.
     pub(crate) fixed: u64,
-    /// What each thread that computes has.
+    /// Memory of each computing thread.
     pub(crate) per_thread: u64,
-    /// And beside that for each vertex of its tile.
+    /// Additional memory of each thread per vertex of its tile.
     pub(crate) per_vertex: u64,
 }
 
-/// What a pass over the tiles of a file takes, in bytes.
-struct Cost {
-    /// As a whole.
+/// The memory that a pass over the tiles of a file takes, in bytes.
+struct PassCost {
+    /// Memory of the pass as a whole.
     fixed: u64,
-    /// For a tile of middling length.
+    /// Memory of a tile of average length.
     mean: u64,
-    /// For the largest tile.
+    /// Memory of the largest tile.
     largest: u64,
-    /// For each thread that computes.
+    /// Memory of each computing thread.
     work: u64,
 }
 
 impl Needs {
-    fn cost(self, directory: &Directory) -> Cost {
+    fn cost(self, directory: &Directory) -> PassCost {
         let tiles = &directory.tiles;
         let length = |t: &TileEntry| {
             [t.core, t.border]
-                .map(|its| memory_of(its.length as usize) as u64)
+                .map(|extent| memory_of(extent.length as usize) as u64)
                 .iter()
                 .sum::<u64>()
         };
         let vertices = tiles.iter().map(|t| u64::from(t.vertices)).max().unwrap_or(0);
-        Cost {
+        PassCost {
             fixed: self.fixed.saturating_add(DIRECTORY_BYTES * tiles.len() as u64),
             mean: tiles.iter().map(length).sum::<u64>() / tiles.len().max(1) as u64,
             largest: tiles.iter().map(length).max().unwrap_or(0),
@@ -71,28 +74,29 @@ impl Needs {
         }
     }
 
-    /// Bytes that a pass takes with one tile at once.
+    /// Returns the bytes that a pass takes with one tile at a time.
     pub(crate) fn least(self, directory: &Directory) -> u64 {
-        let Cost {
+        let PassCost {
             fixed, largest, work, ..
         } = self.cost(directory);
         fixed.saturating_add(largest).saturating_add(work)
     }
 }
 
-/// How much a pass does at once.
+/// The number of tiles and threads of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Plan {
-    /// Tiles in memory.
+pub(crate) struct PassPlan {
+    /// The number of tiles in memory at once.
     pub(crate) tiles: usize,
-    /// Threads that compute.
+    /// The number of computing threads.
     pub(crate) threads: usize,
 }
 
-impl Plan {
-    /// As much as `memory` allows and the machine has use for. An error says how many bytes are needed at least.
+impl PassPlan {
+    /// Creates the largest plan that `memory` allows and that the machine can use. The error is the
+    /// minimum number of bytes needed.
     fn new(directory: &Directory, memory: Option<u64>, needs: Needs, processors: usize) -> Result<Self, u64> {
-        let Cost {
+        let PassCost {
             fixed,
             mean,
             largest,
@@ -112,7 +116,7 @@ impl Plan {
             return Err(least);
         }
         let memory = tiles.max(least);
-        // A thread is of use if there is a tile for it.
+        // A thread is useful only if there is a tile for it.
         let with = |threads: usize| {
             let left = (memory - fixed).checked_sub(work.saturating_mul(threads as u64))?;
             let tiles = left.checked_div(largest).unwrap_or(u64::MAX).min(useful(threads));
@@ -128,7 +132,7 @@ impl Plan {
     }
 }
 
-/// A tile that takes one of its pass's slots until it is dropped.
+/// A tile that occupies one of its pass's slots until it is dropped.
 pub(crate) struct TileInPass {
     tile: Arc<Tile>,
     _slot: OwnedSemaphorePermit,
@@ -142,17 +146,19 @@ impl Deref for TileInPass {
     }
 }
 
-/// A reader that is told when a pass is over after which there is none for a while.
-struct Passing(TileReader);
+/// A reader whose I/O backend is told, when this is dropped, that the pass is over and none follows
+/// for a while.
+struct RestOnDrop(TileReader);
 
-impl Drop for Passing {
+impl Drop for RestOnDrop {
     fn drop(&mut self) {
         self.0.rest();
     }
 }
 
-/// What the threads of a pass compute in. A tile takes over what the one before it left, so that there are as many as threads,
-/// and their memory is not given back and asked for again with every tile.
+/// The workspaces in which the threads of a pass compute. Each tile reuses a workspace of a
+/// finished one, so there are as many workspaces as threads, and their memory is not released and
+/// allocated again for every tile.
 pub(crate) struct Workspaces<T>(Mutex<Vec<T>>);
 
 impl<T> Default for Workspaces<T> {
@@ -162,7 +168,7 @@ impl<T> Default for Workspaces<T> {
 }
 
 impl<T: Default> Workspaces<T> {
-    /// Computes in one that nobody else is in.
+    /// Calls `compute` with a workspace that nobody else uses.
     pub(crate) fn with<R>(&self, compute: impl FnOnce(&mut T) -> R) -> R {
         let mut workspace = self.0.lock().pop().unwrap_or_default();
         let result = compute(&mut workspace);
@@ -172,38 +178,42 @@ impl<T: Default> Workspaces<T> {
 }
 
 impl TileReader {
-    /// How much a pass does at once.
+    /// Returns the number of tiles and threads of a pass.
     ///
     /// # Errors
-    /// If the memory that the reader may use does not suffice for one tile.
-    pub(crate) fn plan(&self, needs: Needs) -> Result<Plan, ReadError> {
+    ///
+    /// Returns an error if the memory that the reader may use does not suffice for one tile.
+    pub(crate) fn plan(&self, needs: Needs) -> Result<PassPlan, ReadError> {
         let processors = available_parallelism().map_or(1, usize::from);
-        Plan::new(self.directory(), self.memory(), needs, processors).map_err(|needed| self.too_little_memory(needed))
+        PassPlan::new(self.directory(), self.memory(), needs, processors)
+            .map_err(|needed| self.too_little_memory(needed))
     }
 
-    /// Bytes of the largest tile.
+    /// Returns the memory of the largest tile in bytes.
     pub(crate) fn largest_tile(&self) -> u64 {
         Needs::default().cost(self.directory()).largest
     }
 
-    /// The numbers of all tiles.
+    /// Returns the ids of all tiles.
     pub(crate) fn tile_ids(&self) -> Vec<TileId> {
         (0..self.directory().tiles.len() as u32).map(TileId).collect()
     }
 
-    /// All tiles in order, read ahead of their consumer. What is not in the cache stays out of it, so that a scan does not
-    /// flush what queries keep hot. Must be polled within a tokio runtime.
+    /// Returns all tiles in order, read ahead of their consumer. Tiles that are not in the cache
+    /// are not added to it, so that a scan does not evict the tiles that queries use. Must be
+    /// polled within a tokio runtime.
     ///
-    /// If the reader [may use](crate::store::OpenOptions::memory) less memory than the largest tile takes, all that comes is an
-    /// error.
+    /// If the reader [may use](crate::store::OpenOptions::memory) less memory than the largest tile
+    /// takes, the stream yields one error and nothing else.
     pub fn tiles(&self) -> impl Stream<Item = Result<Arc<Tile>, ReadError>> + Send + Unpin + 'static {
         match self.plan(Needs::default()) {
             Err(error) => stream::iter([Err(error)]).boxed(),
             Ok(plan) => {
-                let reader = Passing(self.clone());
+                let reader = RestOnDrop(self.clone());
                 let ids = self.tile_ids();
                 let mut borders = self.borders_ahead(ids.len());
-                // One of the tiles is with the consumer, who asks for the next when he is done with it.
+                // The consumer holds one of the tiles, and requests the next when it is done with
+                // it.
                 let loads =
                     stream::iter(ids).map(move |id| reader.0.load_ahead(id, borders.of(id, reader.0.directory())));
                 loads.buffered(plan.tiles).boxed()
@@ -211,15 +221,17 @@ impl TileReader {
         }
     }
 
-    /// Some tiles, in the order asked for, read ahead like [`tiles`](Self::tiles), as many at once as there are slots.
+    /// Returns some tiles in the given order, read ahead like [`tiles`](Self::tiles). At most as
+    /// many tiles as there are slots are in memory at once.
     pub(crate) fn pass(
         &self,
         ids: Vec<TileId>,
-        plan: Plan,
+        plan: PassPlan,
     ) -> impl Stream<Item = Result<TileInPass, ReadError>> + Send + Unpin + 'static {
-        let (reader, slots) = (Passing(self.clone()), Arc::new(Semaphore::new(plan.tiles)));
+        let (reader, slots) = (RestOnDrop(self.clone()), Arc::new(Semaphore::new(plan.tiles)));
         let mut borders = self.borders_ahead(ids.len());
-        // Slots are taken in the order of the tiles, so the tile that all others wait for has one.
+        // Slots are acquired in the order of the tiles, so the tile that all others wait for has
+        // one.
         let loads = stream::iter(ids).then(move |id| {
             let (reader, slots) = (reader.0.clone(), Arc::clone(&slots));
             let border = borders.of(id, reader.directory());
@@ -234,10 +246,12 @@ impl TileReader {
         loads.buffered(plan.tiles).boxed()
     }
 
-    /// What `compute` makes of each tile, in order; a tile is dropped when it is done. It runs on threads for blocking work.
+    /// Returns the result of `compute` for each tile, in order. A tile is dropped when `compute`
+    /// returns. `compute` runs on threads for blocking work.
     ///
     /// # Errors
-    /// If the memory that the reader may use does not suffice for one tile.
+    ///
+    /// Returns an error if the memory that the reader may use does not suffice for one tile.
     pub(crate) fn for_each_tile<T: Send + 'static, F: Fn(TileInPass) -> T + Clone + Send + 'static>(
         &self,
         needs: Needs,
@@ -248,11 +262,12 @@ impl TileReader {
         Ok(self.for_some_tiles(all, plan, move |tile, ()| compute(tile)))
     }
 
-    /// The same for some tiles, each with what it is to be computed with.
+    /// Computes like [`for_each_tile`](Self::for_each_tile) on some tiles, each with a value that
+    /// is passed to `compute`.
     pub(crate) fn for_some_tiles<G, T, F>(
         &self,
         tiles: Vec<(TileId, G)>,
-        plan: Plan,
+        plan: PassPlan,
         compute: F,
     ) -> impl Stream<Item = Result<T, ReadError>> + Send + Unpin + use<G, T, F>
     where
@@ -271,7 +286,7 @@ impl TileReader {
     }
 }
 
-/// The tiles of things that are in their order, and where those of each are.
+/// Groups items that are sorted by tile. Returns each tile with the range of its items.
 pub(crate) fn by_tile<T>(sorted: &[T], tile: impl Fn(&T) -> u32) -> Vec<(TileId, Range<usize>)> {
     let mut end = 0;
     let groups = sorted.chunk_by(|a, b| tile(a) == tile(b)).map(|group| {
@@ -281,23 +296,26 @@ pub(crate) fn by_tile<T>(sorted: &[T], tile: impl Fn(&T) -> u32) -> Vec<(TileId,
     groups.collect()
 }
 
-/// A list with room for so many things, whose memory the system has back as soon as the list is gone.
+/// Returns a list with room for at least `count` items, whose memory goes back to the system as
+/// soon as the list is dropped.
 ///
-/// Of large allocations below 32 MiB glibc learns to keep such amounts for itself, in each of its arenas, so that what one pass
-/// gave back comes on top of what the next one takes. More room is asked for then; what is never written takes no memory.
+/// When glibc frees a large allocation below 32 MiB, it raises its threshold for keeping such
+/// memory in each of its arenas; the memory that one pass frees would then add to the memory that
+/// the next one takes. Therefore the list always has more room than that. Memory that is never
+/// written takes no space.
 pub(crate) fn list_for<T>(count: usize) -> Vec<T> {
-    const LEARNT: usize = 33 << 20;
-    Vec::with_capacity(count.max(LEARNT / size_of::<T>().max(1)))
+    const ALWAYS_MAPPED: usize = 33 << 20;
+    Vec::with_capacity(count.max(ALWAYS_MAPPED / size_of::<T>().max(1)))
 }
 
-/// Starts what takes long on a thread for such work.
+/// Runs `work`, which takes long, on a thread for blocking work.
 pub(crate) fn spawn<T: Send + 'static>(
     work: impl FnOnce() -> T + Send + 'static,
 ) -> impl Future<Output = Result<T, ReadError>> + Send + 'static {
     blocking(work).map_err(ReadError::thread)
 }
 
-/// What a task comes to; a panic goes on here.
+/// Awaits a task. A panic in the task continues here.
 pub(crate) async fn joined<T>(task: JoinHandle<T>) -> Result<T, ReadError> {
     match task.await {
         Ok(done) => Ok(done),
@@ -315,7 +333,7 @@ mod tests {
 
     const MEBIBYTE: u64 = 1 << 20;
 
-    /// A directory of tiles of so many mebibytes, 65,536 vertices each.
+    /// Returns a directory of tiles of the given sizes in mebibytes, with 65,536 vertices each.
     fn directory(mebibytes: &[u32]) -> Directory {
         let extent = |length| Extent {
             offset: 8192,
@@ -339,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plan_fits_and_grows_with_the_memory_up_to_what_is_of_use() {
+    fn a_plan_fits_into_the_memory_and_grows_with_it_up_to_the_useful_maximum() {
         let directory = directory(&[4, 4, 10, 2]);
         let needs = Needs {
             fixed: 5 * MEBIBYTE,
@@ -348,14 +366,14 @@ mod tests {
         };
         let least = needs.least(&directory);
         assert_eq!(least, 18 * MEBIBYTE + 4 * DIRECTORY_BYTES);
-        let plan = |memory| Plan::new(&directory, memory, needs, 4);
+        let plan = |memory| PassPlan::new(&directory, memory, needs, 4);
         assert_eq!(plan(Some(least - 1)), Err(least));
         assert_eq!(plan(Some(0)), Err(least));
-        assert_eq!(plan(Some(least)), Ok(Plan { tiles: 1, threads: 1 }));
-        let all = Plan { tiles: 16, threads: 4 };
+        assert_eq!(plan(Some(least)), Ok(PassPlan { tiles: 1, threads: 1 }));
+        let all = PassPlan { tiles: 16, threads: 4 };
         assert_eq!(plan(None), Ok(all));
         assert_eq!(plan(Some(u64::MAX)), Ok(all));
-        let mut before = Plan { tiles: 1, threads: 1 };
+        let mut before = PassPlan { tiles: 1, threads: 1 };
         for memory in (least..least + 200 * MEBIBYTE).step_by(MEBIBYTE as usize) {
             let plan = plan(Some(memory)).unwrap();
             assert!(plan.tiles >= plan.threads && plan.threads >= before.threads);
@@ -369,7 +387,7 @@ mod tests {
     #[test]
     fn files_without_tiles_or_with_empty_ones_have_plans() {
         for directory in [directory(&[]), directory(&[0])] {
-            let plan = Plan::new(&directory, Some(MEBIBYTE), Needs::default(), 2).unwrap();
+            let plan = PassPlan::new(&directory, Some(MEBIBYTE), Needs::default(), 2).unwrap();
             assert_eq!(plan.threads, 2);
             assert!((2..=66).contains(&plan.tiles));
         }

@@ -1,4 +1,4 @@
-//! Opens a tile file and hands out its tiles.
+//! Opens tile files and reads their tiles.
 
 use std::io;
 use std::path::Path;
@@ -19,7 +19,7 @@ use crate::store::format::superblock::{FIRST_EXTENT, FileId, InForce, Superblock
 use crate::store::format::tile::Tile;
 use crate::{io as files, shown};
 
-/// How to open a tile file.
+/// Options for opening a tile file.
 #[derive(Clone, Default)]
 pub struct OpenOptions {
     cache: Option<Cache>,
@@ -28,28 +28,33 @@ pub struct OpenOptions {
 }
 
 impl OpenOptions {
-    /// Puts tiles in this cache, which other readers may share. Without it a reader has a cache of its own, of 64 MiB or
-    /// an eighth of the [memory](Self::memory) that it may use.
+    /// Uses this cache, which other readers may share. By default, a reader has a cache of its own,
+    /// of 64 MiB or an eighth of the [memory](Self::memory) that it may use.
     #[must_use]
     pub fn cache(mut self, cache: &Cache) -> Self {
         self.cache = Some(cache.clone());
         self
     }
 
-    /// Limits the memory that whatever passes over all tiles uses, in bytes: [`tiles`](TileReader::tiles),
-    /// [`digest`](TileReader::digest), [`verify`](TileReader::verify), [`export`](crate::export::export). Directory and
-    /// cache count, where they are used. Each works on as many tiles at once as fit, and fails with [`ReadError::Memory`] if
-    /// not even one does. Results do not depend on it. Without it, a pass reads 32 MiB ahead.
+    /// Limits the memory of each pass over all tiles, in bytes. These passes are
+    /// [`tiles`](TileReader::tiles), [`digest`](TileReader::digest), [`verify`](TileReader::verify)
+    /// and [`export`](crate::export::export).
     ///
-    /// The limit is on one pass at a time. A few mebibytes for threads and for what the allocator keeps come on top.
+    /// The directory counts, and so does the cache if the pass uses it. A pass works on as many
+    /// tiles at once as fit, and fails with [`ReadError::Memory`] if not even one fits. The limit
+    /// does not affect results. By default, a pass reads about 64 MiB ahead.
+    ///
+    /// The limit applies to one pass at a time. Threads and the allocator need a few mebibytes
+    /// more.
     #[must_use]
     pub fn memory(mut self, bytes: u64) -> Self {
         self.memory = Some(bytes);
         self
     }
 
-    /// Reads files on disk by this backend. Without it, the environment variable
-    /// [`DELAUNAY_TILES_IO`](crate::io::BACKEND_VARIABLE) says which, and else it is [`Backend::Auto`].
+    /// Reads files on disk with this backend. By default, the environment variable
+    /// [`DELAUNAY_TILES_IO`](crate::io::BACKEND_VARIABLE) selects the backend; if it is not set,
+    /// the backend is [`Backend::Auto`].
     #[must_use]
     pub fn backend(mut self, backend: Backend) -> Self {
         self.backend = Some(backend);
@@ -57,13 +62,15 @@ impl OpenOptions {
     }
 }
 
-/// An open tile file. Clones share it; they and their streams may be used from any task of a tokio runtime.
+/// An open tile file.
+///
+/// Clones share the file. They and their streams may be used from any task of a tokio runtime.
 #[derive(Clone)]
 pub struct TileReader {
-    inner: Arc<Inner>,
+    inner: Arc<ReaderInner>,
 }
 
-struct Inner {
+struct ReaderInner {
     name: Arc<str>,
     source: Arc<dyn ReadAt>,
     in_force: InForce,
@@ -96,10 +103,10 @@ async fn read_directory(
     let in_force = Superblock::choose(&head.map_err(io("the superblocks"))?).map_err(damaged)?;
     let superblock = &in_force.superblock;
     if superblock.file_length > length {
-        let reason = format!("it is cut off: it has {length} bytes of {}", superblock.file_length);
+        let reason = format!("it is cut off: it has {length} of {} bytes", superblock.file_length);
         return Err(invalid(reason));
     }
-    // The directory is there twice while it is decoded.
+    // While it is decoded, the directory is in memory twice.
     let needed = superblock.directory_length.saturating_mul(2);
     if let Some(allowed) = memory.filter(|&memory| needed > memory) {
         return Err(ReadError::Memory {
@@ -113,7 +120,7 @@ async fn read_directory(
     let bytes = bytes.map_err(io("the directory"))?;
     let directory =
         Directory::decode(&bytes, superblock).map_err(|damage| damaged(damage.of("its directory is damaged")))?;
-    // Caches go by the id: a file must not pass for another.
+    // The id is the key in caches: a file must not pass for another.
     if superblock.file_id != FileId::of(&bytes) {
         return Err(invalid("its id is not that of its directory".to_owned()));
     }
@@ -124,7 +131,9 @@ impl TileReader {
     /// Opens a file.
     ///
     /// # Errors
-    /// If it cannot be read, is no tile file, its directory is damaged, or larger than the memory to be used.
+    ///
+    /// Returns an error if the file cannot be read, is no tile file, has a damaged directory, or if
+    /// the directory needs more memory than the reader may use.
     pub async fn open(path: impl AsRef<Path>, options: OpenOptions) -> Result<Self, ReadError> {
         let path = path.as_ref();
         let name: Arc<str> = shown::path(path).into();
@@ -138,11 +147,12 @@ impl TileReader {
         Self::open_source(file, &name, options).await
     }
 
-    /// Opens a file on a web server or in an object store: `http://…`, `https://…` or `s3://bucket/…`; see
-    /// [`ObjectFile::open`](crate::io::ObjectFile::open).
+    /// Opens a file on a web server or in an object store: `http://…`, `https://…` or
+    /// `s3://bucket/…`. See [`ObjectFile::open`](crate::io::ObjectFile::open).
     ///
     /// # Errors
-    /// As [`open`](Self::open), and what the server says.
+    ///
+    /// Returns the errors of [`open`](Self::open), and errors of the server.
     #[cfg(feature = "object-store")]
     pub async fn open_url(url: &str, options: OpenOptions) -> Result<Self, ReadError> {
         let file = files::ObjectFile::open(url).await.map_err(|error| ReadError::Io {
@@ -153,10 +163,11 @@ impl TileReader {
         Self::open_source(file, &shown::text(url), options).await
     }
 
-    /// Opens a file on any backend; `name` stands in errors.
+    /// Opens a file on any backend. Errors contain `name` as the name of the file.
     ///
     /// # Errors
-    /// As [`open`](Self::open).
+    ///
+    /// Returns the errors of [`open`](Self::open).
     pub async fn open_source(
         source: impl ReadAt + 'static,
         name: &str,
@@ -174,7 +185,7 @@ impl TileReader {
             "opened"
         );
         Ok(Self {
-            inner: Arc::new(Inner {
+            inner: Arc::new(ReaderInner {
                 name,
                 source: Arc::new(source),
                 in_force,
@@ -185,63 +196,65 @@ impl TileReader {
         })
     }
 
-    /// The directory.
+    /// Returns the directory.
     #[must_use]
     pub fn directory(&self) -> &Directory {
         &self.inner.directory
     }
 
-    /// The name that the file was opened by.
+    /// Returns the name with which the file was opened.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.inner.name
     }
 
-    /// The identity of the file: a hash of all it holds.
+    /// Returns the identity of the file: a hash of its whole content.
     #[must_use]
     pub fn file_id(&self) -> FileId {
         self.inner.in_force.superblock.file_id
     }
 
-    /// How often the file was changed, and once for its making.
+    /// Returns the generation of the file: 1 for a new file, and one more for each change.
     #[must_use]
     pub fn generation(&self) -> u64 {
         self.inner.in_force.superblock.generation
     }
 
-    /// Bytes of the file.
+    /// Returns the length of the file in bytes.
     #[must_use]
     pub fn file_length(&self) -> u64 {
         self.inner.in_force.superblock.file_length
     }
 
-    /// The name of the I/O backend.
+    /// Returns the name of the I/O backend.
     #[must_use]
     pub fn backend(&self) -> &'static str {
         self.inner.source.backend()
     }
 
-    /// The superblock in force, when the file was opened.
+    /// Returns the superblock that was in force when the file was opened.
     pub(crate) fn in_force(&self) -> &InForce {
         &self.inner.in_force
     }
 
-    /// What a person should know of how the I/O backend was chosen, such as why there is no ring, if anything.
+    /// Returns a note for the user on how the I/O backend was chosen, such as why there is no ring,
+    /// or `None` if there is nothing to say.
     #[must_use]
     pub fn backend_note(&self) -> Option<&str> {
         self.inner.source.note()
     }
 
-    /// The cache in use.
+    /// Returns the cache in use.
     #[must_use]
     pub fn cache(&self) -> &Cache {
         &self.inner.cache
     }
 
-    /// One tile, from the cache or the file. Must be awaited within a tokio runtime.
+    /// Returns a tile from the cache or the file. Must be awaited within a tokio runtime.
     ///
     /// # Errors
-    /// If there is no such tile, it cannot be read, or it is damaged.
+    ///
+    /// Returns an error if there is no such tile, if it cannot be read, or if it is damaged.
     pub async fn tile(&self, id: TileId) -> Result<Arc<Tile>, ReadError> {
         let entry = *self.entry(id)?;
         let inner = Arc::clone(&self.inner);
@@ -249,25 +262,27 @@ impl TileReader {
         self.inner.cache.get_or_load(key, || inner.load(id, entry)).await
     }
 
-    /// Whether a tile is in the cache.
+    /// Returns whether a tile is in the cache.
     pub(crate) fn is_cached(&self, id: TileId) -> bool {
         self.inner.cache.peek(self.inner.key(id)).is_some()
     }
 
-    /// Whether there is such a tile, not in the cache, and it has room for it: nothing has to go.
+    /// Returns whether the tile exists, is not in the cache, and fits into it without an eviction.
     pub(crate) fn has_room_for(&self, id: TileId) -> bool {
         let cache = &self.inner.cache;
         let Ok(entry) = self.entry(id) else { return false };
-        // In memory a tile takes about as much as in the file.
+        // With its notes, a tile takes about twice as much memory as in the file.
         let bytes = 2 * (u64::from(entry.core.length) + u64::from(entry.border.length));
         let free = cache.capacity().saturating_sub(cache.statistics().bytes);
         bytes <= free as u64 && !self.is_cached(id)
     }
 
-    /// One tile that stays in the cache as long as the answer lives: for those who come back to it.
+    /// Returns a tile that stays in the cache until the result is dropped. For callers that use a
+    /// tile repeatedly.
     ///
     /// # Errors
-    /// As [`tile`](Self::tile).
+    ///
+    /// Returns the errors of [`tile`](Self::tile).
     pub async fn pin(&self, id: TileId) -> Result<PinnedTile, ReadError> {
         let entry = *self.entry(id)?;
         let inner = Arc::clone(&self.inner);
@@ -275,8 +290,9 @@ impl TileReader {
         self.inner.cache.pin_or_load(key, || inner.load(id, entry)).await
     }
 
-    /// Starts to load a tile, in a task of its own that goes on while its consumer computes. It is taken from the cache, but
-    /// not put there. Must be called within a tokio runtime.
+    /// Starts to load a tile in a task of its own, which continues while the consumer computes. The
+    /// tile is taken from the cache if it is there, but is not added to it. Must be called within a
+    /// tokio runtime.
     pub(super) fn load_ahead(
         &self,
         id: TileId,
@@ -299,23 +315,23 @@ impl TileReader {
         async move { load.await.unwrap_or_else(|_| Err(ReadError::Cancelled)) }
     }
 
-    /// Borders for a pass over so many tiles, in order.
+    /// Returns a reader of borders for a pass over `tiles` tiles in order.
     pub(super) fn borders_ahead(&self, tiles: usize) -> BordersAhead {
         let inner = &self.inner;
         BordersAhead::new(&inner.directory, &inner.source, tiles, inner.memory)
     }
 
-    /// Says that a pass over tiles is over.
+    /// Tells the I/O backend that a pass over tiles has ended.
     pub(crate) fn rest(&self) {
         self.inner.source.rest();
     }
 
-    /// The bytes of memory that the reader may use, if there is a limit.
+    /// Returns the limit on the reader's memory in bytes, if there is one.
     pub(crate) fn memory(&self) -> Option<u64> {
         self.inner.memory
     }
 
-    /// The error for a pass that needs so many bytes of memory at least.
+    /// Returns the error for a pass that needs at least `needed` bytes of memory.
     pub(crate) fn too_little_memory(&self, needed: u64) -> ReadError {
         ReadError::Memory {
             file: Arc::clone(&self.inner.name),
@@ -328,19 +344,19 @@ impl TileReader {
         self.inner.entry(id)
     }
 
-    /// The bytes of the core or the border of a tile, unchecked.
+    /// Reads the core or the border of a tile, without any checks.
     pub(super) async fn read_extent(&self, id: TileId, entry: &TileEntry, extent: Extent) -> Result<Bytes, ReadError> {
         let read = self.inner.source.read_at(extent.range()).await;
         read.map_err(|error| self.inner.unreadable(id, entry, error))
     }
 
-    /// The error for a tile that contradicts its neighbours.
+    /// Returns the error for a tile that contradicts its neighbours.
     pub(crate) fn damaged(&self, tile: TileId, reason: impl Into<String>) -> ReadError {
         self.inner.damaged(tile, reason.into())
     }
 }
 
-impl Inner {
+impl ReaderInner {
     fn key(&self, tile: TileId) -> TileKey {
         TileKey {
             file: self.in_force.superblock.file_id,
@@ -390,7 +406,7 @@ impl Inner {
         core: Bytes,
         border: Bytes,
     ) -> Result<Arc<Tile>, ReadError> {
-        // Checksums and range checks take milliseconds, which the runtime's workers do not have.
+        // Checksums and range checks take milliseconds, which would block the runtime's workers.
         let opened = files::blocking(move || Tile::open(id, &entry, &core, &border)).await;
         let tile = opened.map_err(ReadError::thread)?;
         tile.map(Arc::new).map_err(|damage| self.damaged(id, damage.into()))

@@ -1,4 +1,4 @@
-//! For tests: the same tiles with other regions.
+//! Rewrites tiles with other regions, for tests.
 
 use futures::stream::TryStreamExt;
 
@@ -13,26 +13,26 @@ use crate::store::format::tile::regions::Component;
 use crate::store::reader::{OpenOptions, TileReader};
 use crate::store::writer::TileWriter;
 
-/// What a tile is made of, without constraints.
+/// Returns the drafts of a tile, without constraints, regions and sites.
 fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
-    let core_sides = 3 * tile.core_triangle_count();
+    let core_end = 3 * tile.core_triangle_count();
     let vertices = tile.vertex_indices();
     let triangles: Vec<[u32; 3]> = tile
         .triangle_ids()
         .map(|t| tile.corners(t).map(|corner| corner.0))
         .collect();
     let (of_core, of_border) = triangles.split_at(tile.core_triangle_count() as usize);
-    let in_core = |side: HalfEdge| {
-        let twin = tile.twin(side).half_edge();
-        PackedHalfEdge::from(twin.filter(|twin| twin.0 < core_sides))
+    let twin_in_core = |half_edge: HalfEdge| {
+        let twin = tile.twin(half_edge).half_edge();
+        PackedHalfEdge::from(twin.filter(|twin| twin.0 < core_end))
     };
     let corners = of_border.as_flattened().iter().copied();
     let foreign = corners
         .max()
         .map_or(0, |last| (last + 1).saturating_sub(tile.vertex_count()));
-    let core_half_edges = tile.half_edges().take_while(|side| side.0 < core_sides);
-    let links = core_half_edges.filter_map(|side| match tile.twin(side) {
-        Twin::HalfEdge(twin) if twin.0 >= core_sides => Some((side.0, twin.0)),
+    let core_half_edges = tile.half_edges().take_while(|half_edge| half_edge.0 < core_end);
+    let links = core_half_edges.filter_map(|half_edge| match tile.twin(half_edge) {
+        Twin::HalfEdge(twin) if twin.0 >= core_end => Some((half_edge.0, twin.0)),
         _ => None,
     });
     let leaving = vertices.clone().filter_map(|v| Some((v.0, tile.leaving(v)?.0)));
@@ -44,7 +44,7 @@ fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
         neighbours: tile
             .triangle_ids()
             .take(of_core.len())
-            .map(|t| HalfEdge::of_triangle(t).map(in_core))
+            .map(|t| HalfEdge::of_triangle(t).map(twin_in_core))
             .collect(),
         constraints: Vec::new(),
         components: Vec::new(),
@@ -62,10 +62,10 @@ fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
         triangles: of_border.to_vec(),
         neighbours: tile
             .border_triangle_ids()
-            .map(|t| HalfEdge::of_triangle(t).map(|side| tile.twin(side)))
+            .map(|t| HalfEdge::of_triangle(t).map(|half_edge| tile.twin(half_edge)))
             .collect(),
         core_links: links.collect(),
-        vertex_sides: leaving.filter(|&(_, side)| side >= core_sides).collect(),
+        vertex_sides: leaving.filter(|&(_, half_edge)| half_edge >= core_end).collect(),
         constraints: Vec::new(),
         components: Vec::new(),
         regions: Vec::new(),
@@ -75,8 +75,8 @@ fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
     (core, border)
 }
 
-/// Writes a file again, with what `change` makes of its tiles and `metadata` of its root. Triangles are of the regions, depths
-/// and kinds that `label` says.
+/// Writes a copy of a file in which triangles have the regions, depths and kinds that `label`
+/// returns. `change` may change the drafts of each tile, and `metadata` the metadata of the file.
 pub(crate) async fn relabelled(
     reader: &TileReader,
     label: impl Fn(&Tile, TriangleId) -> Component,
@@ -92,9 +92,9 @@ pub(crate) async fn relabelled(
         let mut components: Vec<u32> = Vec::new();
         for triangle in tile.triangle_ids() {
             let label = label(&tile, triangle);
-            let place = border.regions.iter().position(|&other| other == label);
-            components.push(place.unwrap_or(border.regions.len()) as u32);
-            if place.is_none() {
+            let index = border.regions.iter().position(|&other| other == label);
+            components.push(index.unwrap_or(border.regions.len()) as u32);
+            if index.is_none() {
                 border.regions.push(label);
             }
         }
@@ -116,7 +116,7 @@ pub(crate) async fn relabelled(
     file
 }
 
-/// Opens such a file.
+/// Opens a file that [`relabelled`] returned.
 pub(crate) async fn opened(file: MemoryFile) -> TileReader {
     TileReader::open_source(file, "relabelled", OpenOptions::default())
         .await

@@ -10,25 +10,26 @@ use crate::store::format::superblock::{
     BLOCK, FIRST_EXTENT, FileId, InForce, MAX_DIRECTORY, MAX_FLATBUFFER, Superblock,
 };
 
-/// Bytes gathered before they are written.
+/// The number of bytes to buffer before a write.
 const CHUNK: usize = 4 << 20;
 
-/// Appends extents and then the directory; the superblocks come last, so that an unfinished file is none.
+/// Writes extents and then the directory. The superblocks are written last, so an unfinished file
+/// is no valid file.
 pub(crate) struct TileWriter<W> {
     file: W,
-    /// Bytes that are not written yet, and where they go.
+    /// Bytes that are not written yet, and the offset at which they will be.
     pending: BytesMut,
     written: u64,
     is_draft: bool,
 }
 
 impl<W: WriteAt> TileWriter<W> {
-    /// Starts a file.
+    /// Creates a writer for a new file.
     pub(crate) fn new(file: W) -> Self {
         Self::behind(file, FIRST_EXTENT)
     }
 
-    /// Goes on with a file behind the cores that end at `length`.
+    /// Creates a writer that continues a file after the cores that end at `length`.
     pub(crate) fn behind(file: W, length: u64) -> Self {
         Self {
             file,
@@ -38,7 +39,8 @@ impl<W: WriteAt> TileWriter<W> {
         }
     }
 
-    /// Whether the file is a draft that nobody relies on: then it is not made sure that it is on the medium.
+    /// Sets whether the file is a draft that nobody relies on. A draft is not synchronised to the
+    /// medium.
     #[must_use]
     pub(crate) fn draft(mut self, is_draft: bool) -> Self {
         self.is_draft = is_draft;
@@ -52,17 +54,18 @@ impl<W: WriteAt> TileWriter<W> {
         }
     }
 
-    /// Bytes of the file so far.
+    /// Returns the length of the file so far, in bytes.
     pub(crate) fn length(&self) -> u64 {
         self.written + self.pending.len() as u64
     }
 
-    /// Appends a core, aligned so that it can be read past the page cache.
+    /// Appends a core, aligned so that it can be read with direct I/O.
     pub(crate) async fn append_core(&mut self, core: &Bytes) -> io::Result<Extent> {
         self.append(core, BLOCK).await
     }
 
-    /// Appends a border. Borders are short and are read with their neighbours, so they lie close together.
+    /// Appends a border. Borders are short and are read together with their neighbours, so they are
+    /// stored close together.
     pub(crate) async fn append_border(&mut self, border: &Bytes) -> io::Result<Extent> {
         self.append(border, 8).await
     }
@@ -79,7 +82,7 @@ impl<W: WriteAt> TileWriter<W> {
         let padding = (offset - self.length()) as usize;
         self.pending.resize(self.pending.len() + padding, 0);
         if bytes.len() >= CHUNK / 4 {
-            // Long enough to be written as it is, without a copy.
+            // Long enough to be written directly, without a copy.
             self.flush().await?;
             self.file.write_at(offset, bytes.clone()).await?;
             self.written += bytes.len() as u64;
@@ -96,9 +99,9 @@ impl<W: WriteAt> TileWriter<W> {
         })
     }
 
-    /// Writes over what lies at an offset, which nobody looks at any more.
+    /// Overwrites the bytes at an offset, which must not be in use any more.
     pub(crate) async fn put_at(&mut self, offset: u64, bytes: &Bytes) -> io::Result<Extent> {
-        // What lies there must not come later.
+        // The pending bytes must not overwrite these later.
         self.flush().await?;
         self.file.write_at(offset, bytes.clone()).await?;
         Ok(Extent {
@@ -108,7 +111,7 @@ impl<W: WriteAt> TileWriter<W> {
         })
     }
 
-    /// Writes what was gathered.
+    /// Writes the pending bytes.
     pub(crate) async fn flush(&mut self) -> io::Result<()> {
         if self.pending.is_empty() {
             return Ok(());
@@ -120,14 +123,16 @@ impl<W: WriteAt> TileWriter<W> {
         Ok(())
     }
 
-    /// Writes the directory, makes sure that everything is on the medium, and then writes the superblocks.
+    /// Writes the directory, synchronises everything to the medium, and then writes the
+    /// superblocks.
     ///
-    /// Returns the length of the file.
+    /// Returns the length of the file in bytes.
     pub(crate) async fn finish(self, directory: &Directory) -> io::Result<u64> {
         self.finish_as(directory, 1).await
     }
 
-    /// Likewise, for a file that was changed before, so that this is not its first generation.
+    /// Finishes a file like [`finish`](Self::finish), with a given generation, for a file that was
+    /// changed before.
     pub(crate) async fn finish_as(mut self, directory: &Directory, generation: u64) -> io::Result<u64> {
         let superblock = self.write_directory(directory, generation).await?;
         let block = superblock.encode();
@@ -136,21 +141,23 @@ impl<W: WriteAt> TileWriter<W> {
         Ok(superblock.file_length)
     }
 
-    /// Makes a file with this superblock in force what the directory says, in place of that: readers see the one or the other.
+    /// Replaces the directory of an existing file, whose superblock in force is `before`. Readers
+    /// see either the old or the new directory.
     ///
-    /// Returns the length of the file.
+    /// Returns the length of the file in bytes.
     pub(crate) async fn replace(mut self, directory: &Directory, before: &InForce) -> io::Result<u64> {
         let superblock = self
             .write_directory(directory, before.superblock.generation + 1)
             .await?;
         self.file
-            .write_at(before.other_place(), superblock.encode().into())
+            .write_at(before.other_offset(), superblock.encode().into())
             .await?;
         self.sync().await?;
         Ok(superblock.file_length)
     }
 
-    /// Writes the directory and waits until all is on the medium. Returns the superblock that is to say so.
+    /// Writes the directory and waits until everything is on the medium. Returns the superblock
+    /// that refers to it.
     async fn write_directory(&mut self, directory: &Directory, generation: u64) -> io::Result<Superblock> {
         let (bytes, root_length, root_crc) = directory.encode();
         if u64::from(root_length) > MAX_FLATBUFFER || bytes.len() as u64 > MAX_DIRECTORY {

@@ -1,22 +1,22 @@
 #!/usr/bin/env python3
-"""Random obstacles against an exact arrangement: ground is covered if the rings of any polygon go round it.
+"""Compares random obstacles with an exact arrangement: a point is covered if the rings of any polygon wind around it.
 
     python3 -m pip install -r tests/arrangement/requirements.txt
     cargo build --release -p tiletool
     python3 tests/arrangement/obstacles.py --seed 1 --seconds 60
 
-Polygons lie on small integer grids: nested, overlapping, touching, inside out, with holes, there several times. Each round builds
-them with `tiletool build`, with `--crossings error` or `split`, and checks:
+Polygons have corners on small integer grids. They are nested, overlapping, touching, inside out, repeated, or have holes. Each
+round builds them with `tiletool build`, with `--crossings error` or `split`, and checks:
 
-- what the build says. An error names the first polygon that is inside out, or a crossing, and is due;
-- each triangle: whether it is a hole, by the winding of each polygon round its middle, in rational numbers;
+- the result of the build. An error must be expected, and must name the first polygon that is inside out, or a crossing;
+- each triangle: whether it is a hole, by the winding number of each polygon around its centroid, in rational numbers;
 - the area of all holes, by shapely's arrangement of the same rings;
 - the status of paths between points in obstacles and outside;
 - `verify --deep --obstacles`;
-- without crossings, the same by `constrain` on a file that has the first polygons only.
+- without crossings, the same for `constrain` on a file that has the first polygons only.
 
-A crossing point is rounded, which bends its lines by less than 1e-9 here. Middles and points nearer to a line than MARGIN prove nothing
-where lines were split, and are left out. The last line tells totals; the exit code is 1 if a round failed.
+A crossing point is rounded, which bends its lines by less than 1e-9 here. If lines were split, centroids and points nearer to a line
+than MARGIN are not checked. The last line has the totals; the exit code is 1 if a round failed.
 """
 
 import argparse
@@ -40,18 +40,18 @@ LIMIT = 60
 
 
 class Wrong(Exception):
-    """The tool did what it should not."""
+    """The tool gave a wrong result."""
 
 
 # --- polygons: a feature is a list of polygons, a polygon a list of rings, a ring a list of corners ---
 
 
-def sides(ring):
+def edges(ring):
     return [(a, b) for a, b in zip(ring, ring[1:] + ring[:1]) if a != b]
 
 
 def double_area(ring):
-    return sum(a[0] * b[1] - b[0] * a[1] for a, b in sides(ring))
+    return sum(a[0] * b[1] - b[0] * a[1] for a, b in edges(ring))
 
 
 def turn(a, b, c):
@@ -60,20 +60,20 @@ def turn(a, b, c):
 
 
 def directed(polygon):
-    """The sides of a polygon's rings as they count: outer rings counter-clockwise, inner ones clockwise."""
+    """Returns the edges of a polygon's rings: outer rings counter-clockwise, inner ones clockwise."""
     result = []
     outer_area = double_area(polygon[0]) if polygon else 0
     for number, ring in enumerate(polygon):
         area = double_area(ring)
         if number == 0:
-            result += sides(ring[::-1] if area < 0 else ring)
+            result += edges(ring[::-1] if area < 0 else ring)
         elif area != 0 and outer_area != 0:
-            result += sides(ring[::-1] if area > 0 else ring)
+            result += edges(ring[::-1] if area > 0 else ring)
     return result
 
 
 def winding(lines, p):
-    """How often lines that close go round a point that is on none of them."""
+    """Returns the winding number of closed lines around a point that is on none of them."""
     count = 0
     for a, b in lines:
         if a[1] <= p[1] < b[1]:
@@ -84,7 +84,7 @@ def winding(lines, p):
 
 
 def crossing(a, b, c, d):
-    """The point where two segments cross within both, if they do."""
+    """Returns the point where two segments cross in their interiors, or None."""
     one, other = turn(a, b, c), turn(a, b, d)
     if one * other >= 0 or turn(c, d, a) * turn(c, d, b) >= 0:
         return None
@@ -94,22 +94,22 @@ def crossing(a, b, c, d):
     return (Fraction(v * c[0] + w * d[0], v + w), Fraction(v * c[1] + w * d[1], v + w))
 
 
-def all_sides(polygon):
-    return [side for ring in polygon for side in sides(ring)]
+def all_edges(polygon):
+    return [edge for ring in polygon for edge in edges(ring)]
 
 
 def crossings(one, other=None):
-    """The places where sides cross: those of some among each other, or of some and others."""
+    """Returns the points where edges of `one` cross each other, or cross those of `other` if it is given."""
     if other is None:
         pairs = ((s, t) for i, s in enumerate(one) for t in one[:i])
     else:
         pairs = ((s, t) for s in one for t in other)
-    places = (crossing(*s, *t) for s, t in pairs)
-    return {place for place in places if place}
+    points = (crossing(*s, *t) for s, t in pairs)
+    return {point for point in points if point}
 
 
 def faces(lines):
-    """The bounded faces of an arrangement of lines, by shapely."""
+    """Returns the bounded faces of an arrangement of lines, by shapely."""
     if not lines:
         return []
     noded = union_all([LineString(line) for line in lines])
@@ -122,21 +122,21 @@ def inside(face):
 
 
 def net(lines):
-    """Lines without those that are gone along as often in either direction: these change nothing."""
-    ways = Counter()
+    """Returns the lines without those that occur equally often in both directions, which do not change winding numbers."""
+    counts = Counter()
     for a, b in lines:
-        ways[min(a, b), max(a, b)] += 1 if a < b else -1
-    return [line for line, count in ways.items() if count != 0]
+        counts[min(a, b), max(a, b)] += 1 if a < b else -1
+    return [line for line, count in counts.items() if count != 0]
 
 
 def is_inverted(polygon):
-    """Whether the winding of a polygon is negative somewhere."""
+    """Returns whether the winding number of a polygon is negative somewhere."""
     lines = directed(polygon)
     return any(winding(lines, inside(face)) < 0 for face in faces(lines))
 
 
 def cover(features):
-    """What is covered, by shapely."""
+    """Returns the covered area, by shapely."""
     parts = []
     for polygon in (polygon for feature in features for polygon in feature):
         lines = directed(polygon)
@@ -145,12 +145,12 @@ def cover(features):
 
 
 class Rule:
-    """Which ground is covered, in rational numbers."""
+    """Decides whether a point is covered, in rational numbers."""
 
     def __init__(self, features):
         polygons = [polygon for feature in features for polygon in feature]
         self.directed = [directed(polygon) for polygon in polygons]
-        lines = {tuple(sorted(side)) for polygon in polygons for side in all_sides(polygon)}
+        lines = {tuple(sorted(edge)) for polygon in polygons for edge in all_edges(polygon)}
         self.lines = union_all([LineString(line) for line in lines]) if lines else GeometryCollection()
 
     def covers(self, point):
@@ -164,7 +164,7 @@ class Rule:
 
 
 class Town:
-    """Makes polygons on a grid."""
+    """Makes random polygons on a grid."""
 
     def __init__(self, rng):
         self.rng = rng
@@ -209,14 +209,14 @@ class Town:
         return [sorted(corners, key=lambda p: math.atan2(p[1] - y, p[0] - x))]
 
     def bow(self):
-        """Two lobes with a corner in common."""
+        """Returns two lobes with a common corner."""
         middle = self.spot()
         lobe = [self.spot() for _ in range(self.rng.randint(2, 3))]
         other = [self.spot() for _ in range(self.rng.randint(2, 3))]
         return [[middle] + lobe + [middle] + other]
 
     def symmetric(self):
-        """Lobes that cancel out."""
+        """Returns lobes that cancel out."""
         x, y = self.spot()
         w, h = self.rng.randint(1, 4), self.rng.randint(1, 4)
         ring = [(x - w, y - h), (x - w, y + h), (x, y), (x + w, y - h), (x + w, y + h), (x, y)]
@@ -269,7 +269,7 @@ class Town:
         lines, features = [], []
         for _ in range(40):
             polygon = self.polygon()
-            own = all_sides(polygon)
+            own = all_edges(polygon)
             if not may_cross and (crossings(own) or crossings(own, lines)):
                 continue
             lines += own
@@ -322,7 +322,7 @@ class Tool:
         out.unlink(missing_ok=True)
         self.must("export", file, "-o", out, *args)
         shapes = [feature["geometry"] for feature in json.loads(out.read_text())["features"]]
-        # Where all points lie on one line there are edges only.
+        # If all points are collinear there are edges only.
         rings = [shape["coordinates"][0] for shape in shapes if shape["type"] == "Polygon"]
         return {tuple(tuple(p) for p in ring[:3]) for ring in rings}
 
@@ -332,7 +332,7 @@ def area_of(triangle):
 
 
 def check_file(tool, file, obstacles, points, rule, covered, is_split):
-    """Compares a file with the rule."""
+    """Compares the triangles, the area and the verification of a file with the rule."""
     everything = tool.triangles(file, "--all")
     free = tool.triangles(file)
     for triangle in everything:
@@ -340,7 +340,7 @@ def check_file(tool, file, obstacles, points, rule, covered, is_split):
         if is_split and rule.is_near(middle):
             continue
         if rule.covers(middle) == (triangle in free):
-            what = "free, and a polygon covers it" if triangle in free else "a hole, and no polygon covers it"
+            what = "free, but a polygon covers it" if triangle in free else "a hole, but no polygon covers it"
             raise Wrong(f"triangle {triangle} is {what}")
     holes = float(sum(area_of(triangle) for triangle in everything - free))
     if everything and abs(holes - covered.area) > 1e-6:
@@ -354,10 +354,10 @@ def check_file(tool, file, obstacles, points, rule, covered, is_split):
 
 def check_paths(tool, file, rng, size, rule):
     """Compares the status of paths with the rule."""
-    def place():
+    def point():
         return (rng.randint(-4, 4 * size + 4) / 4 + 0.0625, rng.randint(-4, 4 * size + 4) / 4 + 0.03125)
 
-    ways = [(place(), place()) for _ in range(12)]
+    ways = [(point(), point()) for _ in range(12)]
     exact = [[tuple(map(Fraction, p)) for p in way] for way in ways]
     ways = [way for way, ends in zip(ways, exact) if not any(rule.is_near(end) for end in ends)]
     if not ways:
@@ -366,7 +366,7 @@ def check_paths(tool, file, rng, size, rule):
     batch.write_text("".join(f"{a[0]},{a[1]},{b[0]},{b[1]}\n" for a, b in ways))
     lines = tool.must("query", "path", file, "--batch", batch, "--csv").splitlines()[1:]
     if len(lines) != len(ways):
-        raise Wrong(f"{len(ways)} paths were asked for, and {len(lines)} answered")
+        raise Wrong(f"{len(ways)} paths were requested, but {len(lines)} were answered")
     for way, line in zip(ways, lines):
         status = line.split(",")[4]
         is_inside = any(rule.covers(tuple(map(Fraction, end))) for end in way)
@@ -376,21 +376,21 @@ def check_paths(tool, file, rng, size, rule):
 
 
 def expected_error(features, vertices):
-    """What a build says that does not split: nothing, that a polygon is inside out (its feature), or that lines cross."""
+    """Returns the error of a build that does not split: None, a polygon that is inside out (its feature), or crossing lines."""
     first, first_if_uncrossed = None, None
     for number, feature in enumerate(features):
         for polygon in feature:
             if not is_inverted(polygon):
                 continue
             lines = directed(polygon)
-            corners = {end for side in net(lines) for end in side}
+            corners = {end for edge in net(lines) for end in edge}
             if crossings(net(lines)) - corners:
                 first_if_uncrossed = number if first_if_uncrossed is None else first_if_uncrossed
             else:
                 first = number if first is None else first
     if first is not None:
         return ("inverted", first)
-    everything = [side for feature in features for polygon in feature for side in all_sides(polygon)]
+    everything = [edge for feature in features for polygon in feature for edge in all_edges(polygon)]
     if crossings(everything) - vertices:
         return ("crossing", None)
     if first_if_uncrossed is not None:
@@ -413,7 +413,7 @@ def options(rng):
 
 
 def check_constrain(tool, rng, features, rule, covered):
-    """Adds the last polygons to a file of the first ones."""
+    """Adds the last polygons to a file of the first ones, and checks the result."""
     size = max((abs(v) for feature in features for p in feature for r in p for s in r for v in s), default=1) + 9
     frame = tool.folder / "frame.csv"
     frame.write_text(f"{-size},{-size}\n{size},{-size}\n{size},{size}\n{-size},{size}\n")
@@ -451,7 +451,7 @@ def round_of(seed, program, totals):
         obstacles = tool.folder / "obstacles.geojson"
         obstacles.write_text(geojson(features))
         points, vertices = None, {end for f in features for p in f for ring in p for end in ring}
-        # Where there is a vertex, lines may cross.
+        # Lines may cross in a vertex.
         if rng.random() < 0.4:
             grid = [(x, y) for x in range(-1, town.size + 2) for y in range(-1, town.size + 2)]
             points = tool.folder / "points.csv"
@@ -468,7 +468,7 @@ def round_of(seed, program, totals):
         if done.returncode != 0:
             raise Wrong(f"the build fails: {done.stderr}")
         rule, covered = Rule(features), cover(features)
-        # Without triangles there is nothing to walk on.
+        # Without triangles there are no paths.
         if check_file(tool, file, [obstacles], points, rule, covered, splits):
             totals["paths"] += check_paths(tool, file, rng, town.size, rule)
         if not may_cross and not splits and rng.random() < 0.5:
@@ -476,16 +476,16 @@ def round_of(seed, program, totals):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Random obstacles against an exact arrangement.")
-    parser.add_argument("--seed", type=int, default=1, help="of the first round; each later one takes the next number")
-    parser.add_argument("--seconds", type=float, default=10, help="no round starts later")
-    parser.add_argument("--rounds", type=int, default=None, help="at most this number")
+    parser = argparse.ArgumentParser(description="Compares random obstacles with an exact arrangement.")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the first round; each later round takes the next number")
+    parser.add_argument("--seconds", type=float, default=10, help="starts no round after this time")
+    parser.add_argument("--rounds", type=int, default=None, help="runs at most this number of rounds")
     default = Path(__file__).resolve().parents[2] / "target" / "release" / "tiletool"
     parser.add_argument("--tool", type=Path, default=default, help="the program tiletool")
     args = parser.parse_args()
     program = args.tool.resolve()
     if not os.access(program, os.X_OK):
-        sys.exit(f"{program} is no program; build it with: cargo build --release -p tiletool")
+        sys.exit(f"{program} is not a program; build it with: cargo build --release -p tiletool")
     end = time.monotonic() + args.seconds
     totals = {"polygons": 0, "errors": 0, "paths": 0}
     rounds, failed = 0, 0

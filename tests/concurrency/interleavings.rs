@@ -1,8 +1,10 @@
-//! The cache under a checker of interleavings (crate `shuttle`), which runs tasks one at a time and chooses, at each lock and
-//! each await, who goes on: some thousand schedules at random and some hundreds by PCT (Burckhardt and others, "A randomized
+//! Tests of the cache under a checker of interleavings (crate `shuttle`). The checker runs tasks
+//! one at a time and chooses, at each lock and each await, which task continues. It runs some
+//! thousand random schedules and some hundred PCT schedules (Burckhardt and others, "A randomized
 //! scheduler with probabilistic guarantees of finding bugs", ASPLOS 2010), from fixed seeds.
 //!
-//! The files of the cache are compiled once more here, with the checker's lock and tasks in place of `sync.rs`.
+//! The files of the cache are compiled a second time here, with the checker's lock and tasks in
+//! place of `sync.rs`.
 
 #[allow(dead_code, reason = "the library has more uses for it")]
 #[path = "../../src/store/cache/edit.rs"]
@@ -16,7 +18,7 @@ mod state;
 #[path = "../../src/store/cache/statistics.rs"]
 mod statistics;
 
-/// The same as `src/store/cache/sync.rs`.
+/// Has the same items as `src/store/cache/sync.rs`.
 mod sync {
     use std::future::Future;
     use std::mem;
@@ -36,7 +38,8 @@ mod sync {
     }
 
     pub(super) fn spawn(task: impl Future<Output = ()> + Send + 'static) {
-        // A task without a handle would be cut off at the end of the test; so its end is awaited.
+        // The checker ends a detached task at the end of the test. A forgotten handle makes it
+        // await the task.
         mem::forget(shuttle::future::spawn(task));
     }
 }
@@ -55,7 +58,7 @@ use self::edit::EditCache;
 use self::shelf::{Failure, Shelf};
 use self::state::{Content, Weight};
 
-/// What an editor changes in two steps.
+/// A value that an editor changes in two steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Sample {
     one: u32,
@@ -87,7 +90,7 @@ impl Failure for Trouble {
 type Samples = Shelf<u32, Sample, Trouble>;
 type Loaded = Result<Arc<Sample>, Trouble>;
 
-/// Runs a test under many schedules.
+/// Runs `test` under `schedules` random schedules and a quarter as many PCT schedules.
 fn explore<F: Future<Output = ()>>(schedules: usize, test: impl Fn() -> F + Send + Sync + 'static) {
     let test = Arc::new(move || block_on(test()));
     let random = Arc::clone(&test);
@@ -95,7 +98,8 @@ fn explore<F: Future<Output = ()>>(schedules: usize, test: impl Fn() -> F + Send
     Runner::new(PctScheduler::new_from_seed(1, 3, schedules / 4), Config::new()).run(move || test());
 }
 
-/// Loads that are counted, of which the first `fails` end in an error.
+/// Returns a load function that counts its calls in `loads`; the first `fails` calls return an
+/// error.
 fn counted(loads: &Arc<AtomicU32>, fails: u32) -> impl Fn() -> BoxFuture<'static, Loaded> + Send + use<> {
     let loads = Arc::clone(loads);
     move || {
@@ -117,7 +121,7 @@ fn bytes(shelf: &Samples) -> (usize, usize) {
 }
 
 #[test]
-fn one_load_whoever_is_cancelled() {
+fn concurrent_callers_share_one_load_when_some_are_cancelled() {
     explore(1500, || async {
         let (shelf, loads) = (Samples::new(100), Arc::default());
         let callers: Vec<JoinHandle<_>> = (0..4)
@@ -142,7 +146,7 @@ fn one_load_whoever_is_cancelled() {
 }
 
 #[test]
-fn an_error_reaches_all_who_wait_and_nobody_later() {
+fn a_load_error_reaches_all_waiters_and_no_later_caller() {
     explore(1500, || async {
         let (shelf, loads) = (Samples::new(100), Arc::default());
         let callers: Vec<JoinHandle<_>> = (0..3)
@@ -158,7 +162,8 @@ fn an_error_reaches_all_who_wait_and_nobody_later() {
             errors += u64::from(error.is_some());
         }
         let statistics = shelf.with(|inner| inner.state.statistics());
-        // All who shared the first load, and nobody who came when it was over.
+        // The callers that shared the first load get its error; a caller that came after it does
+        // not.
         assert_eq!(statistics.hits + statistics.misses + statistics.shared_loads, 3);
         assert!((1..=2).contains(&statistics.misses) && errors >= 1);
         assert_eq!(u64::from(loads.load(Ordering::SeqCst)), statistics.misses);
@@ -169,7 +174,7 @@ fn an_error_reaches_all_who_wait_and_nobody_later() {
 }
 
 #[test]
-fn what_is_pinned_stays() {
+fn pinned_values_are_not_evicted() {
     explore(800, || async {
         let (shelf, loads) = (Samples::new(2 * WEIGHT), Arc::default());
         let tasks: Vec<JoinHandle<()>> = (0..3)
@@ -193,13 +198,13 @@ fn what_is_pinned_stays() {
     });
 }
 
-/// What is saved. A read and a write take a while, and some writes fail.
+/// The saved values. A read and a write take a while, and some writes fail.
 #[derive(Default)]
 struct Disk {
-    /// Locked only where no other task could run; so the checker need not know.
+    /// Locked only where no other task can run, so the checker need not know of the lock.
     saved: Mutex<HashMap<u32, Sample>>,
     writes: AtomicU32,
-    /// Of so many writes one fails; 0: none.
+    /// Every `fails`-th write fails; 0 means that none fails.
     fails: u32,
 }
 
@@ -245,7 +250,7 @@ impl Disk {
     }
 }
 
-/// Changes a value, whatever fails on the way.
+/// Changes the value of `key`, and retries until the edit succeeds.
 async fn change(cache: &EditCache<u32, Sample, Trouble>, disk: &Arc<Disk>, key: u32) {
     loop {
         match cache.edit(key, disk.load(key)).await {
@@ -260,7 +265,7 @@ async fn change(cache: &EditCache<u32, Sample, Trouble>, disk: &Arc<Disk>, key: 
     }
 }
 
-/// Three edits of each of three values, while others read; one of them goes away in between.
+/// Edits each of three values three times while others read; one reader is aborted in between.
 fn edit_and_read(capacity: usize, fails: u32) {
     explore(500, move || async move {
         let disk = Arc::new(Disk {
@@ -299,7 +304,7 @@ fn edit_and_read(capacity: usize, fails: u32) {
         }
         assert!((0..3).all(|key| disk.saved(key) == 3));
         for reader in readers {
-            // The first may be gone.
+            // The first reader may have been aborted.
             let _ = reader.await;
         }
         let statistics = cache.statistics();
@@ -311,12 +316,12 @@ fn edit_and_read(capacity: usize, fails: u32) {
 }
 
 #[test]
-fn edits_are_seen_and_saved_with_little_room() {
+fn edits_are_seen_and_saved_with_room_for_one_value() {
     edit_and_read(WEIGHT, 0);
 }
 
 #[test]
-fn edits_are_seen_and_saved_without_any_room() {
+fn edits_are_seen_and_saved_with_capacity_zero() {
     edit_and_read(0, 0);
 }
 
@@ -326,7 +331,7 @@ fn edits_are_seen_and_saved_when_writes_fail() {
 }
 
 #[test]
-fn edits_of_one_value_follow_each_other() {
+fn concurrent_edits_of_one_value_are_serialized() {
     explore(800, || async {
         let disk = Arc::new(Disk::default());
         let cache = Arc::new(disk.cache(WEIGHT));

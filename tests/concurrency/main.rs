@@ -1,5 +1,5 @@
-//! The promise: any number of tasks read through one cache and get right answers, whoever goes away, whatever is evicted, and
-//! whatever happens meanwhile to the file's name.
+//! The promise: any number of tasks read through one cache and get right answers, when callers are
+//! cancelled, when tiles are evicted, and when the file is replaced or removed meanwhile.
 
 #[path = "../support/mod.rs"]
 mod support;

@@ -1,4 +1,4 @@
-//! Readers of files: many tasks, callers who go away, scans, files that are replaced, caches that are shared.
+//! Readers of files: many tasks, cancelled callers, scans, replaced files, shared caches.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -18,7 +18,7 @@ fn options() -> BuildOptions {
     BuildOptions::default().tile_vertices(64).threads(2)
 }
 
-/// Bytes of all tiles of a file.
+/// Returns the bytes that all tiles of a file have in memory.
 async fn weight(reader: &TileReader) -> usize {
     let tiles: Vec<_> = reader.tiles().try_collect().await.unwrap();
     tiles.iter().map(|tile| tile.byte_size()).sum()
@@ -33,9 +33,9 @@ async fn triangles(reader: &TileReader, rect: Rect) -> Result<Vec<[VertexId; 3]>
     found.map_ok(|t| t.vertices.map(|v| v.id)).try_collect().await
 }
 
-/// Questions, and what a reader answers whom nobody disturbs.
+/// Questions, with the answers of a reader that nothing disturbs.
 struct Answers {
-    places: Vec<(Point, Location)>,
+    locations: Vec<(Point, Location)>,
     rects: Vec<(Rect, Vec<[VertexId; 3]>)>,
     tiles: Vec<(TileId, Vec<Point>)>,
 }
@@ -44,7 +44,7 @@ impl Answers {
     async fn of(reader: &TileReader) -> Self {
         let bounds = reader.directory().metadata.bounds;
         let mut random = Random(7);
-        let mut place = || {
+        let mut point = || {
             let (width, height) = bounds.size();
             Point::new(
                 bounds.min_x + width * (1.1 * random.unit() - 0.05),
@@ -52,16 +52,16 @@ impl Answers {
             )
         };
         let mut answers = Self {
-            places: Vec::new(),
+            locations: Vec::new(),
             rects: Vec::new(),
             tiles: Vec::new(),
         };
         for _ in 0..100 {
-            let p = place();
-            answers.places.push((p, reader.locate(p.x, p.y).await.unwrap()));
+            let p = point();
+            answers.locations.push((p, reader.locate(p.x, p.y).await.unwrap()));
         }
         for _ in 0..10 {
-            let rect = Rect::around([place(), place()]);
+            let rect = Rect::around([point(), point()]);
             answers.rects.push((rect, triangles(reader, rect).await.unwrap()));
         }
         for id in ids(reader) {
@@ -73,7 +73,7 @@ impl Answers {
         answers
     }
 
-    /// Asks one of them, chosen at random.
+    /// Asks one of the questions, chosen at random, and compares the answer.
     async fn check(&self, reader: &TileReader, random: &mut Random) {
         match random.below(8) {
             0 => {
@@ -92,7 +92,7 @@ impl Answers {
                 assert!(tile.id() == *id && tile.points().eq(points.iter().copied()));
             }
             _ => {
-                let (p, expected) = &self.places[random.below(self.places.len())];
+                let (p, expected) = &self.locations[random.below(self.locations.len())];
                 assert_eq!(reader.locate(p.x, p.y).await.unwrap(), *expected);
             }
         }
@@ -117,7 +117,7 @@ fn asked(statistics: CacheStatistics) -> u64 {
 }
 
 #[test]
-fn sixty_four_tasks_on_one_reader_with_a_cache_of_a_tenth_of_the_file() {
+fn sixty_four_tasks_get_right_answers_with_a_cache_of_a_tenth_of_the_file() {
     runtime().block_on(async {
         let scratch = Scratch::new();
         file(&scratch, &points_of(Kind::Clusters, 6000, 3)).await;
@@ -131,7 +131,8 @@ fn sixty_four_tasks_on_one_reader_with_a_cache_of_a_tenth_of_the_file() {
             tokio::spawn(async move {
                 let mut random = Random(seed);
                 for _ in 0..40 {
-                    // Callers who lose patience, at some moment or at once, or whose task is stopped.
+                    // Callers that time out, at some moment or at once, and callers whose task is
+                    // aborted.
                     let patience = Duration::from_micros(random.bits() % 300);
                     let _ = tokio::time::timeout(patience, answers.check(&reader, &mut Random(random.bits()))).await;
                     let _ = answers.check(&reader, &mut Random(random.bits())).now_or_never();
@@ -162,11 +163,11 @@ fn sixty_four_tasks_on_one_reader_with_a_cache_of_a_tenth_of_the_file() {
 }
 
 #[test]
-fn an_old_file_is_read_on_when_another_takes_its_name() {
+fn an_open_reader_keeps_reading_its_file_after_another_file_takes_its_name() {
     runtime().block_on(async {
         let scratch = Scratch::new();
         file(&scratch, &points_of(Kind::Uniform, 3000, 1)).await;
-        // Nothing stays in this cache: all comes from the file.
+        // The cache keeps nothing, so everything is read from the file.
         let cache = Cache::new(0);
         let old = open(&scratch, &cache).await;
         let answers = Answers::of(&old).await;
@@ -188,7 +189,7 @@ fn an_old_file_is_read_on_when_another_takes_its_name() {
 }
 
 #[test]
-fn readers_of_several_files_share_a_cache() {
+fn readers_of_several_files_get_right_answers_from_a_shared_cache() {
     runtime().block_on(async {
         let scratches = [Scratch::new(), Scratch::new(), Scratch::new()];
         let mut bytes = 0;
@@ -228,10 +229,11 @@ fn readers_of_several_files_share_a_cache() {
     });
 }
 
-/// A file that is changed in place keeps its tiles' numbers. The id of a file is a hash of its directory; a reader of one
-/// generation must not be handed the tiles of another, whatever the id says.
+/// A file that is edited in place keeps its tiles' numbers. The id of a file is a hash of its
+/// directory. A reader of one generation must not get the tiles of another generation, even if both
+/// have the same id.
 #[test]
-fn generations_of_a_file_have_tiles_of_their_own() {
+fn generations_of_a_file_do_not_share_cached_tiles() {
     runtime().block_on(async {
         let points = points_of(Kind::Uniform, 500, 1);
         let first = file_bytes(&batches(&points, &[]), options()).await;
@@ -262,9 +264,9 @@ fn generations_of_a_file_have_tiles_of_their_own() {
     });
 }
 
-/// Whoever reads all tiles once, by whatever call, leaves those in the cache that are asked for again and again.
+/// Reading all tiles once, by any call, does not evict tiles that are read again and again.
 #[test]
-fn scans_leave_what_is_hot() {
+fn scans_do_not_evict_hot_tiles() {
     runtime().block_on(async {
         let scratch = Scratch::new();
         file(&scratch, &points_of(Kind::Uniform, 6000, 3)).await;
@@ -301,7 +303,7 @@ fn scans_leave_what_is_hot() {
 }
 
 #[test]
-fn a_pinned_tile_stays_through_everything() {
+fn a_pinned_tile_is_not_evicted() {
     runtime().block_on(async {
         let scratch = Scratch::new();
         file(&scratch, &points_of(Kind::Uniform, 2000, 3)).await;
@@ -322,7 +324,7 @@ fn a_pinned_tile_stays_through_everything() {
 }
 
 #[test]
-fn a_runtime_that_is_dropped_under_loads_harms_no_other() {
+fn dropping_a_runtime_during_loads_does_not_disturb_another_runtime() {
     let alive = runtime();
     let scratch = Scratch::new();
     let (answers, cache) = alive.block_on(async {
@@ -341,7 +343,8 @@ fn a_runtime_that_is_dropped_under_loads_harms_no_other() {
             dying.spawn(async move {
                 let mut random = Random(100 * round + seed);
                 loop {
-                    // It is stopped in here; with it go its loads, and their callers may be told.
+                    // The runtime is dropped during this loop, and its loads with it; their callers
+                    // may get an error.
                     let id = answers.tiles[random.below(answers.tiles.len())].0;
                     if reader.tile(id).await.is_err() {
                         break;

@@ -1,7 +1,8 @@
-//! What the library promises, as its user sees it: each module names a promise.
+//! What the library promises to its users: each module names a promise.
 //!
-//! What would disturb other tests of the same process has a program of its own: `object_store` measures this process's memory,
-//! `refused_ring` has the system refuse calls, and in `concurrency` a checker of interleavings takes the place of the scheduler.
+//! Tests that would disturb other tests of the same process are programs of their own:
+//! `object_store` measures the process's memory, `refused_ring` has the system refuse calls, and in
+//! `concurrency` a checker of interleavings replaces the scheduler.
 
 #![allow(clippy::too_many_lines)]
 

@@ -1,4 +1,4 @@
-//! Tile files on web servers: the same answers as from disk, or an error that says what is wrong.
+//! Tile files on web servers: the answers are those from disk, or an error says what is wrong.
 
 mod server;
 
@@ -17,7 +17,7 @@ fn wait<T>(future: impl Future<Output = T>) -> T {
     runtime.block_on(future)
 }
 
-/// A tile file of several tiles.
+/// Builds a tile file of several tiles.
 fn town() -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("town.tiles");
@@ -45,13 +45,13 @@ fn digest(server: &Server) -> Result<Digest, ReadError> {
     })
 }
 
-/// What an error says, and all that is behind it.
+/// Returns the message of an error, followed by those of its sources.
 fn whole(error: &dyn Error) -> String {
     let behind = error.source().map(whole);
     behind.map_or_else(|| error.to_string(), |behind| format!("{error}: {behind}"))
 }
 
-/// A digest that fails, and says so with these words.
+/// Asserts that a digest fails with a message that contains `words`.
 fn fails(fault: Fault, words: &str) {
     let server = Server::start(town(), fault);
     let error = whole(&digest(&server).unwrap_err());
@@ -62,7 +62,7 @@ fn fails(fault: Fault, words: &str) {
 }
 
 #[test]
-fn the_digest_is_that_of_the_file() {
+fn the_digest_from_a_server_is_that_of_the_file() {
     let bytes = town();
     let file = delaunay_tiles::io::MemoryFile::new(bytes.clone());
     let expected = wait(async {
@@ -71,7 +71,7 @@ fn the_digest_is_that_of_the_file() {
             .unwrap();
         reader.digest().await.unwrap()
     });
-    // Faults that are got over, too.
+    // Including faults that the reader recovers from.
     for fault in [
         Fault::None,
         Fault::NoTags,
@@ -86,7 +86,7 @@ fn the_digest_is_that_of_the_file() {
 }
 
 #[test]
-fn opening_and_one_tile_are_four_requests() {
+fn opening_and_reading_one_tile_take_at_most_four_requests() {
     let server = Server::start(town(), Fault::None);
     let reader = open(&server).unwrap();
     assert_eq!(server.requests(), 2, "the beginning, and the directory");
@@ -98,7 +98,7 @@ fn opening_and_one_tile_are_four_requests() {
 }
 
 #[test]
-fn what_lies_close_together_is_one_request_and_bytes_are_aligned() {
+fn ranges_close_together_are_one_request_and_their_bytes_are_aligned() {
     let bytes: Vec<u8> = (0..5_000_000u32).map(|i| (i % 251) as u8).collect();
     let server = Server::start(bytes.clone(), Fault::None);
     let file = wait(ObjectFile::open(&server.url)).unwrap();
@@ -123,7 +123,7 @@ fn what_lies_close_together_is_one_request_and_bytes_are_aligned() {
 }
 
 #[test]
-fn a_file_that_changed_is_told() {
+fn a_file_that_changed_on_the_server_is_reported() {
     for count in [1, 2, 3, 7] {
         fails(
             Fault::ChangedAfter(count),
@@ -136,9 +136,9 @@ fn a_file_that_changed_is_told() {
     }
 }
 
-/// The body of an error was gathered in memory as long as it came, for 30 seconds.
+/// The body of an error was once gathered in memory for as long as it came, for 30 seconds.
 #[test]
-fn an_error_without_end_takes_no_memory_and_commands_no_terminal() {
+fn an_endless_error_takes_no_memory_and_control_characters_are_escaped() {
     let before = delaunay_tiles::peak_memory().unwrap_or(0);
     fails(Fault::Lies(Lie::EndlessError, 0, usize::MAX), "xxxxxxxx");
     fails(Fault::Lies(Lie::EndlessError, 3, usize::MAX), "xxxxxxxx");
@@ -153,7 +153,7 @@ fn an_error_without_end_takes_no_memory_and_commands_no_terminal() {
 }
 
 #[test]
-fn servers_that_will_not_do_are_told() {
+fn errors_name_what_is_wrong_with_a_server() {
     fails(Fault::NoRanges, "does not answer by byte range");
     fails(Fault::Missing, "there is no such object");
     for lie in [Lie::Loop, Lie::LongWay, Lie::Nowhere] {

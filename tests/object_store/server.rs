@@ -11,51 +11,54 @@ use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::thread;
 use std::time::Duration;
 
-/// What is wrong with the server.
+/// A fault of the server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// Nothing.
+    /// The server has no fault.
     None,
-    /// It sends whole files, whatever is asked for.
+    /// The server sends the whole file for any request.
     NoRanges,
-    /// It names no versions.
+    /// The server sends no entity tags.
     NoTags,
-    /// After so many requests the file is another one.
+    /// After this number of requests the file is another one.
     ChangedAfter(usize),
-    /// The same, and it does not look at `If-Match`.
+    /// After this number of requests the file is another one, and the server ignores `If-Match`.
     ChangedAfterUnnoticed(usize),
-    /// Requests fail from this one on, so many of them, with status 500.
+    /// From the request with the first number on, as many requests as the second number says fail
+    /// with status 500.
     Fails(usize, usize),
-    /// Answers end halfway, with the connection, from this one on, so many of them.
+    /// From the request with the first number on, as many answers as the second number says end
+    /// halfway, with the connection.
     Truncates(usize, usize),
-    /// Answers are shorter than what was asked for from this one on, and say so.
+    /// From this request on, answers are shorter than requested, and say so.
     Shortens(usize),
     /// There is no file.
     Missing,
-    /// It lies from this request on, so many times.
+    /// From the request with the first number on, the server lies as many times as the second
+    /// number says.
     Lies(Lie, usize, usize),
 }
 
-/// What a server may say that is not so.
+/// A false answer of a server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lie {
-    /// The whole file, with status 200, though a range was asked for.
+    /// The whole file, with status 200, though a range was requested.
     Whole,
-    /// Another range, and it says so.
+    /// Another range, with its true header.
     OtherRange,
-    /// The bytes of another range, with the header of what was asked for.
+    /// The bytes of another range, with the header of the requested one.
     OtherBytes,
     /// The right bytes, with the header of another range.
     OtherHeader,
-    /// Some bytes are not those of the file.
+    /// Some bytes differ from those of the file.
     WrongBytes,
-    /// A body longer than it says.
+    /// A body longer than its header says.
     TooLong,
-    /// A body half as long as it says; then the connection stays open and silent.
+    /// A body half as long as its header says; then the connection stays open and silent.
     Silent,
     /// A body that never ends.
     Endless,
-    /// An error, whose text never ends.
+    /// An error whose text never ends.
     EndlessError,
     /// A header that never ends.
     EndlessHeader,
@@ -69,15 +72,15 @@ pub enum Lie {
     NewTag,
     /// A redirection to itself.
     Loop,
-    /// A redirection to the next one of very many.
+    /// A redirection to the first of very many redirections.
     LongWay,
     /// A redirection to another server, which has another file.
     Elsewhere,
-    /// A redirection to nothing.
+    /// A redirection without an address.
     Nowhere,
     /// No HTTP at all.
     Garbage,
-    /// An answer to nothing that was asked for, as a cache gives it.
+    /// The status 304, which answers no request that was made, as a cache sends it.
     NotModified,
     /// An error with commands for a terminal.
     Commands,
@@ -110,7 +113,7 @@ impl Lie {
     ];
 }
 
-/// A server on a port of its own, until the process ends.
+/// A server on a port of its own, which runs until the process ends.
 pub struct Server {
     pub url: String,
     shared: Arc<Shared>,
@@ -119,9 +122,9 @@ pub struct Server {
 struct Shared {
     bytes: Vec<u8>,
     fault: Fault,
-    /// Where a redirection elsewhere leads.
+    /// The address of the redirection [`Lie::Elsewhere`].
     elsewhere: String,
-    /// Requests so far.
+    /// The number of requests so far.
     requests: AtomicUsize,
 }
 
@@ -130,7 +133,7 @@ impl Server {
         Self::start_before(bytes, fault, String::new())
     }
 
-    /// Starts one that redirects to this address where it leads elsewhere.
+    /// Starts a server that redirects to `elsewhere` for [`Lie::Elsewhere`].
     pub fn start_before(bytes: Vec<u8>, fault: Fault, elsewhere: String) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let url = format!("http://{}/maps/town.tiles", listener.local_addr().unwrap());
@@ -159,7 +162,7 @@ impl Server {
     }
 }
 
-/// What of a request matters.
+/// The relevant parts of a request.
 #[derive(Default)]
 struct Request {
     is_head: bool,
@@ -169,7 +172,7 @@ struct Request {
 }
 
 impl Request {
-    /// None at the end of the connection.
+    /// Reads a request; returns `None` at the end of the connection.
     fn read(lines: &mut impl BufRead) -> Option<Self> {
         let mut line = String::new();
         lines.read_line(&mut line).ok().filter(|&length| length > 0)?;
@@ -207,7 +210,7 @@ impl Shared {
         }
     }
 
-    /// None if the connection ends with it.
+    /// Answers a request; returns `None` if the connection ends with the answer.
     fn answer(&self, request: &Request, mut connection: &TcpStream) -> Option<()> {
         let number = self.requests.fetch_add(1, SeqCst);
         let mut send = |status: &str, headers: &str, body: &[u8], length: usize| {
@@ -276,7 +279,7 @@ impl Shared {
 }
 
 impl Shared {
-    /// None if the connection ends with it.
+    /// Answers a request with a lie; returns `None` if the connection ends with the answer.
     fn lie(&self, lie: Lie, request: &Request, number: usize, mut connection: &TcpStream) -> Option<()> {
         let whole = self.bytes.len();
         let asked = request.range.clone().unwrap_or(0..whole);
@@ -378,7 +381,7 @@ impl Shared {
     }
 }
 
-/// Chunks of bytes until the client has gone away.
+/// Sends chunks of bytes until the client closes the connection.
 fn endless_chunks(mut connection: &TcpStream) -> Option<()> {
     let mut chunk = b"10000\r\n".to_vec();
     chunk.resize(chunk.len() + 0x10000, b'x');

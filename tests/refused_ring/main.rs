@@ -1,7 +1,8 @@
-//! Where the system refuses io_uring, as many containers do, files are read all the same, and it is said why.
+//! Where the system refuses io_uring, as many containers do, files are read nevertheless, and the
+//! reader reports why.
 //!
-//! A filter on system calls binds the thread that sets it, and all threads and programs that this starts; so what is tested runs in
-//! a thread of its own.
+//! A filter on system calls applies to the thread that sets it, and to all threads and programs
+//! that this thread starts. So each test runs in a thread of its own.
 #![cfg(target_os = "linux")]
 
 use std::collections::BTreeMap;
@@ -20,7 +21,7 @@ const IO_URING_SETUP: i64 = 425;
 const IO_URING_ENTER: i64 = 426;
 const EPERM: u32 = 1;
 
-/// Runs a test where this system call fails with EPERM.
+/// Runs `test` in a thread in which the system call `call` fails with EPERM.
 fn without(call: i64, test: impl FnOnce() + Send + 'static) {
     let refused = thread::spawn(move || {
         let filter: BpfProgram = SeccompFilter::new(
@@ -55,7 +56,7 @@ fn build(path: &Path) {
     });
 }
 
-/// Opens a file by this backend, and counts its triangles.
+/// Opens a file with `backend`, and counts its triangles.
 fn triangles(path: &Path, backend: Backend) -> Result<(u64, &'static str, Option<String>), ReadError> {
     wait(async {
         let reader = TileReader::open(path, OpenOptions::default().backend(backend)).await?;
@@ -68,20 +69,20 @@ fn triangles(path: &Path, backend: Backend) -> Result<(u64, &'static str, Option
     })
 }
 
-/// What an error says, and all that is behind it.
+/// Returns the message of an error, followed by those of its sources.
 fn whole(error: &dyn Error) -> String {
     let behind = error.source().map(whole);
     behind.map_or_else(|| error.to_string(), |behind| format!("{error}: {behind}"))
 }
 
-/// One test, since the second refusal is remembered for the whole process.
+/// A single test, since the second refusal is remembered for the whole process.
 #[test]
-fn refused_rings() {
-    a_refused_ring_is_done_without_unless_it_is_asked_for_by_name();
-    a_ring_that_never_answers_is_as_good_as_none();
+fn files_are_read_without_a_ring_and_the_reason_is_reported() {
+    a_refused_ring_is_replaced_by_threads_unless_it_was_requested_by_name();
+    a_ring_that_never_answers_is_replaced_by_threads();
 }
 
-fn a_refused_ring_is_done_without_unless_it_is_asked_for_by_name() {
+fn a_refused_ring_is_replaced_by_threads_unless_it_was_requested_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("grid.tiles");
     without(IO_URING_SETUP, move || {
@@ -105,7 +106,7 @@ fn a_refused_ring_is_done_without_unless_it_is_asked_for_by_name() {
     });
 }
 
-fn a_ring_that_never_answers_is_as_good_as_none() {
+fn a_ring_that_never_answers_is_replaced_by_threads() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("grid.tiles");
     without(IO_URING_ENTER, move || {

@@ -10,16 +10,16 @@ use bytes::Bytes;
 use delaunay_tiles::io::{ReadAt, WriteAt};
 use futures::future::{BoxFuture, FutureExt};
 
-/// How an operation fails.
+/// The way in which an operation fails.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// With the system's number for it.
+    /// It fails with this error number of the system.
     System(i32),
-    /// What is to be read is not there any more.
+    /// The bytes to be read are not there any more.
     Short,
-    /// Half of what is to be written is written.
+    /// Half of the bytes are written.
     Torn,
-    /// Not at all, but later than those after it.
+    /// It succeeds, but later than the operations after it.
     Delay,
 }
 
@@ -28,9 +28,9 @@ impl Fault {
     pub const ENOSPC: Self = Self::System(28);
     pub const EINTR: Self = Self::System(4);
 
-    /// What can happen to a read.
+    /// The faults of a read.
     pub const OF_READS: [Self; 5] = [Self::EIO, Self::ENOSPC, Self::EINTR, Self::Short, Self::Delay];
-    /// What can happen to a write; the sync of it fails as reads do.
+    /// The faults of a write; a sync fails as reads do.
     pub const OF_WRITES: [Self; 5] = [Self::EIO, Self::ENOSPC, Self::EINTR, Self::Torn, Self::Delay];
 
     fn error(self) -> Option<io::Error> {
@@ -43,12 +43,12 @@ impl Fault {
     }
 }
 
-/// A file one of whose operations fails, once. Clones count together.
+/// A file one of whose operations fails, once. Clones share the count of operations.
 #[derive(Clone)]
 pub struct Faulty<T> {
     file: T,
     fault: Fault,
-    /// The number of the operation that fails, from 0.
+    /// The number of the operation that fails, counted from 0.
     number: usize,
     operations: Arc<AtomicUsize>,
 }
@@ -63,12 +63,12 @@ impl<T> Faulty<T> {
         }
     }
 
-    /// Without a fault, to count.
+    /// Wraps a file without a fault, to count its operations.
     pub fn sound(file: T) -> Self {
         Self::new(file, Fault::Delay, usize::MAX)
     }
 
-    /// Operations so far.
+    /// Returns the number of operations so far.
     pub fn operations(&self) -> usize {
         self.operations.load(SeqCst)
     }
@@ -78,7 +78,7 @@ impl<T> Faulty<T> {
     }
 }
 
-/// The operation as the fault, if any, has it.
+/// Runs the operation with the fault, if there is one.
 fn done<R: Send + 'static>(
     fault: Option<Fault>,
     operation: BoxFuture<'static, io::Result<R>>,

@@ -1,10 +1,11 @@
-//! FlatBuffers read by hand, independent of generated code. It trusts its bytes: out of range is a panic.
+//! FlatBuffers read by hand, independently of generated code. It trusts its bytes, and panics if an
+//! offset is out of range.
 
 /// A table in a buffer.
 #[derive(Clone, Copy)]
 pub struct Table<'a> {
     pub bytes: &'a [u8],
-    /// Where it starts.
+    /// The offset of the table in the buffer.
     pub at: usize,
 }
 
@@ -25,7 +26,7 @@ pub fn f64_at(bytes: &[u8], at: usize) -> f64 {
 }
 
 impl<'a> Table<'a> {
-    /// The root of a buffer.
+    /// Returns the root table of a buffer.
     pub fn root(bytes: &'a [u8]) -> Self {
         Self {
             bytes,
@@ -33,7 +34,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Where a field lies in the buffer, if it is there.
+    /// Returns the offset of a field in the buffer, if the field is present.
     pub fn field(self, slot: usize) -> Option<usize> {
         let back = u32_at(self.bytes, self.at) as i32;
         let vtable = usize::try_from(self.at as i64 - i64::from(back)).unwrap();
@@ -68,21 +69,21 @@ impl<'a> Table<'a> {
         self.field(slot).map(|at| at + u32_at(self.bytes, at) as usize)
     }
 
-    /// A table that a field refers to.
+    /// Returns the table that a field refers to.
     pub fn table(self, slot: usize) -> Option<Table<'a>> {
         self.follow(slot).map(|at| Table { at, ..self })
     }
 
-    /// Where the elements of a vector start, and how many there are.
+    /// Returns the offset of a vector's first element, and the number of elements.
     pub fn vector(self, slot: usize) -> Option<(usize, usize)> {
         self.follow(slot).map(|at| (at + 4, u32_at(self.bytes, at) as usize))
     }
 
-    /// The tables of a vector of tables.
+    /// Returns the tables of a vector of tables.
     pub fn tables(self, slot: usize) -> Vec<Table<'a>> {
         let (first, count) = self.vector(slot).unwrap_or((0, 0));
-        let places = (0..count).map(|i| first + 4 * i);
-        places
+        let offsets = (0..count).map(|i| first + 4 * i);
+        offsets
             .map(|at| Table {
                 at: at + u32_at(self.bytes, at) as usize,
                 ..self

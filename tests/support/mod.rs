@@ -1,10 +1,11 @@
-//! What several tests share: points of every distribution, builds in a scratch folder, the in-core reference.
+//! What several tests share: points of every distribution, builds in a scratch folder, the in-core
+//! reference.
 #![allow(dead_code, reason = "each test uses its part")]
 
 pub mod faults;
 pub mod flat;
 pub mod oracle;
-pub mod places;
+pub mod test_data;
 
 use std::path::{Path, PathBuf};
 
@@ -18,14 +19,14 @@ use delaunay_tiles::store::{
 use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder};
 use distributions::Kind;
 
-/// Points of a distribution.
+/// Returns `n` points of a distribution.
 pub fn points_of(kind: Kind, n: u64, seed: u64) -> Vec<Point> {
     distributions::points(kind, n, seed)
         .map(|[x, y]| Point::new(x, y))
         .collect()
 }
 
-/// Batches of points, with their places as record numbers, and z if there is any.
+/// Returns batches of points, with their indices as record numbers, and with z if there is any.
 pub fn batches(points: &[Point], z: &[f64]) -> Vec<PointBatch> {
     let size = 1000;
     let chunks = points.chunks(size).zip((0u64..).step_by(size));
@@ -51,7 +52,7 @@ pub async fn build_batches(
     builder.finish().await
 }
 
-/// A tile file in a folder that goes away with it.
+/// A tile file in a temporary folder, which is removed on drop.
 pub struct Scratch {
     pub folder: tempfile::TempDir,
     pub path: PathBuf,
@@ -69,7 +70,7 @@ impl Scratch {
     }
 }
 
-/// Builds a file from points and opens it.
+/// Builds a file from points, and opens it.
 pub async fn built(points: &[Point], options: BuildOptions) -> (Scratch, TileReader) {
     let scratch = Scratch::new();
     build_batches(&scratch.path, &batches(points, &[]), options)
@@ -79,7 +80,7 @@ pub async fn built(points: &[Point], options: BuildOptions) -> (Scratch, TileRea
     (scratch, reader)
 }
 
-/// Each place once.
+/// Returns each distinct point once, sorted.
 pub fn distinct(points: &[Point]) -> Vec<Point> {
     let mut distinct: Vec<Point> = points.iter().map(|p| p.normalized()).collect();
     distinct.sort_unstable_by(|a, b| a.lex_cmp(*b));
@@ -87,7 +88,7 @@ pub fn distinct(points: &[Point]) -> Vec<Point> {
     distinct
 }
 
-/// The digest of an in-core triangulation of all points at once.
+/// Returns the digest of an in-core triangulation of all points at once.
 pub fn reference(engine: EngineKind, points: &[Point]) -> Digest {
     let points = distinct(points);
     let mut mesh = Triangulation::default();
@@ -100,7 +101,8 @@ pub fn reference(engine: EngineKind, points: &[Point]) -> Digest {
     digest
 }
 
-/// Compares a file with lines, whose segments are turned and in another order than they were built in.
+/// Compares a file with lines; their segments are reversed at random and in another order than they
+/// were built in.
 pub async fn verify_lines(
     reader: &TileReader,
     mut lines: Vec<([Point; 2], EdgeSource)>,
@@ -122,7 +124,7 @@ pub async fn verify_lines(
     reader.verify_lines(next).await
 }
 
-/// A runtime of several threads.
+/// Creates a runtime of several threads.
 pub fn runtime() -> tokio::runtime::Runtime {
     tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
@@ -131,14 +133,14 @@ pub fn runtime() -> tokio::runtime::Runtime {
         .unwrap()
 }
 
-/// The bytes of a tile file.
+/// Builds a file and returns its bytes.
 pub async fn file_bytes(batches: &[PointBatch], options: BuildOptions) -> Vec<u8> {
     let scratch = Scratch::new();
     build_batches(&scratch.path, batches, options).await.unwrap();
     std::fs::read(&scratch.path).unwrap()
 }
 
-/// Opens a file that lies in memory.
+/// Opens a file whose bytes are in memory.
 pub async fn open_bytes(bytes: Vec<u8>) -> Result<TileReader, ReadError> {
     TileReader::open_source(MemoryFile::new(bytes), "bytes", OpenOptions::default()).await
 }
@@ -156,7 +158,7 @@ impl Random {
         (self.bits() % limit as u64) as usize
     }
 
-    /// From 0 up to 1.
+    /// Returns a number of at least 0 and below 1.
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }

@@ -1,5 +1,6 @@
-//! Walking distances by brute force: the visibility graph of all vertices, by sectors, in O(n³). It shares nothing with the library's
-//! search but the predicates; of the file it takes triangles, which of them are holes, and walls.
+//! Walking distances by brute force: the visibility graph of all vertices, by sectors, in O(n³). It
+//! shares only the predicates with the library's search. From the file it takes triangles, hole
+//! flags and walls.
 
 use std::collections::HashMap;
 
@@ -9,29 +10,29 @@ use futures::TryStreamExt;
 
 use Orientation::{Clockwise, Collinear, CounterClockwise};
 
-/// What a scene is for those who walk.
+/// A scene, as a walker meets it.
 pub struct Oracle {
     pub points: Vec<Point>,
     triangles: Vec<([usize; 3], bool)>,
     outside_is_free: bool,
-    /// Edges that nobody crosses.
+    /// Edges that cannot be crossed.
     blocked: Vec<[usize; 2]>,
     spots: Vec<Spot>,
-    /// Of each vertex those that it sees, with the sectors at both ends.
-    graph: Vec<Vec<Step>>,
+    /// For each vertex the sight lines to the vertices that it sees, with the sectors at both ends.
+    graph: Vec<Vec<SightLine>>,
 }
 
-/// A straight step: from this sector to that spot and sector.
+/// A straight line from a sector of a spot to a sector of another spot.
 #[derive(Clone, Copy)]
-struct Step {
+struct SightLine {
     sector: usize,
     to: usize,
     to_sector: usize,
     length: f64,
 }
 
-/// A point with the blocked directions round it, counter-clockwise, and whether the sector on the left of each is free. Without any
-/// there is one sector.
+/// A point with the blocked directions around it, counter-clockwise, and whether the sector on the
+/// left of each is free. Without blocked directions there is one sector.
 #[derive(Clone)]
 struct Spot {
     point: Point,
@@ -43,7 +44,7 @@ fn length(a: Point, b: Point) -> f64 {
     (a.x - b.x).hypot(a.y - b.y)
 }
 
-/// Whether `c` lies on the line through `a` and `b`, strictly between them.
+/// Returns whether `c` is on the line through `a` and `b`, strictly between them.
 fn is_between(a: Point, c: Point, b: Point) -> bool {
     orient2d(a, b, c) == Collinear && a.lex_cmp(c) == c.lex_cmp(b) && a != c && c != b
 }
@@ -53,7 +54,8 @@ fn same_direction(at: Point, a: Point, b: Point) -> bool {
 }
 
 impl Spot {
-    /// The sectors that a direction lies in: one, or, along a blocked ray, that on its left and that on its right.
+    /// Returns the sectors that contain a direction: one, or, along a blocked ray, the one on its
+    /// left and the one on its right.
     fn sectors(&self, towards: Point) -> Vec<usize> {
         let n = self.rays.len();
         if n == 0 {
@@ -84,7 +86,7 @@ impl Spot {
         (0..self.is_free.len()).filter(|&sector| self.is_free[sector]).collect()
     }
 
-    /// With rays in order.
+    /// Creates a spot, with its rays sorted.
     fn new(point: Point, mut rays: Vec<(Point, bool)>) -> Self {
         let half = |p: Point| (p.y, p.x) < (point.y, point.x);
         rays.sort_by(|(a, _), (b, _)| {
@@ -99,7 +101,7 @@ impl Spot {
     }
 }
 
-/// How a walk ends.
+/// The outcome of a walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Walk {
     Length(f64),
@@ -122,14 +124,14 @@ impl Oracle {
         };
         while let Some(tile) = tiles.try_next().await.unwrap() {
             for triangle in tile.owned_triangles() {
-                let its = tile.triangle_points(triangle).map(&mut index);
-                corners.push((its, !tile.is_hole(triangle)));
+                let vertices = tile.triangle_points(triangle).map(&mut index);
+                corners.push((vertices, !tile.is_hole(triangle)));
                 walls.extend(
                     (0..3)
                         .filter(|&s| tile.is_wall(delaunay_tiles::geometry::HalfEdge::new(triangle, s)))
                         .map(|s| {
                             let s = s as usize;
-                            [its[s], its[(s + 1) % 3]]
+                            [vertices[s], vertices[(s + 1) % 3]]
                         }),
                 );
             }
@@ -188,15 +190,15 @@ impl Oracle {
             .map(|a| {
                 (0..n)
                     .filter(|&b| a != b)
-                    .flat_map(|b| this.steps(&this.spots[a], &this.spots[b], b))
+                    .flat_map(|b| this.sight_lines(&this.spots[a], &this.spots[b], b))
                     .collect()
             })
             .collect();
         this
     }
 
-    /// The straight steps between two spots that pass no vertex.
-    fn steps(&self, from: &Spot, to: &Spot, number: usize) -> Vec<Step> {
+    /// Returns the sight lines between two spots that pass no vertex.
+    fn sight_lines(&self, from: &Spot, to: &Spot, number: usize) -> Vec<SightLine> {
         let (a, b) = (from.point, to.point);
         if a == b || self.points.iter().any(|&p| is_between(a, p, b)) {
             return Vec::new();
@@ -211,13 +213,14 @@ impl Oracle {
         if crosses {
             return Vec::new();
         }
-        // Along a blocked edge: on the left of the way, which is the right of the way back, and on the other side.
+        // Along a blocked edge there are two sight lines: one on the left of the edge, which is the
+        // right on the way back, and one on the other side.
         let there = from.sectors(b).into_iter();
         let mut back = to.sectors(a);
         back.reverse();
         let pairs: Vec<_> = there.zip(back).collect();
         let free = pairs.into_iter().filter(|&(s, t)| from.is_free[s] && to.is_free[t]);
-        free.map(|(sector, to_sector)| Step {
+        free.map(|(sector, to_sector)| SightLine {
             sector,
             to: number,
             to_sector,
@@ -226,7 +229,7 @@ impl Oracle {
         .collect()
     }
 
-    /// The spot of any point; a vertex's own if it is one.
+    /// Returns the spot of any point; the vertex's own spot if the point is a vertex.
     fn spot(&self, point: Point) -> Spot {
         if let Some(vertex) = self.points.iter().position(|&p| p == point) {
             return self.spots[vertex].clone();
@@ -254,15 +257,16 @@ impl Oracle {
                     is_free: vec![*is_free],
                 };
             }
-            // What is on the left of the way to the end is on the left of the edge.
-            let beyond = self
+            // The sector on the left of the ray to an end is on the left of the edge directed to
+            // that end.
+            let twin_is_free = self
                 .triangles
                 .iter()
                 .find(|(c, _)| (0..3).any(|s| [c[s], c[(s + 1) % 3]] == [edge[1], edge[0]]));
-            let beyond = beyond.map_or(self.outside_is_free, |(_, is_free)| *is_free);
+            let twin_is_free = twin_is_free.map_or(self.outside_is_free, |(_, is_free)| *is_free);
             return Spot::new(
                 point,
-                vec![(self.points[edge[1]], *is_free), (self.points[edge[0]], beyond)],
+                vec![(self.points[edge[1]], *is_free), (self.points[edge[0]], twin_is_free)],
             );
         }
         Spot {
@@ -272,12 +276,12 @@ impl Oracle {
         }
     }
 
-    /// Whether one may be at a point.
+    /// Returns whether a walker may be at a point.
     pub fn is_free(&self, point: Point) -> bool {
         self.spot(point).is_free.contains(&true)
     }
 
-    /// The shortest ways from a point to all vertices, by sectors.
+    /// Returns the lengths of the shortest paths from a point to all vertices, by sectors.
     fn ways(&self, source: &Spot) -> Vec<Vec<f64>> {
         let mut ways: Vec<Vec<f64>> = self
             .spots
@@ -290,8 +294,8 @@ impl Oracle {
             }
         } else {
             for (vertex, there) in ways.iter_mut().enumerate() {
-                for step in self.steps(source, &self.spots[vertex], vertex) {
-                    there[step.to_sector] = there[step.to_sector].min(step.length);
+                for line in self.sight_lines(source, &self.spots[vertex], vertex) {
+                    there[line.to_sector] = there[line.to_sector].min(line.length);
                 }
             }
         }
@@ -306,14 +310,14 @@ impl Oracle {
                 return ways;
             };
             done[vertex][sector] = true;
-            for step in self.graph[vertex].iter().filter(|step| step.sector == sector) {
-                let there = &mut ways[step.to][step.to_sector];
-                *there = there.min(way + step.length);
+            for line in self.graph[vertex].iter().filter(|line| line.sector == sector) {
+                let there = &mut ways[line.to][line.to_sector];
+                *there = there.min(way + line.length);
             }
         }
     }
 
-    /// Distances from a point to others.
+    /// Returns the walks from a point to others.
     pub fn walks(&self, from: Point, to: &[Point]) -> Vec<Walk> {
         let source = self.spot(from);
         if source.free_sectors().is_empty() {
@@ -329,12 +333,12 @@ impl Oracle {
             if let Some(vertex) = self.points.iter().position(|&p| p == to) {
                 best = ways[vertex].iter().copied().fold(best, f64::min);
             } else {
-                for step in self.steps(&source, &spot, usize::MAX) {
-                    best = best.min(step.length);
+                for line in self.sight_lines(&source, &spot, usize::MAX) {
+                    best = best.min(line.length);
                 }
-                for (vertex, its) in self.spots.iter().enumerate() {
-                    for step in self.steps(its, &spot, usize::MAX) {
-                        best = best.min(ways[vertex][step.sector] + step.length);
+                for (vertex, spot_of_vertex) in self.spots.iter().enumerate() {
+                    for line in self.sight_lines(spot_of_vertex, &spot, usize::MAX) {
+                        best = best.min(ways[vertex][line.sector] + line.length);
                     }
                 }
             }

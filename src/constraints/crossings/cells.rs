@@ -1,85 +1,87 @@
-//! The members of a bucket, distributed to the cells of a grid.
+//! Distribution of the segments of a bucket to the cells of a grid.
 
 use crate::constraints::crossings::boxes::{bounds, common};
 use crate::constraints::crossings::ends::Ends;
 use crate::constraints::crossings::grid::{CellRange, Extents, Grid};
-use crate::constraints::crossings::lines::Lines;
+use crate::constraints::crossings::segment_view::SegmentView;
 use crate::geometry::{Point, Rect};
 
-/// The part of all pairs that may be left, for a grid to be worth its while.
+/// Largest fraction of all pairs that may remain within cells. Above it, a grid is not worthwhile.
 const FEW_PAIRS: f64 = 0.25;
 
-/// If segments are in more cells than this on average, a grid is no good.
+/// Largest average number of cells per segment. Above it, a grid is not worthwhile.
 const MOST_COPIES: usize = 8;
 
-/// So many segments are looked at to tell where most are.
+/// Number of segments that are sampled to find where most segments are.
 const SAMPLE: usize = 128;
 
-/// From how many segments on it is a sample that tells.
+/// Smallest number of segments from which a sample is taken.
 const SAMPLED_FROM: usize = 1024;
 
-/// At how many levels at most: a sample may be misleading.
+/// Number of levels of nested grids that use samples. It is limited, since a sample may be
+/// misleading.
 const SAMPLED_LEVELS: usize = 8;
 
-/// Whether a grid parts the segments of a bucket.
-pub(crate) enum Parting {
-    /// It does.
+/// The result of choosing a grid that separates the segments of a bucket.
+pub(crate) enum GridChoice {
+    /// A grid separates them; these are its cells.
     Cells(Cells),
-    /// Most are too long for that: this one may part some from others.
-    Perhaps(Grid),
-    /// They are too close together for any.
+    /// Most segments are too long to be separated. This coarse grid may separate some from others.
+    Coarse(Grid),
+    /// The segments are too close together for any grid.
     None,
 }
 
-/// Members of a bucket by the cells of a grid.
+/// The members of a bucket, grouped by the cells of a grid.
 pub(crate) struct Cells {
     pub(crate) grid: Grid,
-    /// Where the members of each cell begin, and the end of the last.
+    /// The start of each cell's members in `members`, and the end of the last cell's members.
     starts: Vec<u32>,
     members: Vec<u32>,
 }
 
-impl Parting {
-    /// Distributes segments to the cells of a grid, if it is worth its while.
-    pub(crate) fn of<S: Ends>(lines: Lines<S>, members: &[u32], rect: Rect, level: usize) -> Self {
+impl GridChoice {
+    /// Distributes segments to the cells of a grid if that is worthwhile.
+    pub(crate) fn of<S: Ends>(view: SegmentView<S>, members: &[u32], rect: Rect, level: usize) -> Self {
         if members.len() >= SAMPLED_FROM && level < SAMPLED_LEVELS {
-            let sample = || sample(members, level).map(|member| lines.ends(member));
+            let sample = || sample(members, level).map(|member| view.ends(member));
             let extents = Extents::measure(sample(), rect, core(sample(), rect));
             let extents = Extents {
                 contents: rect,
                 ..extents
             };
-            if let Some(cells) = Cells::with_few_pairs(&extents, lines, members) {
+            if let Some(cells) = Cells::with_few_pairs(&extents, view, members) {
                 return Self::Cells(cells);
             }
         }
-        let extents = Extents::measure(members.iter().map(|&member| lines.ends(member)), rect, rect);
-        if let Some(cells) = Cells::with_few_pairs(&extents, lines, members) {
+        let extents = Extents::measure(members.iter().map(|&member| view.ends(member)), rect, rect);
+        if let Some(cells) = Cells::with_few_pairs(&extents, view, members) {
             Self::Cells(cells)
         } else {
-            Grid::coarse(&extents).map_or(Self::None, Self::Perhaps)
+            Grid::coarse(&extents).map_or(Self::None, Self::Coarse)
         }
     }
 }
 
 impl Cells {
-    fn with_few_pairs<S: Ends>(extents: &Extents, lines: Lines<S>, members: &[u32]) -> Option<Self> {
+    fn with_few_pairs<S: Ends>(extents: &Extents, view: SegmentView<S>, members: &[u32]) -> Option<Self> {
         let (grid, pairs) = Grid::new(extents, members.len())?;
         if pairs > FEW_PAIRS {
             return None;
         }
-        Self::distribute(grid, lines, members)
+        Self::distribute(grid, view, members)
     }
 
-    /// Distributes segments to the cells of a grid, unless they are in too many.
-    pub(crate) fn distribute<S: Ends>(grid: Grid, lines: Lines<S>, members: &[u32]) -> Option<Self> {
-        // Counted, summed up to be the ends, and taken back to the beginnings.
+    /// Distributes segments to the cells of a grid. Returns `None` if they are in too many cells.
+    pub(crate) fn distribute<S: Ends>(grid: Grid, view: SegmentView<S>, members: &[u32]) -> Option<Self> {
+        // Holds counts first, then the end of each cell (prefix sums). Filling the cells backwards
+        // turns each end into a start.
         let mut starts = vec![0u32; grid.cells() as usize + 1];
         let mut ranges: Vec<CellRange> = Vec::with_capacity(members.len());
         let most = MOST_COPIES.saturating_mul(members.len()).min(u32::MAX as usize);
         let mut total = 0;
         for &member in members {
-            let ends = lines.ends(member);
+            let ends = view.ends(member);
             let range = grid.range(ends);
             grid.visit(
                 range,
@@ -103,11 +105,11 @@ impl Cells {
         for (&member, range) in members.iter().zip(ranges).rev() {
             grid.visit(
                 range,
-                || lines.ends(member),
+                || view.ends(member),
                 |cell| {
-                    let place = &mut starts[cell as usize];
-                    *place -= 1;
-                    sorted[*place as usize] = member;
+                    let slot = &mut starts[cell as usize];
+                    *slot -= 1;
+                    sorted[*slot as usize] = member;
                 },
             );
         }
@@ -118,16 +120,16 @@ impl Cells {
         })
     }
 
-    /// The members in each cell.
+    /// Returns the members of each cell.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &[u32]> {
         let ranges = self.starts.windows(2);
         ranges.map(|range| &self.members[range[0] as usize..range[1] as usize])
     }
 }
 
-/// Some members, as if at random, others at each level.
+/// Returns a pseudo-random sample of the members, a different one at each level.
 fn sample(members: &[u32], level: usize) -> impl Iterator<Item = u32> {
-    // The golden ratio: multiples of it are spread evenly.
+    // Multiples of the golden ratio are spread evenly.
     const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
     (0..SAMPLE as u64).map(move |number| {
         let hash = (number + (level * SAMPLE) as u64).wrapping_mul(STEP);
@@ -135,8 +137,9 @@ fn sample(members: &[u32], level: usize) -> impl Iterator<Item = u32> {
     })
 }
 
-/// A rectangle around most of the segments of a sample, and not much larger: outliers, and the empty space around clusters,
-/// are not to make the cells so large that nearly all segments are in one.
+/// Returns a rectangle around most of the segments of a sample, and not much larger. Outliers and
+/// the empty space around clusters must not make the cells so large that nearly all segments are in
+/// one.
 fn core(sample: impl Iterator<Item = [Point; 2]>, rect: Rect) -> Rect {
     let parts = sample
         .map(|ends| common(bounds(ends), rect))

@@ -1,11 +1,11 @@
-//! What can cross: anything with two ends.
+//! The trait of values with two ends, which can cross.
 
 use crate::constraints::segment::Segment;
 use crate::geometry::Point;
 
-/// What has two ends.
+/// A value with two ends.
 pub(crate) trait Ends {
-    /// Both ends.
+    /// Returns both ends.
     fn ends(&self) -> [Point; 2];
 }
 

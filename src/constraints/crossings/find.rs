@@ -1,4 +1,4 @@
-//! Finds the pairs of segments that cross.
+//! Search for pairs of segments that cross.
 
 use std::ops::ControlFlow;
 
@@ -6,15 +6,16 @@ use crate::constraints::crossings::ends::Ends;
 use crate::constraints::crossings::search;
 use crate::geometry::{ExactCrossing, Point, Rect, cross_outside, segments_cross};
 
-/// Finds the pairs of segments that cross in a cell, each once, in any order.
+/// Finds the pairs of segments that cross in `cell`, each once, in any order.
 ///
-/// `found` gets the places of the two segments and their crossing point, rounded; it may break off the search. A pair
-/// belongs to the cell that has its *exact* crossing point: right and top sides are a cell's own, left and bottom ones are
-/// not. So each pair is found in exactly one cell of a partition, if each cell is given those segments that meet it, or
-/// more. (The rounded point may be on the other side of a cell's side, where the segments are not.)
+/// `found` receives the indices of the two segments and their crossing point, rounded. It may stop
+/// the search. A pair belongs to the cell that contains its *exact* crossing point. A cell owns its
+/// right and top sides, but not its left and bottom sides. So each pair is found in exactly one
+/// cell of a partition if each cell is given at least the segments that meet it. (The rounded point
+/// may be on the other side of a cell's side, where the segments are not.)
 ///
-/// Ends are valid points, sides of the cell valid coordinates or infinite; there are at most 2^32 segments. Takes about 12
-/// bytes of memory a segment.
+/// Ends must be valid points, and the sides of `cell` valid coordinates or infinite. There may be
+/// at most 2^32 segments. The search takes about 12 bytes of memory per segment.
 pub(crate) fn find<S: Ends>(
     segments: &[S],
     cell: Rect,

@@ -1,4 +1,4 @@
-//! The crossings that an error tells of: the first in the order of the input's lines.
+//! The crossings that an error reports: the first in the order of the input's lines.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -6,20 +6,20 @@ use std::fmt;
 use crate::geometry::Point;
 use crate::store::EdgeSource;
 
-/// How many crossings are kept.
+/// Number of crossings that are kept.
 pub(crate) const KEPT: usize = 10;
 
-/// Two lines of the input that cross, and where.
+/// Two lines of the input that cross, and their crossing point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// The lines, the smaller number first. They are the same if a line crosses itself.
+    /// The lines, the smaller number first. They are equal if a line crosses itself.
     pub lines: [EdgeSource; 2],
     /// The crossing point, rounded.
     pub point: Point,
 }
 
 impl Crossing {
-    /// The crossing of two lines, in any order; which way they run does not matter.
+    /// Makes the crossing of two lines, given in any order and any direction.
     pub(crate) fn new(lines: [EdgeSource; 2], point: Point) -> Self {
         let [one, other] = lines.map(|line| EdgeSource::new(line.kind(), line.number()));
         Self {
@@ -41,9 +41,10 @@ impl fmt::Display for Crossing {
     }
 }
 
-/// The first ten crossings by line numbers and place, and how many there are: the same however they come.
+/// The first ten crossings by line numbers and point, and the number of all crossings. Neither
+/// depends on the order in which crossings arrive.
 ///
-/// Crossings of the same lines at the same place, as of segments that are there twice, are kept once.
+/// Crossings of the same lines at the same point, as of segments that occur twice, are kept once.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct FirstCrossings {
     first: Vec<Crossing>,
@@ -51,13 +52,13 @@ pub(crate) struct FirstCrossings {
 }
 
 impl FirstCrossings {
-    /// Takes a crossing.
+    /// Adds a crossing.
     pub(crate) fn push(&mut self, crossing: Crossing) {
         self.count += 1;
         self.keep(crossing);
     }
 
-    /// Takes all crossings of another.
+    /// Adds all crossings of `other`.
     pub(crate) fn merge(&mut self, other: &Self) {
         self.count += other.count;
         for crossing in &other.first {
@@ -65,22 +66,22 @@ impl FirstCrossings {
         }
     }
 
-    /// The first, in order.
+    /// Returns the first crossings, in order.
     pub(crate) fn first(&self) -> &[Crossing] {
         &self.first
     }
 
-    /// How many pairs of segments cross.
+    /// Returns the number of pairs of segments that cross.
     pub(crate) fn count(&self) -> u64 {
         self.count
     }
 
     fn keep(&mut self, crossing: Crossing) {
-        if let Err(place) = self.first.binary_search_by(|kept| kept.order(&crossing))
-            && place < KEPT
+        if let Err(index) = self.first.binary_search_by(|kept| kept.order(&crossing))
+            && index < KEPT
         {
             self.first.truncate(KEPT - 1);
-            self.first.insert(place, crossing);
+            self.first.insert(index, crossing);
         }
     }
 }
@@ -98,7 +99,7 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
         #[test]
-        fn the_ten_smallest_are_kept_in_any_order(
+        fn the_ten_smallest_crossings_are_kept_whatever_their_order(
             pairs in prop::collection::vec((0u64..8, 0u64..8, 0u8..3), 0..60),
             at in 0usize..60,
         ) {
@@ -115,7 +116,7 @@ mod tests {
 
             let (one, other) = pairs.split_at(at.min(pairs.len()));
             let mut parts = [FirstCrossings::default(), FirstCrossings::default()];
-            // Seen from the other side, the other way round.
+            // The same pair with its lines swapped and one of them reversed.
             let reversed = |&(a, b, x): &(u64, u64, u8)| {
                 Crossing::new([line(b).reversed(), line(a)], Point::new(x.into(), 0.0))
             };

@@ -1,51 +1,56 @@
-//! A grid over a set of segments, and the cells that each may pass.
+//! A grid over a set of segments, and the cells that each segment may pass.
 //!
-//! Points go to cells by a function of each coordinate that is monotonic, so that every point has a cell, and the cells of
-//! the points of a rectangle are a rectangle of cells. What is beyond the grid belongs to its outermost cells. A segment goes
-//! to the cells of its bounding box, if these are few, or else, row by row or column by column, to those about its line:
-//! perhaps more than it passes, and at least that of each of its points within the contents, rounded to coordinates or not.
+//! Each coordinate of a point is mapped to a column or row by a monotonic function. So every point
+//! has a cell, and the cells of the points of a rectangle form a rectangle of cells. Points beyond
+//! the grid belong to its outermost cells. A segment goes to the cells of its bounding box if these
+//! are few. Otherwise it goes, row by row or column by column, to the cells near its line. These
+//! may be more cells than it passes; they include at least the cell of each of its points within
+//! the contents, rounded to coordinates or not.
 
 use std::ops::RangeInclusive;
 
 use crate::constraints::crossings::boxes::{bounds, common, in_order};
 use crate::geometry::{Point, Rect};
 
-/// The most cells of a grid: what is distributed to them is written in as many places at once.
+/// Largest number of cells of a grid. Distribution writes to this number of memory locations at
+/// once.
 const MOST_CELLS: f64 = 4096.0;
 
-/// Segments in a cell, if each were in one.
+/// Number of segments per cell, if each segment were in one cell.
 const PER_CELL: f64 = 12.0;
 
-/// Cells in which a segment may be on average.
+/// Largest average number of cells per segment.
 const MOST_COPIES: f64 = 3.0;
 
-/// Columns and rows of a grid that is to part what is long.
+/// Number of columns and of rows of a grid that separates long segments.
 const COARSE: u32 = 6;
 
-/// Part of the largest coordinate that the grid must exceed in width to be cut: 2⁻³⁰. With at most 2¹² columns each is then
-/// wider than 2¹⁰ units in the last place.
+/// Smallest ratio of the grid's extent to its largest coordinate at which the extent is divided:
+/// 2⁻³⁰. With at most 2¹² columns, each column is then wider than 2¹⁰ units in the last place.
 const RESOLUTION: f64 = 1.0 / (1u64 << 30) as f64;
 
-/// Part of a cell by which rounding may move a line, at most: otherwise it goes to all cells of its bounding box.
+/// Largest fraction of a cell by which rounding may move a line. If it is exceeded, the segment
+/// goes to all cells of its bounding box.
 const MOST_SLACK: f64 = 1.0 / 16.0;
 
-/// Part of a cell that is added on each side: twice the slack, for the error of the line and that of the point on it.
+/// Fraction of a cell that is added on each side: twice the slack, for the error of the line and
+/// the error of the point on it.
 const MARGIN: f64 = 2.0 * MOST_SLACK;
 
-/// Where the segments of a bucket are in its rectangle.
+/// The extents of the segments of a bucket within its rectangle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extents {
-    /// A rectangle around all.
+    /// A rectangle around all segments.
     pub(crate) contents: Rect,
-    /// A rectangle around most: what the grid is to part.
+    /// A rectangle around most segments. The grid divides it.
     pub(crate) core: Rect,
-    /// Their width and height within the core, on average.
+    /// The average width and height of the segments within the core.
     pub(crate) width: f64,
     pub(crate) height: f64,
 }
 
 impl Extents {
-    /// Looks at segments, some of which may not be in the rectangle. The core is shrunk to the contents.
+    /// Measures segments, some of which may be outside of `rect`. Shrinks `core` to the contents.
     pub(crate) fn measure(segments: impl Iterator<Item = [Point; 2]>, rect: Rect, core: Rect) -> Self {
         let mut contents = Rect::EMPTY;
         let (mut widths, mut heights, mut count) = (0.0, 0.0, 0.0);
@@ -67,7 +72,7 @@ impl Extents {
         }
     }
 
-    /// Whether columns and rows can be told apart.
+    /// Returns whether columns and whether rows can be distinguished.
     fn can_be_cut(&self) -> (bool, bool) {
         let can_be_cut = |low: f64, high: f64| high - low > low.abs().max(high.abs()) * RESOLUTION;
         let core = self.core;
@@ -75,28 +80,28 @@ impl Extents {
     }
 }
 
-/// The cells of a segment's bounding box: the first and the last column and row.
+/// The first and last column and row of the cells of a segment's bounding box.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CellRange {
     columns: [u16; 2],
     rows: [u16; 2],
-    /// Whether it is too large for all of them to be the segment's.
+    /// Whether the range is too large for the segment to be in all of its cells.
     is_long: bool,
 }
 
-/// Equal intervals of an axis.
+/// A division of an axis into equal intervals.
 #[derive(Clone, Copy, Debug)]
 struct Axis {
-    /// Where the contents begin and end.
+    /// Start and end of the contents.
     contents: [f64; 2],
-    /// Where the first interval begins, unless there is only one.
+    /// Start of the first interval, unless there is only one interval.
     begin: f64,
     count: u32,
-    /// Intervals per unit of length; 0 if there is only one.
+    /// Intervals per unit of length; 0 if there is only one interval.
     per_unit: f64,
 }
 
-/// Columns and rows.
+/// A grid of columns and rows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Grid {
     x: Axis,
@@ -118,14 +123,16 @@ impl Axis {
         }
     }
 
-    /// The interval of a coordinate. More or less may be added, in intervals.
+    /// Returns the interval of a coordinate that is shifted by `more` intervals, which may be
+    /// negative.
     #[inline]
     fn interval(&self, coordinate: f64, more: f64) -> u32 {
-        // A cast of what is negative is 0.
+        // A cast turns a negative number into 0.
         (((coordinate - self.begin) * self.per_unit + more) as u32).min(self.count - 1)
     }
 
-    /// A range that has all coordinates of the contents whose interval it is, and some more.
+    /// Returns a range that contains all coordinates of the contents in this interval, and a
+    /// margin.
     fn range(&self, interval: u32) -> [f64; 2] {
         let [mut from, mut to] = self.contents;
         if interval > 0 {
@@ -137,14 +144,16 @@ impl Axis {
         [from, to]
     }
 
-    /// Whether rounding moves a point on a line between these coordinates by less than the slack.
+    /// Returns whether rounding moves a point on a line between these coordinates by less than the
+    /// slack.
     fn resolves(&self, a: f64, b: f64) -> bool {
         error(a, b) * self.per_unit <= MOST_SLACK
     }
 
-    /// The intervals between these that a segment passes where its coordinate along the other axis is in a range.
+    /// Returns the intervals from `first` to `last` that a segment passes where its coordinate
+    /// along the other axis is in `range`.
     ///
-    /// The segment is not level with this axis.
+    /// The segment must not be parallel to this axis.
     fn passed(
         &self,
         [first, last]: [u32; 2],
@@ -158,7 +167,7 @@ impl Axis {
         let [from, to] = in_order(from, to);
         let error = 2.0 * error(a, b);
         if to + error < self.contents[0] || from - error > self.contents[1] {
-            // None.
+            // An empty range.
             return RangeInclusive::new(1, 0);
         }
         let (from, to) = (self.interval(from, -MARGIN), self.interval(to, MARGIN));
@@ -166,25 +175,27 @@ impl Axis {
     }
 }
 
-/// More than the error of a computed point of a line between two coordinates, and more than the rounding of an exact one: some
-/// units in their last place.
+/// Returns a bound on the error of a computed point of a line between two coordinates. It also
+/// bounds the rounding of an exact point. It is some units in the last place of the coordinates.
 fn error(a: f64, b: f64) -> f64 {
     const FEW_UNITS: f64 = 1.0 / (1u64 << 48) as f64;
     (a.abs() + b.abs()) * FEW_UNITS
 }
 
 impl Grid {
-    /// A grid with a few segments in each cell, unless they are so long that they would be in too many, and what part of all
-    /// pairs of segments are together in a cell, summed up over the cells. None if the segments are too close together for
-    /// any grid.
+    /// Makes a grid with a few segments in each cell, or with fewer cells if the segments are so
+    /// long that they would be in too many. Also returns which fraction of all pairs of segments
+    /// share a cell, summed over the cells. Returns `None` if the segments are too close together
+    /// for any grid.
     ///
-    /// Segments whose width is the part w of the grid's, and whose height is the part h, on average, are each in about
-    /// c = 1 + w · (columns - 1) + h · (rows - 1) cells. So there are as many columns and rows as keep c small, in the ratio
-    /// that makes it smallest. The pairs in all cells are then c² / cells of all pairs.
+    /// Let w and h be the average width and height of the segments, as fractions of the grid's
+    /// width and height. Then each segment is in about c = 1 + w · (columns - 1) + h · (rows - 1)
+    /// cells. The numbers of columns and rows are such that c stays small, in the ratio that
+    /// minimizes c. The pairs in all cells are then c² / cells of all pairs.
     pub(crate) fn new(extents: &Extents, count: usize) -> Option<(Self, f64)> {
         let (width, height) = extents.core.size();
         let cells = (count as f64 / PER_CELL).clamp(1.0, MOST_CELLS);
-        // What is far smaller than a cell makes no difference.
+        // An extent far smaller than a cell makes no difference.
         let part = |mean: f64, length: f64| (mean / length).max(1.0 / cells);
         let (mut columns, mut rows) = match extents.can_be_cut() {
             (false, false) => return None,
@@ -214,7 +225,8 @@ impl Grid {
         Some((Self::of(extents, columns as u32, rows as u32), pairs))
     }
 
-    /// A grid with few cells. None if the segments are too close together for any.
+    /// Makes a grid with few cells. Returns `None` if the segments are too close together for any
+    /// grid.
     pub(crate) fn coarse(extents: &Extents) -> Option<Self> {
         let count = |can_be_cut: bool| if can_be_cut { COARSE } else { 1 };
         let (x, y) = extents.can_be_cut();
@@ -229,27 +241,27 @@ impl Grid {
         }
     }
 
-    /// How many cells there are.
+    /// Returns the number of cells.
     pub(crate) fn cells(&self) -> u32 {
         self.x.count * self.y.count
     }
 
-    /// The cell of a point.
+    /// Returns the cell of a point.
     pub(crate) fn cell_of(&self, p: Point) -> u32 {
         self.y.interval(p.y, 0.0) * self.x.count + self.x.interval(p.x, 0.0)
     }
 
-    /// A rectangle that has all points of the contents whose cell it is, and some more.
+    /// Returns a rectangle that contains all points of the contents in this cell, and a margin.
     pub(crate) fn rect(&self, cell: u32) -> Rect {
         let [min_x, max_x] = self.x.range(cell % self.x.count);
         let [min_y, max_y] = self.y.range(cell / self.x.count);
         Rect::new(min_x, min_y, max_x, max_y)
     }
 
-    /// The cells of a segment's bounding box.
+    /// Returns the cells of a segment's bounding box.
     #[inline]
     pub(crate) fn range(&self, [a, b]: [Point; 2]) -> CellRange {
-        // There are at most 2^12.
+        // There are at most 2^12 columns or rows.
         let columns = in_order(a.x, b.x).map(|x| self.x.interval(x, 0.0) as u16);
         let rows = in_order(a.y, b.y).map(|y| self.y.interval(y, 0.0) as u16);
         let is_long = columns[1] - columns[0] + (rows[1] - rows[0]) > 2;
@@ -274,7 +286,7 @@ impl Grid {
         }
     }
 
-    /// Visits those cells that the segment may pass, along the axis in which it passes more.
+    /// Visits the cells that the segment may pass, along the axis on which it passes more of them.
     #[inline(never)]
     fn visit_along(&self, [a, b]: [Point; 2], [columns, rows]: [[u32; 2]; 2], mut visit: impl FnMut(u32)) {
         if rows[1] - rows[0] >= columns[1] - columns[0] {

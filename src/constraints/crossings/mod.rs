@@ -1,16 +1,17 @@
-//! Segments that cross: found exactly, reported in order, or split where they do.
+//! Segments that cross: found exactly, and then reported in order or split.
 //!
 //! ```text
-//!   segments ──▶ search: grid, in its cells grids ... ──▶ few: all pairs      ──▶ pairs that meet
-//!   of a cell            until few are left               many all the same:
-//!                        or cells do not part them        sweep
+//!   segments ──▶ search: a grid, grids within its    ──▶ few: all pairs      ──▶ pairs that meet
+//!   of a cell            cells, ... until few are left   many that cells do
+//!                        or cells do not separate them   not separate: sweep
 //!
-//!   find    pairs that cross, each in the cell that owns its crossing point ──▶ FirstCrossings: ten to be told
-//!   split   pairs that cross, and then ends on what crosses ──▶ bent segments ──▶ find ... until nothing crosses
+//!   find    pairs that cross, each in the cell that owns its crossing point ──▶ FirstCrossings
+//!   split   pairs that cross, then ends on cut segments ──▶ bent segments ──▶ find, ...
 //! ```
 //!
-//! To cross is to meet in one point within both (`segments_cross`). Ends on other segments and overlaps are no crossings:
-//! they become vertices on segments, and pieces with several sources.
+//! Two segments cross if they meet in one point that is interior to both (`segments_cross`). Ends
+//! on other segments and overlaps are not crossings: they become vertices on segments, and
+//! subsegments with several sources.
 
 mod boxes;
 mod cells;
@@ -18,9 +19,9 @@ pub(crate) mod ends;
 pub(crate) mod find;
 pub(crate) mod first;
 mod grid;
-mod lines;
 mod pairs;
 mod search;
+mod segment_view;
 pub(crate) mod split;
 mod sweep;
 

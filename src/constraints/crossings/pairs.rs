@@ -1,38 +1,38 @@
-//! All pairs of a few segments whose bounding boxes meet and that have no end in common.
+//! All pairs of a few segments whose bounding boxes meet and that share no end.
 //!
-//! Most pairs fail one of the two tests, and which one is as good as random. So both are run over rows of pairs without a
-//! branch on their outcome.
+//! Branch-free: most pairs fail one of the two tests, and which one is unpredictable. So both tests
+//! run over rows of pairs without a branch on their outcome.
 
 use std::ops::ControlFlow;
 
 use crate::constraints::crossings::boxes::{bounds, boxes_meet, share_an_end};
 use crate::geometry::{Point, Rect};
 
-/// Room to work in.
+/// Buffers of the comparison of all pairs.
 #[derive(Debug, Default)]
 pub(crate) struct Pairs {
-    lines: Vec<[Point; 2]>,
+    segments: Vec<[Point; 2]>,
     boxes: Vec<Rect>,
-    /// The partners of a segment that are still in question.
+    /// The segments that may still meet the current one.
     partners: Vec<u32>,
 }
 
 impl Pairs {
-    /// Visits pairs of segments that may meet, with their places.
+    /// Visits the pairs of segments that may meet, with their indices.
     pub(crate) fn visit(
         &mut self,
         segments: impl Iterator<Item = [Point; 2]>,
         mut visit: impl FnMut(([Point; 2], u32), ([Point; 2], u32)) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        self.lines.clear();
-        self.lines.extend(segments);
+        self.segments.clear();
+        self.segments.extend(segments);
         self.boxes.clear();
-        self.boxes.extend(self.lines.iter().map(|&line| bounds(line)));
-        self.partners.resize(self.lines.len(), 0);
+        self.boxes.extend(self.segments.iter().map(|&ends| bounds(ends)));
+        self.partners.resize(self.segments.len(), 0);
         let partners = &mut self.partners;
-        for (place, (line, bounds)) in (0..).zip(self.lines.iter().zip(&self.boxes)) {
+        for (index, (ends, bounds)) in (0..).zip(self.segments.iter().zip(&self.boxes)) {
             let mut kept = 0;
-            for (other, other_bounds) in (0..place).zip(&self.boxes) {
+            for (other, other_bounds) in (0..index).zip(&self.boxes) {
                 partners[kept] = other;
                 kept += usize::from(boxes_meet(bounds, other_bounds));
             }
@@ -41,10 +41,10 @@ impl Pairs {
             for number in 0..near {
                 let other = partners[number];
                 partners[kept] = other;
-                kept += usize::from(!share_an_end(*line, self.lines[other as usize]));
+                kept += usize::from(!share_an_end(*ends, self.segments[other as usize]));
             }
             for &other in &partners[..kept] {
-                visit((*line, place), (self.lines[other as usize], other))?;
+                visit((*ends, index), (self.segments[other as usize], other))?;
             }
         }
         ControlFlow::Continue(())

@@ -1,40 +1,44 @@
 //! The search for pairs of segments that meet.
 //!
-//! In: segments, and a test whether two of them meet, and where. Out: the pairs that do, each once.
+//! In: segments, and a test of whether and where two of them meet. Out: the pairs that meet, each
+//! once.
 //!
-//! Segments are distributed to the cells of a grid, those of each cell to the cells of a grid over that cell, and so on, until
-//! few are left, of which all pairs are tested. Two segments may be together in many cells; the pair is found in the one that
-//! has the point where they meet. Where cells would not part the segments, because most pass through all of the contents (the
-//! centre of a star, long parallels, many copies of the same), they are swept instead.
+//! Segments are distributed to the cells of a grid, the segments of each cell to the cells of a
+//! grid over that cell, and so on. When few are left, all their pairs are tested. Two segments may
+//! share many cells; the pair is found in the cell that contains the point where they meet. Cells
+//! do not separate segments most of which pass through all of the contents: the rays at the centre
+//! of a star, long parallels, many copies of the same segment. These are swept instead.
 
 use std::ops::ControlFlow;
 
 use crate::constraints::crossings::boxes::bounds;
-use crate::constraints::crossings::cells::{Cells, Parting};
+use crate::constraints::crossings::cells::{Cells, GridChoice};
 use crate::constraints::crossings::ends::Ends;
 use crate::constraints::crossings::grid::Grid;
-use crate::constraints::crossings::lines::Lines;
 use crate::constraints::crossings::pairs::Pairs;
+use crate::constraints::crossings::segment_view::SegmentView;
 use crate::constraints::crossings::sweep::Sweep;
 use crate::geometry::{Point, Rect};
 
-/// Of so many segments all pairs are tested.
+/// Largest number of segments of which all pairs are tested.
 const FEW: usize = 40;
 
-/// Of so many segments all pairs are tested, if cells do not part them.
+/// Largest number of segments of which all pairs are tested if cells do not separate them.
 const MANY: usize = 128;
 
-/// So many segments are copied to lie together: they fit in a processor's cache.
+/// Largest number of segments that are copied to be contiguous: they fit in a processor's cache.
 const LOCAL: usize = 1 << 13;
 
-/// Grids within grids: a bound that only nested clusters come near to, each far smaller than the one around it.
+/// Largest depth of nested grids. Only nested clusters, each far smaller than the one around it,
+/// come near this bound.
 const MOST_LEVELS: usize = 64;
 
-/// Finds the pairs of segments that meet in a rectangle.
+/// Finds the pairs of segments that meet in the rectangle `within`.
 ///
-/// `meet` is given the ends of two segments that have none in common, and whose bounding boxes meet. It is a function of the
-/// two, in any order and direction. The point it returns is at most rounded: it is in both bounding boxes and the rectangle.
-/// It is also given a rectangle that matters: if they meet elsewhere it may return none.
+/// `meet` receives the ends of two segments that share no end and whose bounding boxes meet. Its
+/// result must not depend on the order or direction of the two. The point that it returns is at
+/// most rounded: it is in both bounding boxes and in the rectangle. `meet` also receives the
+/// rectangle that matters: if the segments meet elsewhere, it may return `None`.
 pub(crate) fn search<S: Ends>(
     segments: &[S],
     within: Rect,
@@ -44,96 +48,97 @@ pub(crate) fn search<S: Ends>(
     let numbered = (0..=u32::MAX).zip(segments);
     let near = numbered.filter(|(_, segment)| bounds(segment.ends()).intersects(within));
     let members: Vec<u32> = near.map(|(number, _)| number).collect();
-    let lines = Lines {
+    let view = SegmentView {
         segments,
-        numbers: None,
+        originals: None,
     };
-    let mut search = Search {
+    let mut search = PairSearch {
         meet,
         found,
         path: Vec::new(),
         pairs: Pairs::default(),
     };
-    search.bucket(lines, &members, within)
+    search.bucket(view, &members, within)
 }
 
-struct Search<'a, M, F> {
+struct PairSearch<'a, M, F> {
     meet: &'a M,
     found: &'a mut F,
-    /// The cells around the present bucket, from the outermost.
+    /// The cells around the current bucket, from the outermost.
     path: Vec<(Grid, u32)>,
     pairs: Pairs,
 }
 
-impl<M, F> Search<'_, M, F>
+impl<M, F> PairSearch<'_, M, F>
 where
     M: Fn([Point; 2], [Point; 2], Rect) -> Option<Point>,
     F: FnMut(u32, u32, Point) -> ControlFlow<()>,
 {
-    /// Finds pairs that meet in the rectangle and the cells of the path. All others are not looked for, but may be tested.
-    fn bucket<S: Ends>(&mut self, lines: Lines<S>, members: &[u32], rect: Rect) -> ControlFlow<()> {
+    /// Finds the pairs that meet in `rect` and in the cells of `path`. Other pairs are not searched
+    /// for, but may be tested.
+    fn bucket<S: Ends>(&mut self, view: SegmentView<S>, members: &[u32], rect: Rect) -> ControlFlow<()> {
         if members.len() <= FEW {
-            return self.all_pairs(lines, members, rect);
+            return self.all_pairs(view, members, rect);
         }
-        if members.len() <= LOCAL && lines.numbers.is_none() && lines.segments.len() > 2 * LOCAL {
-            let copies: Vec<[Point; 2]> = members.iter().map(|&member| lines.ends(member)).collect();
-            let copies = Lines {
+        if members.len() <= LOCAL && view.originals.is_none() && view.segments.len() > 2 * LOCAL {
+            let copies: Vec<[Point; 2]> = members.iter().map(|&member| view.ends(member)).collect();
+            let copies = SegmentView {
                 segments: &copies,
-                numbers: Some(members),
+                originals: Some(members),
             };
             let all: Vec<u32> = (0..members.len() as u32).collect();
             return self.bucket(copies, &all, rect);
         }
-        let parting = if self.path.len() < MOST_LEVELS {
-            Parting::of(lines, members, rect, self.path.len())
+        let choice = if self.path.len() < MOST_LEVELS {
+            GridChoice::of(view, members, rect, self.path.len())
         } else {
-            Parting::None
+            GridChoice::None
         };
-        let cells = match parting {
-            Parting::Cells(cells) => cells,
-            _ if members.len() <= MANY => return self.all_pairs(lines, members, rect),
-            parting => {
-                let sweep = Sweep::new(members.iter().map(|&member| (lines.ends(member), member)));
-                let cells = match parting {
-                    Parting::Perhaps(grid) if !sweep.is_cheap() => Cells::distribute(grid, lines, members),
+        let cells = match choice {
+            GridChoice::Cells(cells) => cells,
+            _ if members.len() <= MANY => return self.all_pairs(view, members, rect),
+            choice => {
+                let sweep = Sweep::new(members.iter().map(|&member| (view.ends(member), member)));
+                let cells = match choice {
+                    GridChoice::Coarse(grid) if !sweep.is_cheap() => Cells::distribute(grid, view, members),
                     _ => None,
                 };
                 match cells {
                     Some(cells) if sweep.is_worse_than(cells.iter()) => cells,
-                    _ => return self.swept(lines, &sweep, rect),
+                    _ => return self.swept(view, &sweep, rect),
                 }
             }
         };
         for (cell, members) in (0..).zip(cells.iter()) {
             if members.len() > 1 {
                 self.path.push((cells.grid, cell));
-                self.bucket(lines, members, cells.grid.rect(cell))?;
+                self.bucket(view, members, cells.grid.rect(cell))?;
                 self.path.pop();
             }
         }
         ControlFlow::Continue(())
     }
 
-    fn all_pairs<S: Ends>(&mut self, lines: Lines<S>, members: &[u32], rect: Rect) -> ControlFlow<()> {
+    fn all_pairs<S: Ends>(&mut self, view: SegmentView<S>, members: &[u32], rect: Rect) -> ControlFlow<()> {
         let mut pairs = std::mem::take(&mut self.pairs);
-        let ends = members.iter().map(|&member| lines.ends(member));
-        let done = pairs.visit(ends, |(one, place), (other, other_place)| {
+        let ends = members.iter().map(|&member| view.ends(member));
+        let done = pairs.visit(ends, |(one, index), (other, other_index)| {
             let Some(point) = self.meeting(one, other, rect) else {
                 return ControlFlow::Continue(());
             };
-            let number = |place: u32| lines.number(members[place as usize]);
-            (self.found)(number(place), number(other_place), point)
+            let number = |index: u32| view.number(members[index as usize]);
+            (self.found)(number(index), number(other_index), point)
         });
         self.pairs = pairs;
         done
     }
 
-    fn swept<S: Ends>(&mut self, lines: Lines<S>, sweep: &Sweep, rect: Rect) -> ControlFlow<()> {
+    fn swept<S: Ends>(&mut self, view: SegmentView<S>, sweep: &Sweep, rect: Rect) -> ControlFlow<()> {
         sweep.visit(|(one, its), (other, those)| {
             if let Some(point) = self.meeting(one, other, rect) {
                 for &member in its {
                     for &other in those {
-                        (self.found)(lines.number(member), lines.number(other), point)?;
+                        (self.found)(view.number(member), view.number(other), point)?;
                     }
                 }
             }
@@ -141,7 +146,7 @@ where
         })
     }
 
-    /// Where two segments meet, if it is in this bucket.
+    /// Returns the point where two segments meet, if it is in this bucket.
     #[inline]
     fn meeting(&self, one: [Point; 2], other: [Point; 2], rect: Rect) -> Option<Point> {
         let point = (self.meet)(one, other, rect)?;

@@ -1,9 +1,9 @@
-//! What a build keeps of polygons while their segments come.
+//! The state of a build's polygons while their segments arrive.
 
 use std::path::Path;
 
 use crate::constraints::error::ConstraintError;
-use crate::constraints::polygons::check::{PolygonCheck, PolygonFaults, Runs, by_ends};
+use crate::constraints::polygons::check::{PolygonCheck, PolygonCounter, PolygonFaults, by_ends};
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::input::SegmentBatch;
 use crate::store::{EdgeSource, LineKind};
@@ -11,30 +11,33 @@ use crate::store::{EdgeSource, LineKind};
 /// The polygons of a build.
 #[derive(Debug)]
 pub(crate) struct Arrivals {
-    /// Unless those that are inside out are to be put right.
+    /// `None` if polygons that are inside out are to be repaired.
     check: Option<PolygonCheck>,
-    runs: Runs,
-    /// For each polygon but the first how many segments by their ends came before it. Those of no length do not count.
+    counter: PolygonCounter,
+    /// For each polygon but the first, the number of segments by their ends that came before it.
+    /// Segments of zero length do not count.
     starts: Option<Vec<u64>>,
     by_ends: u64,
     between: u64,
 }
 
 impl Arrivals {
-    /// Of a build that checks polygons or not, in so many bytes of memory, and that splits segments or not.
+    /// Makes the state of a build. `checks` says whether it checks polygons, within `memory` bytes
+    /// of memory; `splits` says whether it splits segments.
     pub(crate) fn new((checks, splits): (bool, bool), folder: &Path, memory: u64) -> Self {
         Self {
             check: checks.then(|| PolygonCheck::new(folder, memory)),
-            runs: Runs::default(),
+            counter: PolygonCounter::default(),
             starts: splits.then(Vec::new),
             by_ends: 0,
             between: 0,
         }
     }
 
-    /// Takes a batch of obstacles.
+    /// Adds a batch of obstacles.
     ///
-    /// An error is a batch that does not tell of all segments which polygon they are of, or one of [`PolygonCheck::push`].
+    /// Returns an error if the batch has polygon numbers for some of its segments only, or an error
+    /// of [`PolygonCheck::push`].
     pub(crate) fn push(&mut self, first_line: u64, batch: &SegmentBatch) -> Result<(), ConstraintError> {
         let (segments, polygons) = (batch.ends.len(), batch.polygons.len());
         if polygons != 0 && polygons != segments {
@@ -44,7 +47,7 @@ impl Arrivals {
             check.push(first_line, batch)?;
         }
         for (key, _, [a, b]) in by_ends(first_line, batch) {
-            let (before, polygon) = (self.runs.number(), self.runs.next(key));
+            let (before, polygon) = (self.counter.number(), self.counter.next(key));
             if let Some(starts) = self.starts.as_mut().filter(|_| before != polygon) {
                 starts.push(self.by_ends);
             }
@@ -54,7 +57,7 @@ impl Arrivals {
         Ok(())
     }
 
-    /// What is wrong with the polygons that came by their ends.
+    /// Returns the faults of the polygons that came by their ends.
     ///
     /// Errors are those of [`PolygonCheck::push`].
     pub(crate) fn faults(&mut self) -> Result<PolygonFaults, ConstraintError> {
@@ -63,9 +66,9 @@ impl Arrivals {
             .map_or_else(|| Ok(PolygonFaults::default()), PolygonCheck::finish)
     }
 
-    /// What is wrong with any, once all points have come.
+    /// Returns the faults of all polygons, once all points have arrived.
     ///
-    /// Errors are those of [`PolygonCheck::push`], or what reading the segments says.
+    /// Errors are those of [`PolygonCheck::push`] and those of reading the segments.
     pub(crate) fn all_faults(&mut self, segments: &mut SegmentSpool) -> Result<PolygonFaults, ConstraintError> {
         let faults = self.faults()?;
         let Some(check) = self.check.as_mut().filter(|_| self.between > 0) else {
@@ -87,7 +90,7 @@ impl Arrivals {
         check.finish()
     }
 
-    /// Tells the polygons of segments that have a length, in the order of the spool.
+    /// Returns the polygon numbers of the segments of nonzero length, in the order of the spool.
     pub(crate) fn numbers(&self) -> PolygonNumbers<'_> {
         PolygonNumbers {
             starts: self.starts.as_deref().unwrap_or_default(),
@@ -98,7 +101,7 @@ impl Arrivals {
     }
 }
 
-/// Tells the polygons of segments.
+/// The polygon numbers of segments, in order.
 #[derive(Debug)]
 pub(crate) struct PolygonNumbers<'a> {
     starts: &'a [u64],
@@ -108,9 +111,10 @@ pub(crate) struct PolygonNumbers<'a> {
 }
 
 impl PolygonNumbers<'_> {
-    /// That of the next segment of an obstacle; that of others is 0.
+    /// Returns the polygon number of the next segment, which has this source. It is 0 unless the
+    /// source is an obstacle.
     pub(crate) fn next(&mut self, source: EdgeSource) -> u64 {
-        /// From here on those of segments between points are numbered, by their lines.
+        /// The first polygon number of segments between points. These are numbered by their lines.
         const BETWEEN: u64 = 1 << 63;
         if source.kind() != LineKind::Obstacle {
             return 0;

@@ -1,7 +1,8 @@
-//! Polygons that are inside out, found one by one as they come.
+//! Detection of polygons that are inside out, one by one as they arrive.
 //!
-//! Ground is covered if any polygon covers it. The depth of a region is the sum of the windings of all polygons, which is more than 0
-//! there if none of them is negative. So each polygon is swept by itself before it joins the sum.
+//! An area is covered if any polygon covers it. The depth of a region is the sum of the windings of
+//! all polygons. In a covered region it is more than 0 if no winding is negative there. So each
+//! polygon is swept by itself before it joins the sum.
 //!
 //! A polygon that does not fit in memory goes to the disk, and is swept in strips that do.
 
@@ -15,67 +16,70 @@ use crate::input::SegmentBatch;
 use crate::memory::{MemoryShortage, MemoryUse, PolygonShares};
 use crate::store::LineKind;
 
-/// Where a polygon is inside out.
+/// A polygon that is inside out, and where.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Inverted {
     /// The number of the polygon's record among all lines.
     pub obstacle: u64,
-    /// The smallest corner of the part that is.
+    /// The smallest corner of the part that is inside out.
     pub point: Point,
 }
 
-/// Polygons that are inside out: the first of them, and how many there are.
+/// The polygons that are inside out: the first one, and their number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InvertedPolygons {
-    /// The first one in the order in which they came.
+    /// The first one in the order in which they arrived.
     pub first: Inverted,
-    /// How many.
+    /// Number of polygons that are inside out.
     pub polygons: u64,
 }
 
-/// What is wrong with polygons.
+/// Faults of polygons.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PolygonFaults {
-    /// The first polygon whose rings do not close.
+    /// The line number of the first polygon whose rings do not close.
     pub open: Option<u64>,
-    /// Those that are inside out, and whose rings do not cross, apart from sides that are gone along there and back.
+    /// The polygons that are inside out and whose rings do not cross. Sides that are traversed in
+    /// both directions are ignored.
     pub inverted: Option<InvertedPolygons>,
-    /// Those that are inside out if their rings, which cross, do so at vertices only. Else the crossings are to be told of.
+    /// The polygons whose rings cross and that are inside out, provided that the crossings are at
+    /// vertices only. Otherwise the crossings are the error to report.
     pub inverted_if_uncrossed: Option<InvertedPolygons>,
 }
 
-/// Looks for polygons that are inside out.
+/// A check for polygons that are inside out.
 #[derive(Debug)]
 pub struct PolygonCheck {
     folder: PathBuf,
-    /// Segments of a polygon that fit in memory.
+    /// Number of segments of a polygon that fit in memory.
     most: usize,
     shares: PolygonShares,
-    runs: Runs,
-    /// The polygon at hand, and the number of its line.
+    counter: PolygonCounter,
+    /// The current polygon, and the number of its line.
     polygon: u64,
     line: u64,
     segments: Vec<[Point; 2]>,
-    /// Its segments before these, if they do not fit in memory.
+    /// The segments of the polygon before these, if they do not fit in memory.
     spooled: Option<SegmentSpool>,
     faults: PolygonFaults,
 }
 
-/// Numbers polygons in the order in which they come. Segments of one polygon come one after another.
+/// A counter that numbers polygons in the order in which they arrive. The segments of a polygon
+/// must be consecutive.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Runs {
+pub(crate) struct PolygonCounter {
     last: Option<u64>,
     number: u64,
 }
 
-impl Runs {
-    /// The number of the polygon with the last segment.
+impl PolygonCounter {
+    /// Returns the number of the last segment's polygon.
     pub(crate) fn number(self) -> u64 {
         self.number
     }
 
-    /// The number of the polygon with the next segment, which the input calls `key`.
+    /// Returns the number of the next segment's polygon, which the input calls `key`.
     pub(crate) fn next(&mut self, key: u64) -> u64 {
         if self.last.is_some_and(|last| last != key) {
             self.number += 1;
@@ -85,8 +89,8 @@ impl Runs {
     }
 }
 
-/// The segments that a batch has by their ends, whose lines are numbered from `first_line` on: what the input calls the polygon of
-/// each, the number of its line, and its ends.
+/// Returns the segments that a batch gives by their ends: for each, the input's name for its
+/// polygon, the number of its line, and its ends. Lines are numbered from `first_line` on.
 pub(crate) fn by_ends(first_line: u64, batch: &SegmentBatch) -> impl Iterator<Item = (u64, u64, [Point; 2])> {
     let segments = batch.ends.iter().zip(&batch.lines).enumerate();
     segments.map(move |(at, (&ends, &line))| {
@@ -96,7 +100,8 @@ pub(crate) fn by_ends(first_line: u64, batch: &SegmentBatch) -> impl Iterator<It
 }
 
 impl PolygonCheck {
-    /// Within about so many bytes of memory; a polygon that takes more goes to a file in the folder.
+    /// Makes a check that takes about `memory` bytes of memory. A polygon that takes more goes to a
+    /// file in `folder`.
     #[must_use]
     pub fn new(folder: &Path, memory: u64) -> Self {
         let shares = PolygonShares::new(memory);
@@ -104,7 +109,7 @@ impl PolygonCheck {
             folder: folder.to_owned(),
             most: (shares.polygon / BYTES).clamp(16, u64::from(u32::MAX)) as usize,
             shares,
-            runs: Runs::default(),
+            counter: PolygonCounter::default(),
             polygon: 0,
             line: 0,
             segments: Vec::new(),
@@ -113,10 +118,11 @@ impl PolygonCheck {
         }
     }
 
-    /// Takes the segments that a batch of obstacles has by their ends. Its lines are numbered from `first_line` on.
+    /// Adds the segments that a batch of obstacles gives by their ends. The batch's lines are
+    /// numbered from `first_line` on.
     ///
     /// # Errors
-    /// If a polygon is too large for the memory, or cannot be spilled.
+    /// Returns an error if a polygon is too large for the memory, or cannot be spilled.
     pub fn push(&mut self, first_line: u64, batch: &SegmentBatch) -> Result<(), ConstraintError> {
         for (key, line, ends) in by_ends(first_line, batch) {
             self.take(key, line, ends)?;
@@ -124,9 +130,9 @@ impl PolygonCheck {
         Ok(())
     }
 
-    /// Takes a segment of a polygon.
+    /// Adds a segment of a polygon.
     pub(crate) fn take(&mut self, key: u64, line: u64, ends: [Point; 2]) -> Result<(), ConstraintError> {
-        let polygon = self.runs.next(key);
+        let polygon = self.counter.next(key);
         if polygon != self.polygon {
             self.end_polygon()?;
             self.polygon = polygon;
@@ -139,13 +145,14 @@ impl PolygonCheck {
         Ok(())
     }
 
-    /// What is wrong with the polygons that came. The next segment begins another one.
+    /// Returns the faults of the polygons that came so far. The next segment begins another
+    /// polygon.
     ///
     /// # Errors
-    /// Those of [`push`](Self::push).
+    /// Errors are those of [`push`](Self::push).
     pub fn finish(&mut self) -> Result<PolygonFaults, ConstraintError> {
         self.end_polygon()?;
-        self.runs.last = None;
+        self.counter.last = None;
         self.segments = Vec::new();
         Ok(self.faults)
     }
@@ -196,17 +203,17 @@ impl PolygonCheck {
     fn sweep_in_strips(&self, mut spool: SegmentSpool) -> Result<Outcome, ConstraintError> {
         let cuts = self.cuts(&mut spool)?;
         let ends = [f64::NEG_INFINITY, f64::INFINITY];
-        let sides: Vec<f64> = [ends[0]]
+        let bounds: Vec<f64> = [ends[0]]
             .into_iter()
             .chain(cuts.iter().copied())
             .chain([ends[1]])
             .collect();
         let (mut smallest, mut any_meets) = (None, false);
-        for strip in sides.windows(2) {
+        for strip in bounds.windows(2) {
             let strip = [strip[0], strip[1]];
             match Sweep::new(self.within(&mut spool, strip)?.into_iter()).run(Some(strip), &mut |_| {}) {
                 Outcome::Seen { first, meets, .. } => {
-                    // Strips come in the order of the sweep.
+                    // Strips are swept from left to right, so the first point is the smallest.
                     smallest = smallest.or(first);
                     any_meets |= meets;
                 }
@@ -220,7 +227,8 @@ impl PolygonCheck {
         })
     }
 
-    /// Where to cut a polygon into strips, each of which is met by half as many segments as fit, or by few that do not end there.
+    /// Returns where to cut a polygon into strips. Each strip meets about half of the segments that
+    /// fit in memory, if few segments pass through it without an end there.
     fn cuts(&self, spool: &mut SegmentSpool) -> Result<Vec<f64>, ConstraintError> {
         const SAMPLE: u64 = 1 << 14;
         let every = spool.len().div_ceil(SAMPLE).max(1);
@@ -241,7 +249,7 @@ impl PolygonCheck {
         Ok(cuts)
     }
 
-    /// The segments that meet a strip.
+    /// Returns the segments that meet a strip.
     fn within(&self, spool: &mut SegmentSpool, [left, right]: [f64; 2]) -> Result<Vec<[Point; 2]>, ConstraintError> {
         let (mut within, count) = (Vec::new(), spool.len());
         spool.for_each_chunk(|segments| {

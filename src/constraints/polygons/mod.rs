@@ -1,13 +1,13 @@
-//! Each polygon by itself: where its rings go round the wrong way.
+//! Each polygon by itself: where its rings run in the wrong direction.
 //!
 //! ```text
-//!   segments as they come ──▶ arrivals ──▶ check ──▶ polygons that are inside out: an error
-//!   pieces after a split  ──▶ put_right ──▶ pieces of polygons that cover what their rings go round
-//!                               └── both by sweep, with its status
+//!   segments as they arrive    ──▶ arrivals ──▶ check ──▶ polygons that are inside out: an error
+//!   subsegments after a split  ──▶ repair ──▶ subsegments that cover what rings enclose
+//!                                    └── both use sweep, with its status
 //! ```
 
 pub(crate) mod arrivals;
 pub(crate) mod check;
-pub(crate) mod put_right;
+pub(crate) mod repair;
 mod status;
 mod sweep;

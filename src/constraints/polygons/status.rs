@@ -1,39 +1,40 @@
 //! The edges that a sweep line meets, in order from below.
 //!
-//! A list of short lists: a search halves both, and a change moves the entries of one short list only.
+//! They are a list of short lists: a search bisects both, and a change moves only the entries of
+//! one short list.
 
 use crate::geometry::Point;
 
-/// Entries of a short list before it is divided.
+/// Largest number of entries of a short list before it is divided.
 const MOST: usize = 256;
 
 /// An edge on the sweep line.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Entry {
-    /// Its number.
+pub(crate) struct StatusEntry {
+    /// The number of the edge.
     pub(crate) edge: u32,
-    /// The last point on it that was passed.
+    /// The last point on the edge that the sweep passed.
     pub(crate) from: Point,
-    /// The windings below and above it, and all that lies along it.
+    /// The windings below and above the edge and all edges that overlap it.
     pub(crate) windings: [i32; 2],
-    /// The face above it, if its winding is negative.
+    /// The face above the edge, if its winding is negative.
     pub(crate) face: u32,
-    /// Whether it is the first of those that lie along each other.
+    /// Whether it is the first of the edges that overlap each other.
     pub(crate) is_first: bool,
 }
 
-/// Where an entry is, or would be.
+/// The position of an entry, or where one would be inserted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct At {
+pub(crate) struct StatusPosition {
     list: usize,
-    place: usize,
+    index: usize,
 }
 
-/// The entries.
+/// The entries on the sweep line.
 #[derive(Debug)]
 pub(crate) struct Status {
-    /// None is empty, unless it is the only one.
-    lists: Vec<Vec<Entry>>,
+    /// No list is empty, unless it is the only one.
+    lists: Vec<Vec<StatusEntry>>,
 }
 
 impl Status {
@@ -43,49 +44,50 @@ impl Status {
         }
     }
 
-    /// The place behind all entries that are `below`. These come before all others.
-    pub(crate) fn search(&self, mut below: impl FnMut(&Entry) -> bool) -> At {
+    /// Returns the position after all entries for which `below` is true. These must come before all
+    /// others.
+    pub(crate) fn search(&self, mut below: impl FnMut(&StatusEntry) -> bool) -> StatusPosition {
         let list = self.lists.partition_point(|list| list.last().is_some_and(&mut below));
         match self.lists.get(list) {
-            Some(its) => At {
+            Some(its) => StatusPosition {
                 list,
-                place: its.partition_point(below),
+                index: its.partition_point(below),
             },
-            None => At {
+            None => StatusPosition {
                 list: list - 1,
-                place: self.lists[list - 1].len(),
+                index: self.lists[list - 1].len(),
             },
         }
     }
 
-    /// The entry below a place.
-    pub(crate) fn below(&self, at: At) -> Option<&Entry> {
-        match at.place.checked_sub(1) {
-            Some(place) => self.lists[at.list].get(place),
+    /// Returns the entry below a position.
+    pub(crate) fn below(&self, at: StatusPosition) -> Option<&StatusEntry> {
+        match at.index.checked_sub(1) {
+            Some(index) => self.lists[at.list].get(index),
             None => self.lists[..at.list].last()?.last(),
         }
     }
 
-    /// The entry at a place.
-    pub(crate) fn above(&self, at: At) -> Option<&Entry> {
+    /// Returns the entry at a position.
+    pub(crate) fn above(&self, at: StatusPosition) -> Option<&StatusEntry> {
         self.lists[at.list]
-            .get(at.place)
+            .get(at.index)
             .or_else(|| self.lists.get(at.list + 1)?.first())
     }
 
-    /// Takes out the entries from a place on for which `is_taken`, and puts in their place what `make` makes of them. Returns
-    /// the place behind these.
+    /// Removes the entries from a position on for which `is_taken` is true, and inserts the entries
+    /// that `make` makes of them. Returns the position after the inserted entries.
     pub(crate) fn replace(
         &mut self,
-        at: At,
-        mut is_taken: impl FnMut(&Entry) -> bool,
-        [taken, made]: [&mut Vec<Entry>; 2],
-        make: impl FnOnce(&[Entry], &mut Vec<Entry>),
-    ) -> At {
+        at: StatusPosition,
+        mut is_taken: impl FnMut(&StatusEntry) -> bool,
+        [taken, made]: [&mut Vec<StatusEntry>; 2],
+        make: impl FnOnce(&[StatusEntry], &mut Vec<StatusEntry>),
+    ) -> StatusPosition {
         taken.clear();
         made.clear();
-        let (mut list, mut from) = (at.list, at.place);
-        // The last list that is touched, and the place behind what is taken of it.
+        let (mut list, mut from) = (at.list, at.index);
+        // The last list that changes, and the position after the entries that are removed from it.
         let end = loop {
             let its = &self.lists[list];
             let count = its[from..].iter().take_while(|entry| is_taken(entry)).count();
@@ -96,15 +98,15 @@ impl Status {
             (list, from) = (list + 1, 0);
         };
         make(taken, made);
-        let behind = At {
+        let behind = StatusPosition {
             list: at.list,
-            place: at.place + made.len(),
+            index: at.index + made.len(),
         };
         if list == at.list {
-            self.lists[list].splice(at.place..end, made.iter().copied());
+            self.lists[list].splice(at.index..end, made.iter().copied());
         } else {
             self.lists[list].drain(..end);
-            self.lists[at.list].truncate(at.place);
+            self.lists[at.list].truncate(at.index);
             self.lists[at.list].extend_from_slice(made);
             let is_empty = self.lists[list].is_empty();
             self.lists.drain(at.list + 1..list + usize::from(is_empty));
@@ -112,35 +114,35 @@ impl Status {
         self.tidy(behind)
     }
 
-    /// Divides or removes the list of a place. Returns where the place is then.
-    fn tidy(&mut self, at: At) -> At {
+    /// Divides or removes the list of a position. Returns the new position.
+    fn tidy(&mut self, at: StatusPosition) -> StatusPosition {
         let its = &self.lists[at.list];
         if its.is_empty() && self.lists.len() > 1 {
             self.lists.remove(at.list);
             return match at.list.checked_sub(1) {
-                Some(list) => At {
+                Some(list) => StatusPosition {
                     list,
-                    place: self.lists[list].len(),
+                    index: self.lists[list].len(),
                 },
-                None => At { list: 0, place: 0 },
+                None => StatusPosition { list: 0, index: 0 },
             };
         }
         if its.len() <= MOST {
             return at;
         }
-        let parts: Vec<Vec<Entry>> = its.chunks(MOST / 2).map(<[Entry]>::to_vec).collect();
+        let parts: Vec<Vec<StatusEntry>> = its.chunks(MOST / 2).map(<[StatusEntry]>::to_vec).collect();
         let added = parts.len();
         self.lists.splice(at.list..=at.list, parts);
-        let (mut list, mut place) = (at.list, at.place);
-        while place > self.lists[list].len() && list + 1 < at.list + added {
-            place -= self.lists[list].len();
+        let (mut list, mut index) = (at.list, at.index);
+        while index > self.lists[list].len() && list + 1 < at.list + added {
+            index -= self.lists[list].len();
             list += 1;
         }
-        At { list, place }
+        StatusPosition { list, index }
     }
 
-    /// All entries, from below.
-    pub(crate) fn entries_mut(&mut self) -> impl Iterator<Item = &mut Entry> {
+    /// Returns all entries, from below.
+    pub(crate) fn entries_mut(&mut self) -> impl Iterator<Item = &mut StatusEntry> {
         self.lists.iter_mut().flatten()
     }
 }

@@ -1,81 +1,84 @@
-//! How often the rings of one polygon go round each place, exactly: a line sweeps over its edges.
+//! The exact winding of the rings of one polygon around each point, by a line that sweeps over its
+//! edges.
 //!
-//! In: the segments of a polygon, the interior on their left. Out: whether their winding is negative anywhere, where that is
-//! first, and the windings on both sides of each part of an edge.
+//! In: the segments of a polygon, the interior on their left. Out: whether the winding is negative
+//! anywhere, and where first; and the windings on both sides of each part of an edge.
 //!
 //! ```text
-//!                      │  the sweep line, just behind P. It goes by (x, y), so it is tilted a little:
-//!          ╲     1     │  of two points with the same x it meets the lower one first.
-//!      0    ╲       ╱──┤
-//!        ────P─────╱ 0 │  At each point P that is an end of an edge: the edges through P are taken out of the status,
-//!          ╱  ╲        │  what is left of them and what begins at P comes in, by direction. The winding below is known,
-//!         ╱ 1  ╲───────┤  and each edge changes it. A face has a leftmost corner, so every winding is met there.
+//!                      │  The sweep line, just behind P. Points are ordered by (x, y), so the
+//!          ╲     1     │  line is slightly tilted: of two points with the same x it meets the
+//!      0    ╲       ╱──┤  lower one first.
+//!        ────P─────╱ 0 │  At each point P that is an end of an edge, the edges through P leave
+//!          ╱  ╲        │  the status. What is left of them and the edges that begin at P enter
+//!         ╱ 1  ╲───────┤  it, by direction. The winding below is known, and each edge changes
+//!                      │  it. A face has a leftmost corner, so every winding is met there.
 //! ```
 //!
-//! Only orientations of given points are computed. Edges may touch, overlap and be there several times. Where two cross, the
-//! sweep goes on if the crossing point is a number that a point can have: there may be a vertex of something else, in which
-//! they meet. Elsewhere nothing can make a vertex of it, and the build tells of the crossing.
+//! Only orientations of given points are computed. Edges may touch, overlap and occur several
+//! times. Where two edges cross, the sweep continues if the crossing point is representable as a
+//! point: something else may have a vertex there, in which the edges meet. Otherwise no vertex can
+//! be there, and the build reports the crossing.
 //!
-//! Bentley and Ottmann 1979; Shamos and Hoey 1976 for the pairs that are looked at.
+//! Bentley and Ottmann 1979; Shamos and Hoey 1976 for the pairs that are tested.
 
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 use std::ops::Range;
 
 use crate::collections::union_find::UnionFind;
-use crate::constraints::polygons::status::{Entry, Status};
+use crate::constraints::polygons::status::{Status, StatusEntry};
 use crate::geometry::{ExactCrossing, Orientation, Point, orient2d, segments_cross};
 
-/// Segments between the same ends, taken together.
+/// An edge: all segments between the same ends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge {
-    /// The smaller end first.
+    /// The ends, the smaller one first.
     pub(crate) ends: [Point; 2],
-    /// By how much the winding above it is more than that below.
+    /// The winding above the edge minus the winding below it.
     rise: i32,
 }
 
-/// A part of an edge that no other edge touches within.
+/// A part of an edge whose interior no other edge touches.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Part {
+pub(crate) struct EdgePart {
     /// The number of the edge.
     pub(crate) edge: usize,
-    /// Its smaller end first.
+    /// The ends, the smaller one first.
     pub(crate) ends: [Point; 2],
-    /// The windings below and above it, and all that lies along it.
+    /// The windings below and above the part and all edges that overlap it.
     pub(crate) windings: [i32; 2],
-    /// Whether it is the first of those that lie along each other.
+    /// Whether it is the first of the edges that overlap each other.
     pub(crate) is_first: bool,
 }
 
-/// What a sweep found.
+/// The result of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Outcome {
-    /// Rings cross at a place that is no point.
+    /// Rings cross in a location that is not representable as a point.
     Crosses,
     /// A ring does not close.
     Open,
-    /// All windings were seen.
+    /// All windings were computed.
     Seen {
         /// The smallest corner of a face whose winding is negative.
         first: Option<Point>,
-        /// How many such faces there are.
+        /// Number of faces whose winding is negative.
         faces: u64,
-        /// Whether rings cross at a place that is no end of an edge.
+        /// Whether rings cross in a point that is not an end of an edge.
         meets: bool,
     },
 }
 
-/// A polygon to be swept.
+/// A polygon that is prepared for a sweep.
 #[derive(Debug)]
 pub(crate) struct Sweep {
-    /// In order.
+    /// The edges, in order.
     edges: Vec<Edge>,
     /// The larger ends, in order.
     ends: Vec<Point>,
 }
 
-/// Bytes that a segment takes while it is swept, itself included, at most.
+/// Largest number of bytes that a segment takes while it is swept, itself included.
 pub(crate) const BYTES: u64 = 160;
 
 impl Sweep {
@@ -98,7 +101,7 @@ impl Sweep {
             }
             is_same
         });
-        // What goes there and back changes nothing.
+        // Segments that cancel each other change nothing.
         edges.retain(|edge| edge.rise != 0);
         let mut ends: Vec<Point> = edges.iter().map(|edge| edge.ends[1]).collect();
         ends.sort_unstable_by(|p, q| p.lex_cmp(*q));
@@ -106,20 +109,21 @@ impl Sweep {
         Self { edges, ends }
     }
 
-    /// How many edges there are, numbered from 0.
+    /// Returns the number of edges, which are numbered from 0.
     pub(crate) fn edge_count(&self) -> usize {
         self.edges.len()
     }
 
-    /// The number of the edge between two points, unless it changes nothing.
+    /// Returns the number of the edge between two points; `None` if that edge changes no winding.
     pub(crate) fn edge_between(&self, a: Point, b: Point) -> Option<usize> {
         let ends = if a.lex_cmp(b).is_lt() { [a, b] } else { [b, a] };
         self.edges.binary_search_by(|edge| order(edge.ends, ends)).ok()
     }
 
-    /// Sweeps over all of it, or over the points whose x is in a range; edges that do not meet that may be missing.
-    pub(crate) fn run(&self, range: Option<[f64; 2]>, take: &mut dyn FnMut(Part)) -> Outcome {
-        Line::over(self, range, take).run()
+    /// Sweeps over the whole polygon, or over the points whose x is in `range`. Edges that do not
+    /// meet the range may be missing. Passes each part of an edge to `take`.
+    pub(crate) fn run(&self, range: Option<[f64; 2]>, take: &mut dyn FnMut(EdgePart)) -> Outcome {
+        SweepLine::over(self, range, take).run()
     }
 }
 
@@ -127,7 +131,7 @@ fn order([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Ordering {
     a.lex_cmp(c).then_with(|| b.lex_cmp(d))
 }
 
-/// A point by its place in the sweep.
+/// A point, ordered as the sweep meets it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Event(Point);
 
@@ -146,27 +150,27 @@ impl Ord for Event {
 }
 
 /// The sweep line.
-struct Line<'a> {
+struct SweepLine<'a> {
     sweep: &'a Sweep,
     range: [f64; 2],
-    /// Whether the windings are known: not before the range begins.
+    /// Whether the windings are known. They are not before the range begins.
     is_within: bool,
-    take: &'a mut dyn FnMut(Part),
+    take: &'a mut dyn FnMut(EdgePart),
     status: Status,
-    /// Edges and larger ends that were met.
+    /// Number of edges that have begun, and of larger ends that were met.
     begun: usize,
     ended: usize,
-    /// Crossing points that are to come.
+    /// Crossing points that the sweep has not reached.
     crossings: BinaryHeap<Reverse<Event>>,
     meets: bool,
     faces: Faces,
-    /// Kept for their memory.
-    taken: Vec<Entry>,
-    made: Vec<Entry>,
+    /// Buffers, kept for their capacity.
+    taken: Vec<StatusEntry>,
+    made: Vec<StatusEntry>,
 }
 
-impl<'a> Line<'a> {
-    fn over(sweep: &'a Sweep, range: Option<[f64; 2]>, take: &'a mut dyn FnMut(Part)) -> Self {
+impl<'a> SweepLine<'a> {
+    fn over(sweep: &'a Sweep, range: Option<[f64; 2]>, take: &'a mut dyn FnMut(EdgePart)) -> Self {
         Self {
             sweep,
             range: range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]),
@@ -210,7 +214,7 @@ impl<'a> Line<'a> {
         points.min_by(|p, q| p.lex_cmp(*q))
     }
 
-    /// Finds the windings of all that is in the status, which is complete now.
+    /// Computes the windings of all entries of the status, which is complete now.
     fn enter(&mut self) {
         self.is_within = true;
         let mut above = 0;
@@ -221,7 +225,7 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Goes over a point. What comes out is the end of the sweep.
+    /// Moves the sweep line over a point. Returns an outcome if the sweep ends there.
     fn pass(&mut self, point: Point) -> Option<Outcome> {
         let edges = &*self.sweep.edges;
         let starting = edges[self.begun..].iter().take_while(|edge| edge.ends[0] == point);
@@ -233,17 +237,19 @@ impl<'a> Line<'a> {
             self.crossings.pop();
             self.meets |= starting.is_empty() && !is_end;
         }
-        let side = |entry: &Entry| {
+        let orientation = |entry: &StatusEntry| {
             let [from, to] = edges[entry.edge as usize].ends;
             orient2d(from, to, point)
         };
-        let at = self.status.search(|entry| side(entry) == Orientation::CounterClockwise);
+        let at = self
+            .status
+            .search(|entry| orientation(entry) == Orientation::CounterClockwise);
         let lower = self.status.below(at).copied();
         let (faces, is_within) = (&mut self.faces, self.is_within);
         let mut is_closed = true;
         let behind = self.status.replace(
             at,
-            |entry| side(entry) == Orientation::Collinear,
+            |entry| orientation(entry) == Orientation::Collinear,
             [&mut self.taken, &mut self.made],
             |taken, made| {
                 leave(edges, point, taken, starting, made);
@@ -253,7 +259,7 @@ impl<'a> Line<'a> {
             },
         );
         for entry in self.taken.iter().filter(|_| is_within) {
-            (self.take)(Part {
+            (self.take)(EdgePart {
                 edge: entry.edge as usize,
                 ends: [entry.from, point],
                 windings: entry.windings,
@@ -270,12 +276,13 @@ impl<'a> Line<'a> {
             [lowest, .., highest] => (Some(lowest.edge), Some(highest.edge)),
             [only] => (Some(only.edge), Some(only.edge)),
         };
-        let are_apart = self.look_at(point, lower, lowest) && self.look_at(point, highest, upper);
+        let are_apart = self.check_neighbours(point, lower, lowest) && self.check_neighbours(point, highest, upper);
         (!are_apart).then_some(Outcome::Crosses)
     }
 
-    /// Notes where two neighbours cross. Returns whether they do so at points only.
-    fn look_at(&mut self, point: Point, one: Option<u32>, other: Option<u32>) -> bool {
+    /// Records where two neighbours cross. Returns `false` if they cross in a location that is not
+    /// representable as a point.
+    fn check_neighbours(&mut self, point: Point, one: Option<u32>, other: Option<u32>) -> bool {
         let (Some(one), Some(other)) = (one, other) else {
             return true;
         };
@@ -290,7 +297,7 @@ impl<'a> Line<'a> {
         if !(is_on(one) && is_on(other)) {
             return false;
         }
-        // Behind the point where they cross they are neighbours again.
+        // Behind their crossing point they are neighbours again.
         if crossing.lex_cmp(point).is_gt() {
             self.crossings.push(Reverse(Event(crossing)));
         }
@@ -298,24 +305,29 @@ impl<'a> Line<'a> {
     }
 }
 
-/// What leaves a point: what is left of edges that were taken out there, and those with these numbers, by direction from below.
-fn leave(edges: &[Edge], point: Point, taken: &[Entry], starting: Range<usize>, made: &mut Vec<Entry>) {
+/// Collects the edges that leave a point: what is left of the edges that were `taken` there, and
+/// the `starting` edges, by direction from below.
+fn leave(edges: &[Edge], point: Point, taken: &[StatusEntry], starting: Range<usize>, made: &mut Vec<StatusEntry>) {
     let going_on = taken.iter().map(|entry| entry.edge);
     let going_on = going_on.filter(|&edge| edges[edge as usize].ends[1] != point);
-    made.extend(going_on.chain(starting.map(|edge| edge as u32)).map(|edge| Entry {
-        edge,
-        from: point,
-        windings: [0; 2],
-        face: 0,
-        is_first: true,
-    }));
+    made.extend(
+        going_on
+            .chain(starting.map(|edge| edge as u32))
+            .map(|edge| StatusEntry {
+                edge,
+                from: point,
+                windings: [0; 2],
+                face: 0,
+                is_first: true,
+            }),
+    );
     if made.len() > 1 {
         made.sort_unstable_by(|one, other| by_direction(edges, point, one, other).then(one.edge.cmp(&other.edge)));
     }
 }
 
-/// The order of two edges that leave a point.
-fn by_direction(edges: &[Edge], point: Point, one: &Entry, other: &Entry) -> Ordering {
+/// Compares two edges that leave a point, by direction.
+fn by_direction(edges: &[Edge], point: Point, one: &StatusEntry, other: &StatusEntry) -> Ordering {
     let [to, other] = [one, other].map(|entry| edges[entry.edge as usize].ends[1]);
     match orient2d(point, to, other) {
         Orientation::CounterClockwise => Ordering::Less,
@@ -324,12 +336,12 @@ fn by_direction(edges: &[Edge], point: Point, one: &Entry, other: &Entry) -> Ord
     }
 }
 
-/// The faces whose winding is negative. They are numbered from 1 on; 0 stands for all others.
+/// The faces whose winding is negative, numbered from 1. Number 0 stands for all others.
 struct Faces {
     joined: UnionFind,
     next: u32,
     count: u64,
-    /// The first point at which one began.
+    /// The first point at which such a face began.
     first: Option<Point>,
 }
 
@@ -343,14 +355,14 @@ impl Faces {
         }
     }
 
-    /// Labels the edges that leave a point, given those next below it, and that which was the highest there. Returns whether the
-    /// windings agree.
+    /// Labels the edges that leave a point. `lower` is the entry next below the point, and
+    /// `highest` the highest entry that was taken there. Returns whether the windings agree.
     fn label(
         &mut self,
         edges: &[Edge],
         point: Point,
-        [lower, highest]: [Option<&Entry>; 2],
-        made: &mut [Entry],
+        [lower, highest]: [Option<&StatusEntry>; 2],
+        made: &mut [StatusEntry],
     ) -> bool {
         let (mut winding, face) = lower.map_or((0, 0), |entry| (entry.windings[1], entry.face));
         let above = highest.map_or((winding, face), |entry| (entry.windings[1], entry.face));

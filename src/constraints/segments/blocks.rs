@@ -1,4 +1,4 @@
-//! The segments of each block, from their distribution until the block is in work.
+//! The segments of each block, from their distribution until the block is processed.
 
 use std::io;
 
@@ -11,31 +11,31 @@ use crate::constraints::segments::codec::{SegmentChunk, encode_segments};
 use crate::geometry::Rect;
 use crate::store::{KdTree, list_for};
 
-/// The most segments of a chunk.
+/// Largest number of segments of a chunk.
 const BLOCK_CHUNK: u64 = 256;
 
-/// The segments of each block: in memory if all fit there, else in a file.
+/// The segments of each block: in memory if all fit there, otherwise in a file.
 #[derive(Debug)]
 pub(crate) struct BlockSegments {
     counts: Vec<u64>,
-    /// None: it was taken.
-    blocks: Mutex<Vec<Option<OfBlock>>>,
+    /// The blocks, `None` once taken.
+    blocks: Mutex<Vec<Option<BlockContent>>>,
     store: ChunkStore,
 }
 
 /// The segments of a block: first those in chunks.
 #[derive(Debug, Default)]
-struct OfBlock {
+struct BlockContent {
     chunks: Vec<Chunk>,
     rest: Vec<Segment>,
 }
 
 impl BlockSegments {
-    /// Starts to distribute segments to the leaves of a tree. How many will come is a hint.
+    /// Starts to distribute segments to the leaves of a tree. `segments` is a hint of their number.
     pub(crate) fn writer(tree: &KdTree, segments: u64, memory: u64) -> BlockWriter<'_> {
         let count = tree.tiles() as usize;
-        let mut blocks: Vec<OfBlock> = Vec::new();
-        blocks.resize_with(count, OfBlock::default);
+        let mut blocks: Vec<BlockContent> = Vec::new();
+        blocks.resize_with(count, BlockContent::default);
         let mut held = 0;
         if let [block] = &mut *blocks
             && segments.saturating_mul(SEGMENT_BYTES) <= memory
@@ -43,7 +43,8 @@ impl BlockSegments {
             block.rest.reserve_exact(segments as usize);
             held = block.rest.capacity() as u64 * SEGMENT_BYTES;
         }
-        // A buffer's memory is a power of two of segments, so this much is used. Small chunks fit where others were given up.
+        // The capacity of a buffer is a power of two of segments, so all of it is used. Small
+        // chunks fit where others were freed.
         let share = (memory / SEGMENT_BYTES / count.max(1) as u64).clamp(16, BLOCK_CHUNK);
         BlockWriter {
             cells: SegmentCells::new(tree, Rect::PLANE),
@@ -57,31 +58,33 @@ impl BlockSegments {
         }
     }
 
-    /// How many segments a block has: each takes [`SEGMENT_BYTES`].
+    /// Returns the number of segments of a block. Each takes [`SEGMENT_BYTES`].
     pub(crate) fn count(&self, block: u32) -> u64 {
         self.counts.get(block as usize).copied().unwrap_or(0)
     }
 
-    /// Bytes that all take in memory now.
+    /// Returns the bytes that all segments take in memory now.
     #[cfg(test)]
     pub(crate) fn byte_size(&self) -> u64 {
-        let of_block = |block: &OfBlock| {
+        let content = |block: &BlockContent| {
             block.rest.capacity() as u64 * SEGMENT_BYTES + (block.chunks.capacity() * size_of::<Chunk>()) as u64
         };
-        self.blocks.lock().iter().flatten().map(of_block).sum()
+        self.blocks.lock().iter().flatten().map(content).sum()
     }
 
-    /// The segments of a block, in the order in which they came; once, for any thread.
+    /// Takes the segments of a block, in the order in which they came. Each block can be taken
+    /// once, on any thread.
     ///
-    /// An error is what the system says, or that they were damaged or taken before.
+    /// Returns the system's error, or an error if the segments are damaged or were taken before.
     pub(crate) fn take(&self, block: u32) -> io::Result<Vec<Segment>> {
-        let of_block = self.blocks.lock().get_mut(block as usize).and_then(Option::take);
+        let content = self.blocks.lock().get_mut(block as usize).and_then(Option::take);
         let taken = || io::Error::new(io::ErrorKind::NotFound, "the segments of a block were taken before");
-        let OfBlock { chunks, rest } = of_block.ok_or_else(taken)?;
+        let BlockContent { chunks, rest } = content.ok_or_else(taken)?;
         if chunks.is_empty() {
             return Ok(rest);
         }
-        // Made on one thread and given back on another: the allocator must not keep one for each.
+        // Allocated on one thread and freed on another: the allocator must not keep such a list for
+        // each thread.
         let mut segments = list_for(self.count(block) as usize);
         let mut bytes = Vec::new();
         for chunk in &chunks {
@@ -92,22 +95,22 @@ impl BlockSegments {
         Ok(segments)
     }
 
-    /// Where chunks are.
+    /// Returns the store of the chunks.
     #[cfg(test)]
     pub(crate) fn store(&self) -> &ChunkStore {
         &self.store
     }
 }
 
-/// Distributes segments.
+/// A distributor of segments to blocks.
 #[derive(Debug)]
 pub(crate) struct BlockWriter<'a> {
     cells: SegmentCells<'a>,
     counts: Vec<u64>,
-    blocks: Vec<OfBlock>,
-    /// Segments of a full chunk.
+    blocks: Vec<BlockContent>,
+    /// Number of segments of a full chunk.
     capacity: usize,
-    /// Bytes in memory, until they are more than there may be.
+    /// Bytes in memory, counted until they exceed `memory`.
     held: u64,
     memory: u64,
     is_spilling: bool,
@@ -115,7 +118,7 @@ pub(crate) struct BlockWriter<'a> {
 }
 
 impl BlockWriter<'_> {
-    /// Takes segments; chunks go to a store.
+    /// Adds segments. Chunks go to `store`.
     pub(crate) fn push(&mut self, segments: &[Segment], store: &mut ChunkStore) -> io::Result<()> {
         let Self {
             cells,
@@ -155,7 +158,7 @@ impl BlockWriter<'_> {
         Ok(())
     }
 
-    /// All have come; chunks are in this store.
+    /// Finishes the distribution. `store` has the chunks.
     pub(crate) fn finish(mut self, mut store: ChunkStore) -> io::Result<BlockSegments> {
         if self.is_spilling {
             self.spill_all(&mut store)?;
@@ -168,8 +171,8 @@ impl BlockWriter<'_> {
     }
 }
 
-impl OfBlock {
-    /// Writes what is in memory, in chunks of so many segments.
+impl BlockContent {
+    /// Writes the segments in memory, in chunks of `capacity` segments.
     fn spill(&mut self, capacity: usize, store: &mut ChunkStore, bytes: &mut Vec<u8>) -> io::Result<()> {
         for segments in self.rest.chunks(capacity) {
             encode_segments(segments, &[], bytes);

@@ -1,17 +1,18 @@
-//! Which cells of a k-d tree a segment meets.
+//! The cells of a k-d tree that a segment meets.
 //!
-//! A cell does not own its left and its bottom side. A segment that lies beside the cell and touches one of these does not meet it:
-//! the segment may lie within the cell of its ends, and no other leaf may take it as one that passes through.
+//! A cell does not own its left and its bottom side. A segment that lies beside the cell and
+//! touches one of these sides does not meet the cell. Such a segment may lie within the cell of its
+//! ends, and then no other leaf may take it for a segment that passes through.
 
 use crate::constraints::segment::Segment;
 use crate::geometry::{Point, Rect, segment_meets};
 use crate::store::format::cell_index::CellIndex;
 use crate::store::{KdNode, KdTree};
 
-/// The segments of each leaf of a tree below a cell: the numbers of those that meet its cell, ascending; perhaps of some more,
-/// if the cell is infinite.
+/// Returns, for each leaf of a tree below a cell, the indices of the segments that meet the leaf's
+/// cell, in ascending order. If the cell is infinite, some more may be among them.
 pub(crate) fn segments_of_leaves(tree: &KdTree, cell: Rect, segments: &[Segment]) -> Vec<Vec<u32>> {
-    /// Segments at a time.
+    /// Number of segments at a time.
     const SOME: usize = 1024;
     let mut leaves = vec![Vec::new(); tree.tiles() as usize];
     let mut cells = SegmentCells::new(tree, cell);
@@ -21,7 +22,7 @@ pub(crate) fn segments_of_leaves(tree: &KdTree, cell: Rect, segments: &[Segment]
     leaves
 }
 
-/// Finds the leaves of a k-d tree below a cell that segments meet.
+/// A search for the leaves of a k-d tree below a cell that segments meet.
 #[derive(Debug)]
 pub(crate) struct SegmentCells<'a> {
     tree: &'a KdTree,
@@ -29,24 +30,25 @@ pub(crate) struct SegmentCells<'a> {
     index: CellIndex,
     /// The cell of each leaf.
     cells: Vec<Rect>,
-    /// Nodes that are still to be looked at.
-    open: Vec<Below>,
-    /// The ends of segments, and the leaves of these.
+    /// Nodes that are still to be examined.
+    open: Vec<OpenNode>,
+    /// The ends of segments, and the leaves that contain them.
     ends: Vec<Point>,
     leaves: Vec<u32>,
 }
 
 /// A node that a segment meets.
 #[derive(Clone, Copy, Debug)]
-struct Below {
+struct OpenNode {
     node: u32,
     cell: Rect,
-    /// Whether both ends are in the closed cell. Then where they lie tells which children the segment meets.
+    /// Whether both ends are in the closed cell. Then the positions of the ends determine which
+    /// children the segment meets.
     has_ends: bool,
 }
 
 impl<'a> SegmentCells<'a> {
-    /// Prepares a tree whose root has this cell.
+    /// Prepares a tree whose root has the cell `cell`.
     pub(crate) fn new(tree: &'a KdTree, cell: Rect) -> Self {
         let cells = tree.node_cells_within(cell).into_iter().zip(tree.nodes());
         let of_leaves = cells.filter(|(_, node)| matches!(node, KdNode::Leaf(_)));
@@ -61,8 +63,8 @@ impl<'a> SegmentCells<'a> {
         }
     }
 
-    /// Gives each leaf whose cell a segment meets, with the place of the segment, which ascends. All of them must meet the root's
-    /// cell.
+    /// Passes each leaf whose cell a segment meets to `take`, with the index of the segment.
+    /// Indices ascend. All segments must meet the root's cell.
     pub(crate) fn for_each(&mut self, segments: &[Segment], mut take: impl FnMut(u32, usize)) {
         if self.cells.is_empty() {
             return;
@@ -71,27 +73,27 @@ impl<'a> SegmentCells<'a> {
         self.ends.extend(segments.iter().flat_map(|segment| segment.ends));
         self.leaves.clear();
         self.index.cells_of(&self.ends, &mut self.leaves);
-        for (place, segment) in segments.iter().enumerate() {
-            // Most segments lie within a cell and touch no side of it.
-            let [leaf, other] = [self.leaves[2 * place], self.leaves[2 * place + 1]];
+        for (index, segment) in segments.iter().enumerate() {
+            // Most segments lie within a cell and touch none of its sides.
+            let [leaf, other] = [self.leaves[2 * index], self.leaves[2 * index + 1]];
             let cell = self.cells[leaf as usize];
             let is_within = |p: Point| cell.min_x < p.x && p.x < cell.max_x && cell.min_y < p.y && p.y < cell.max_y;
             if leaf == other && is_within(segment.ends[0]) && is_within(segment.ends[1]) {
-                take(leaf, place);
+                take(leaf, index);
             } else {
-                self.descend(segment.ends, |leaf| take(leaf, place));
+                self.descend(segment.ends, |leaf| take(leaf, index));
             }
         }
     }
 
     fn descend(&mut self, ends: [Point; 2], mut take: impl FnMut(u32)) {
         let [a, b] = ends;
-        self.open.push(Below {
+        self.open.push(OpenNode {
             node: 0,
             cell: self.cell,
             has_ends: self.cell.contains(a) && self.cell.contains(b),
         });
-        while let Some(Below { node, cell, has_ends }) = self.open.pop() {
+        while let Some(OpenNode { node, cell, has_ends }) = self.open.pop() {
             let (cut, low, high, right, along) = match self.tree.nodes()[node as usize] {
                 KdNode::X { cut, right } => {
                     let (low, high) = (Rect { max_x: cut, ..cell }, Rect { min_x: cut, ..cell });
@@ -113,7 +115,7 @@ impl<'a> SegmentCells<'a> {
             ];
             for (node, cell, is_reached, has_both) in children {
                 if is_reached && (has_ends || segment_meets(ends, cell)) {
-                    self.open.push(Below {
+                    self.open.push(OpenNode {
                         node,
                         cell,
                         has_ends: has_ends && has_both,

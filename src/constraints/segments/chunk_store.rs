@@ -8,10 +8,10 @@ use std::{fs, io};
 
 use crate::store::Extent;
 
-/// In the folder to spill to, for a moment: see [`create_segments`].
+/// Name of the file in the spill folder, which exists only for a moment: see [`create_segments`].
 pub(crate) const SEGMENTS: &str = "segments";
 
-/// Where a chunk is.
+/// The location of a chunk.
 #[derive(Debug)]
 pub(crate) enum Chunk {
     /// In memory.
@@ -26,23 +26,23 @@ impl Default for Chunk {
     }
 }
 
-/// Takes chunks, and reads them back. Reading is for any thread.
+/// A store of chunks. Any thread may read them back.
 #[derive(Debug)]
 pub(crate) struct ChunkStore {
     folder: PathBuf,
-    /// Made with the first chunk that does not stay in memory.
+    /// Created with the first chunk that does not stay in memory.
     file: Option<File>,
     length: u64,
-    /// Parts of the file whose chunks were given up. What is written there takes pages that are in the system's memory
-    /// already, which is half the work.
+    /// Ranges of the file whose chunks were freed. Writing there uses pages that are already in the
+    /// system's memory, which halves the work.
     free: Vec<Range<u64>>,
-    /// Bytes of chunks in memory, and how many there may be.
+    /// Bytes of chunks in memory, and the limit of these bytes.
     held: u64,
     limit: u64,
 }
 
 impl ChunkStore {
-    /// A store with a file in this folder, once `limit` bytes are in memory.
+    /// Makes a store with a file in `folder`, which it creates once `limit` bytes are in memory.
     pub(crate) fn new(folder: &Path, limit: u64) -> Self {
         Self {
             folder: folder.to_owned(),
@@ -54,27 +54,27 @@ impl ChunkStore {
         }
     }
 
-    /// The folder that it spills to.
+    /// Returns the folder that it spills to.
     pub(crate) fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Bytes of chunks in memory.
+    /// Returns the bytes of chunks in memory.
     pub(crate) fn byte_size(&self) -> u64 {
         self.held
     }
 
-    /// Bytes of chunks that stay in memory.
+    /// Returns the limit of bytes of chunks in memory.
     pub(crate) fn limit(&self) -> u64 {
         self.limit
     }
 
-    /// Bytes of the file.
+    /// Returns the length of the file in bytes.
     pub(crate) fn file_bytes(&self) -> u64 {
         self.length
     }
 
-    /// Keeps a chunk of less than 4 GiB. Once one went to the file, all do.
+    /// Appends a chunk of less than 4 GiB. Once one chunk went to the file, all later ones do.
     pub(crate) fn append(&mut self, bytes: &[u8]) -> io::Result<Chunk> {
         let length = bytes.len() as u64;
         if self.file.is_none() && self.held + length <= self.limit {
@@ -95,7 +95,7 @@ impl ChunkStore {
         Ok(Chunk::File(extent))
     }
 
-    /// Finds room in the file. Where there is too little of it, it is given up for good.
+    /// Finds room in the file. Gives up for good free ranges that are too small.
     fn room(&mut self, length: u64) -> u64 {
         while let Some(free) = self.free.last_mut() {
             if free.end - free.start >= length {
@@ -108,7 +108,7 @@ impl ChunkStore {
         self.length - length
     }
 
-    /// Gives up a chunk.
+    /// Frees a chunk.
     pub(crate) fn free(&mut self, chunk: Chunk) {
         match chunk {
             Chunk::Memory(bytes) => self.held -= bytes.len() as u64,
@@ -122,12 +122,12 @@ impl ChunkStore {
         }
     }
 
-    /// From now on all chunks go to the file.
+    /// Makes all further chunks go to the file.
     pub(crate) fn fill_no_memory(&mut self) {
         self.limit = 0;
     }
 
-    /// The bytes of a chunk: where they are, or read to the buffer.
+    /// Returns the bytes of a chunk, from memory or read into `buffer`.
     pub(crate) fn read<'a>(&self, chunk: &'a Chunk, buffer: &'a mut Vec<u8>) -> io::Result<&'a [u8]> {
         let extent = match chunk {
             Chunk::Memory(bytes) => return Ok(bytes),
@@ -145,21 +145,22 @@ impl ChunkStore {
         Ok(buffer)
     }
 
-    /// The file, if there is one.
+    /// Returns the file, if there is one.
     #[cfg(test)]
     pub(crate) fn file(&self) -> Option<&File> {
         self.file.as_ref()
     }
 }
 
-/// What was read is not what was written.
+/// Returns the error for data that differs from what was written.
 pub(crate) fn damaged(problem: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, problem)
 }
 
-/// Makes a file for segments in the folder to spill to. It has no name, so that it goes away with whoever has it open.
+/// Creates a file for segments in the spill folder. It has no name, so the system removes it when
+/// it is closed.
 fn create_segments(spill: &Path) -> io::Result<File> {
-    // Who is killed in between leaves a name that is known as ours.
+    // A process that is killed in between leaves a file whose name is known to be ours.
     let name = spill.join(SEGMENTS);
     let file = File::options()
         .read(true)

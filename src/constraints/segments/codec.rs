@@ -1,18 +1,19 @@
-//! What chunks are made of.
+//! The encoding of chunks.
 //!
 //! ```text
-//! numbers   0  the least of them               u64
+//! numbers   0  the smallest number             u64
 //!           8  bytes of each: 4 or 8           u32
-//!          12  how many there are              u32
-//!          16  each, less the least            u32 or u64
+//!          12  count                           u32
+//!          16  each, minus the smallest        u32 or u64
 //!
-//! segments  0  the length of what comes next   u64
+//! segments  0  length of the sources           u64
 //!           8  sources                         numbers
 //!              x, y of both ends of each       f64
 //!              z of both, if there are any     f64
 //! ```
 //!
-//! All little-endian. Lines come one after the other, so sources take four bytes but for odd inputs.
+//! All values are little-endian. Lines are mostly consecutive, so sources take four bytes except in
+//! unusual inputs.
 
 use crate::constraints::segment::Segment;
 use crate::geometry::Point;
@@ -20,10 +21,10 @@ use crate::store::EdgeSource;
 
 /// Bytes before the numbers.
 const HEADER: usize = 16;
-/// Bytes of two places.
+/// Bytes of two points.
 const ENDS: usize = 32;
 
-/// Writes numbers in place of what the bytes held.
+/// Encodes numbers into `bytes`, whose contents it replaces.
 pub(crate) fn encode_numbers(numbers: impl Iterator<Item = u64> + Clone, bytes: &mut Vec<u8>) {
     bytes.clear();
     append_numbers(numbers, bytes);
@@ -50,7 +51,7 @@ fn append_numbers(numbers: impl Iterator<Item = u64> + Clone, bytes: &mut Vec<u8
     }
 }
 
-/// Numbers, one by one.
+/// Encoded numbers, read one by one.
 #[derive(Clone, Debug)]
 pub(crate) struct Numbers<'a> {
     least: u64,
@@ -59,7 +60,8 @@ pub(crate) struct Numbers<'a> {
 }
 
 impl<'a> Numbers<'a> {
-    /// None: these are no numbers.
+    /// Reads the header of encoded numbers. Returns `None` if `bytes` is not an encoding of
+    /// numbers.
     pub(crate) fn decode(bytes: &'a [u8]) -> Option<Self> {
         let (header, rest) = bytes.split_first_chunk::<HEADER>()?;
         let (words, _) = header.as_chunks::<4>();
@@ -97,7 +99,7 @@ fn word(bytes: &[u8; HEADER], at: usize) -> u64 {
     u64::from_le_bytes(words[at])
 }
 
-/// Writes segments, and their z or none, in place of what the bytes held.
+/// Encodes segments, and their z if there are any, into `bytes`, whose contents it replaces.
 pub(crate) fn encode_segments(segments: &[Segment], z: &[[f64; 2]], bytes: &mut Vec<u8>) {
     bytes.clear();
     bytes.extend_from_slice(&[0; 8]);
@@ -113,7 +115,7 @@ pub(crate) fn encode_segments(segments: &[Segment], z: &[[f64; 2]], bytes: &mut 
     }
 }
 
-/// The segments of a chunk.
+/// An encoded chunk of segments.
 #[derive(Clone, Debug)]
 pub(crate) struct SegmentChunk<'a> {
     sources: Numbers<'a>,
@@ -122,7 +124,7 @@ pub(crate) struct SegmentChunk<'a> {
 }
 
 impl<'a> SegmentChunk<'a> {
-    /// None: these are no segments.
+    /// Reads an encoded chunk. Returns `None` if `bytes` is not an encoding of segments.
     pub(crate) fn decode(bytes: &'a [u8]) -> Option<Self> {
         let (length, rest) = bytes.split_first_chunk()?;
         let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
@@ -136,7 +138,7 @@ impl<'a> SegmentChunk<'a> {
         (z.is_empty() || z.len() == 2 * count).then_some(Self { sources, ends, z })
     }
 
-    /// Each of them.
+    /// Returns the segments.
     pub(crate) fn segments(self) -> impl Iterator<Item = Segment> + 'a {
         let ends = self.ends.iter().map(|ends| {
             let (c, _) = ends.as_chunks();
@@ -149,7 +151,7 @@ impl<'a> SegmentChunk<'a> {
         })
     }
 
-    /// z of each end, or nothing.
+    /// Returns the z of each end, or nothing.
     pub(crate) fn z(&self) -> impl Iterator<Item = f64> + 'a {
         self.z.iter().map(|&z| f64::from_le_bytes(z))
     }

@@ -1,68 +1,69 @@
-//! The points of a batch, by their record numbers.
+//! The points of a batch, by record number.
 
 use crate::geometry::Point;
 use crate::input::PointBatch;
 
-/// Where there is no point.
+/// The index for a record without a point.
 const NONE: u32 = u32::MAX;
 
-/// Finds a point of a batch, in whatever order the records are. The last of several with one number counts.
+/// An index of the points of a batch by record number. Records may be in any order. Of several
+/// points with the same record number, the last one counts.
 #[derive(Debug)]
 pub(crate) struct Lookup<'a> {
     points: &'a [Point],
-    /// The lowest and the highest number.
+    /// The smallest and the largest record number.
     pub(crate) first: u64,
     pub(crate) last: u64,
-    places: Places,
+    index: RecordIndex,
 }
 
 #[derive(Debug)]
-enum Places {
-    /// The place of each number from the first on.
+enum RecordIndex {
+    /// The index of the point of each record number, from the first on.
     Table(Vec<u32>),
-    /// Numbers with their places, in order.
+    /// Record numbers and the indices of their points, sorted.
     Sorted(Vec<(u64, u32)>),
 }
 
 impl<'a> Lookup<'a> {
-    /// None: there are no points.
+    /// Makes an index. Returns `None` if there are no points.
     pub(crate) fn new(batch: &'a PointBatch) -> Option<Self> {
         let (&first, &last) = batch.records.iter().min().zip(batch.records.iter().max())?;
         let numbered = batch.records.iter().copied().zip(0u32..);
-        // A few gaps cost less than searching.
-        let places = if last - first < 4 * batch.records.len() as u64 {
+        // A few gaps cost less than a search.
+        let index = if last - first < 4 * batch.records.len() as u64 {
             let mut table = vec![NONE; (last - first) as usize + 1];
-            for (record, place) in numbered {
-                table[(record - first) as usize] = place;
+            for (record, index) in numbered {
+                table[(record - first) as usize] = index;
             }
-            Places::Table(table)
+            RecordIndex::Table(table)
         } else {
             let mut sorted: Vec<(u64, u32)> = numbered.collect();
             sorted.sort_unstable();
-            Places::Sorted(sorted)
+            RecordIndex::Sorted(sorted)
         };
         Some(Self {
             points: &batch.points,
             first,
             last,
-            places,
+            index,
         })
     }
 
-    /// The point with a number.
+    /// Returns the point with a record number.
     #[inline]
     pub(crate) fn point(&self, record: u64) -> Option<Point> {
-        let place = match &self.places {
-            Places::Table(table) => {
+        let index = match &self.index {
+            RecordIndex::Table(table) => {
                 let at = usize::try_from(record.checked_sub(self.first)?).ok()?;
                 *table.get(at)?
             }
-            Places::Sorted(sorted) => {
+            RecordIndex::Sorted(sorted) => {
                 let after = sorted.partition_point(|&(other, _)| other <= record);
-                let &(found, place) = sorted.get(after.checked_sub(1)?)?;
-                if found == record { place } else { NONE }
+                let &(found, index) = sorted.get(after.checked_sub(1)?)?;
+                if found == record { index } else { NONE }
             }
         };
-        self.points.get(place as usize).map(|point| point.normalized())
+        self.points.get(index as usize).map(|point| point.normalized())
     }
 }

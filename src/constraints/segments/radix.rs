@@ -1,9 +1,12 @@
-//! Sorts numbers by some of their bits, lowest first: no comparisons, and a pass for a few bits at a time.
+//! Radix sort of numbers by some of their bits, lowest first: without comparisons, a pass for every
+//! few bits.
 
-/// The most bits of a pass: so many places to write to stay in the processor's cache.
+/// Largest number of bits of a pass. The write positions of all digits then stay in the processor's
+/// cache.
 const DIGIT: u32 = 11;
 
-/// Sorts by the bits from `low` up to, and without, `high`. Numbers that are equal there keep their order.
+/// Sorts by the bits from `low` up to but excluding `high`. Numbers with equal bits there keep
+/// their order.
 pub(crate) fn sort_by_bits(numbers: &mut Vec<u64>, low: u32, high: u32) {
     let bits = high.saturating_sub(low);
     if bits == 0 || numbers.len() < 2 {
@@ -13,24 +16,24 @@ pub(crate) fn sort_by_bits(numbers: &mut Vec<u64>, low: u32, high: u32) {
     let width = bits.div_ceil(passes);
     let mask = (1usize << width) - 1;
     let mut sorted = vec![0; numbers.len()];
-    let mut places = vec![0usize; mask + 1];
+    let mut offsets = vec![0usize; mask + 1];
     for pass in 0..passes {
-        // The last pass may see bits from `high` on, unless they are all the same: it must not.
+        // Bits from `high` on must not affect the last pass, whose digit may reach beyond `high`.
         let from = low + pass * width;
         let mask = mask.min((1usize << (high - from).min(width)) - 1);
         let digit = |number: u64| (number >> from) as usize & mask;
-        places.fill(0);
+        offsets.fill(0);
         for &number in numbers.iter() {
-            places[digit(number)] += 1;
+            offsets[digit(number)] += 1;
         }
         let mut next = 0;
-        for place in &mut places {
-            next += std::mem::replace(place, next);
+        for offset in &mut offsets {
+            next += std::mem::replace(offset, next);
         }
         for &number in numbers.iter() {
-            let place = &mut places[digit(number)];
-            sorted[*place] = number;
-            *place += 1;
+            let offset = &mut offsets[digit(number)];
+            sorted[*offset] = number;
+            *offset += 1;
         }
         std::mem::swap(numbers, &mut sorted);
     }

@@ -1,4 +1,4 @@
-//! The spool: takes segments as they come, and gives them back in the same order.
+//! The spool: stores segments as they arrive, and returns them in the same order.
 
 use std::io;
 use std::path::Path;
@@ -15,35 +15,38 @@ use crate::input::PointBatch;
 use crate::memory::SpoolShares;
 use crate::store::{EdgeSource, KdTree, LineKind};
 
-/// Segments, first those by their ends and then those between points, each in the order in which they came.
+/// Stored segments: first those by their ends and then those between points, each in the order in
+/// which they came.
 ///
 /// ```text
-/// memory  1/2   chunks, until so many bytes are there
-///         1/4   the join: records that are sorted; later pairs that wait for points; at last the places of a part
+/// memory  1/2   chunks, up to this number of bytes
+///         1/4   the join: sorted records; then pairs that wait; then positions of a part
 ///         1/4   buffers, lists of chunks
 /// ```
 #[derive(Debug)]
 pub(crate) struct SegmentSpool {
     store: ChunkStore,
-    /// Segments of a chunk.
+    /// Number of segments of a chunk.
     capacity: usize,
     by_ends: Vec<Chunk>,
     by_ends_count: u64,
-    /// Whether z came with the ends of any segment: those of later chunks have it, [`NO_Z`] where they came without.
+    /// Whether z came with the ends of any segment. Then later chunks have z, with [`NO_Z`] for
+    /// segments without it.
     has_z: bool,
-    /// Those that are in no chunk yet.
+    /// Segments that are in no chunk yet.
     pending: Vec<Segment>,
     pending_z: Vec<[f64; 2]>,
     join: Join,
-    /// The sources of those in the join.
+    /// The sources of the segments in the join.
     sources: Vec<Chunk>,
     pending_sources: Vec<u64>,
-    /// For the bytes of a chunk; kept for its memory.
+    /// A buffer for the bytes of a chunk.
     bytes: Vec<u8>,
 }
 
 impl SegmentSpool {
-    /// No segments yet. They will take about so many bytes of memory at most, and the rest of them room in the folder.
+    /// Makes an empty spool. It takes at most about `memory` bytes of memory. Further segments take
+    /// room in `folder`.
     pub(crate) fn new(folder: &Path, memory: u64) -> Self {
         let shares = SpoolShares::new(memory);
         let capacity = shares.pending / size_of::<Segment>() as u64;
@@ -62,17 +65,17 @@ impl SegmentSpool {
         }
     }
 
-    /// How many there are, those of no length too.
+    /// Returns the number of segments, including those of zero length.
     pub(crate) fn len(&self) -> u64 {
         self.by_ends_count + self.join.segments()
     }
 
-    /// Whether there are none.
+    /// Returns whether there are no segments.
     pub(crate) fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Bytes that they take in memory now.
+    /// Returns the bytes that the segments take in memory now.
     pub(crate) fn byte_size(&self) -> u64 {
         let lists = (self.by_ends.capacity() + self.sources.capacity()) * size_of::<Chunk>();
         let pending = self.pending.capacity() * size_of::<Segment>()
@@ -81,18 +84,19 @@ impl SegmentSpool {
         (lists + pending + self.bytes.capacity()) as u64 + self.store.byte_size() + self.join.byte_size()
     }
 
-    /// How many came by their ends, and how many between points.
+    /// Returns the number of segments that came by their ends, and of those between points.
     pub(crate) fn counts(&self) -> [u64; 2] {
         [self.by_ends_count, self.join.segments()]
     }
 
-    /// Bytes that all of them take on the disk, about, while they come or while each block gets those that meet it, which
-    /// take the place of what was read; none if they stay in memory.
+    /// Returns about how many bytes all segments take on the disk, while they arrive or while
+    /// blocks get the segments that meet them. The latter replace the segments that were read.
+    /// Returns 0 if they stay in memory.
     pub(crate) fn disk_bytes(&self) -> u64 {
-        /// Of one by its ends: these and its source; and of its z.
+        /// Bytes of a segment by its ends: the ends and the source. `Z` adds its z.
         const BY_ENDS: u64 = 36;
         const Z: u64 = 16;
-        /// Of one between points: records that wait, places that were found, and its source.
+        /// Bytes of a segment between points: waiting records, found positions, and the source.
         const BETWEEN: u64 = 60;
         let [by_ends, between] = self.counts();
         let each = if self.has_z { BY_ENDS + Z } else { BY_ENDS };
@@ -102,15 +106,17 @@ impl SegmentSpool {
         if bytes > self.store.limit() { bytes } else { 0 }
     }
 
-    /// Bytes that are on the disk already.
+    /// Returns the bytes that are on the disk already.
     pub(crate) fn spilled_bytes(&self) -> u64 {
         self.store.file_bytes()
     }
 
-    /// Takes segments by their ends, with z at each or none at all, of these lines.
+    /// Adds segments by their ends, of the given lines. `z` has the z of both ends of each segment,
+    /// or is empty.
     ///
-    /// An error is an end or a z that is not valid, a line's number that is too large, lists of different lengths, or what the
-    /// system says when they are spilled. In the first three cases none of them is taken.
+    /// Returns an error if an end or a z is not valid, if the number of a line is too large, if the
+    /// lists have different lengths, or if spilling fails. In the first three cases no segment is
+    /// added.
     pub(crate) fn push(
         &mut self,
         ends: &[[Point; 2]],
@@ -156,9 +162,9 @@ impl SegmentSpool {
         Ok(())
     }
 
-    /// Takes segments by the record numbers of points that come later, of these lines.
+    /// Adds segments of the given lines, by the record numbers of points that come later.
     ///
-    /// Errors are those of [`push`](Self::push), but for ends.
+    /// Errors are those of [`push`](Self::push), except those about ends.
     pub(crate) fn push_between(
         &mut self,
         records: &[[u64; 2]],
@@ -215,16 +221,18 @@ impl SegmentSpool {
         ConstraintError::io(self.store.folder(), "read segments back from", error)
     }
 
-    /// Finds the ends that are among these points. Segments between them must have come before.
+    /// Finds the ends that are among the points of a batch. Segments between these points must have
+    /// come before.
     ///
-    /// It is fastest if records ascend, but need not be so. If one comes twice, the last one counts.
+    /// It is fastest if records ascend, but they need not. If a record comes twice, the last point
+    /// counts.
     pub(crate) fn resolve(&mut self, batch: &PointBatch) -> Result<(), ConstraintError> {
         let resolved = self.join.resolve(batch, &mut self.store);
         resolved.map_err(|error| self.cannot_spill(error))
     }
 
-    /// z at the ends of those that [`for_each_chunk`](Self::for_each_chunk) gives first, in its order, [`NO_Z`] where there is
-    /// none; all others have none.
+    /// Returns the z at the ends of the segments that [`for_each_chunk`](Self::for_each_chunk)
+    /// passes first, in its order, [`NO_Z`] where there is none. All other segments have no z.
     pub(crate) fn z_of_ends(&self) -> Result<Vec<[f64; 2]>, ConstraintError> {
         let mut all = Vec::new();
         for batch in self.ends(0) {
@@ -236,8 +244,8 @@ impl SegmentSpool {
         Ok(all)
     }
 
-    /// The ends of segments that came by them, two for each, as points with ascending record
-    /// numbers from this one on, with z or [`NO_Z`].
+    /// Returns the ends of the segments that came by their ends, two for each, as points with
+    /// ascending record numbers from `first_record` on, with z or [`NO_Z`].
     pub(crate) fn ends(&self, first_record: u64) -> impl Iterator<Item = Result<PointBatch, ConstraintError>> + Send {
         let mut record = first_record;
         let mut bytes = Vec::new();
@@ -269,9 +277,10 @@ impl SegmentSpool {
         batches.filter(|batch| !matches!(batch, Ok(batch) if batch.is_empty()))
     }
 
-    /// Gives all segments but those of no length, some at a time, once all points have come. It may be called again.
+    /// Passes all segments of nonzero length to `take`, in chunks, once all points have arrived. It
+    /// may be called again.
     ///
-    /// An error is [`ConstraintError::NoSuchRecord`], what the system says, or what `take` does.
+    /// Returns [`ConstraintError::NoSuchRecord`], the system's error, or the error of `take`.
     pub(crate) fn for_each_chunk(
         &mut self,
         mut take: impl FnMut(&[Segment]) -> Result<(), ConstraintError>,
@@ -328,8 +337,9 @@ impl SegmentSpool {
         self.join.for_each(is_last, &mut self.store, take, missing)
     }
 
-    /// Gives each block, which is a leaf of the tree, the segments that meet its cell. They stay in memory if they take no
-    /// more than so many bytes there.
+    /// Distributes the segments to the blocks, which are the leaves of the tree. Each block gets
+    /// the segments that meet its cell. They stay in memory if they take at most `memory` bytes
+    /// there.
     ///
     /// Errors are those of [`for_each_chunk`](Self::for_each_chunk).
     pub(crate) fn distribute(mut self, tree: &KdTree, memory: u64) -> Result<BlockSegments, ConstraintError> {
@@ -346,17 +356,17 @@ impl SegmentSpool {
         blocks.finish(self.store).map_err(cannot)
     }
 
-    /// Where chunks are.
+    /// Returns the store of the chunks.
     #[cfg(test)]
     pub(crate) fn store(&self) -> &ChunkStore {
         &self.store
     }
 }
 
-/// Who takes segments, and may write to where they come from.
+/// A function that takes segments, and may write to the store that they come from.
 type Take<'a> = dyn FnMut(&[Segment], &mut ChunkStore) -> Result<(), Stopped> + 'a;
 
-/// Why segments are not given any more.
+/// The reason why no more segments are passed.
 enum Stopped {
     Io(io::Error),
     Build(ConstraintError),
@@ -372,11 +382,11 @@ fn decode(bytes: &[u8]) -> io::Result<SegmentChunk<'_>> {
     SegmentChunk::decode(bytes).ok_or_else(|| damaged("a chunk is not of segments"))
 }
 
-/// Reads sources one after the other.
+/// A reader of sources, one after another.
 struct Sources<'a> {
-    /// Those that were not read.
+    /// Chunks that were not read yet.
     chunks: &'a [Chunk],
-    /// Those behind them.
+    /// The sources after those in chunks.
     pending: &'a [u64],
     now: std::vec::IntoIter<u64>,
     bytes: &'a mut Vec<u8>,

@@ -1,7 +1,7 @@
-//! Turns a tile that was changed into the drafts of a core and a border.
+//! Conversion of a changed tile into the drafts of a core and a border.
 //!
-//! Triangles whose corners are all the tile's own are of the core, the others of the border. What was late when the tile was first
-//! written may so be of the core now.
+//! Triangles whose corners are all the tile's own go to the core, the others to the border. So a
+//! triangle that was late when the tile was first written may be in the core now.
 
 use crate::edit::tile::EditTile;
 use crate::geometry::{HalfEdge, Point, Rect, TriangleId};
@@ -9,22 +9,22 @@ use crate::mesh::{Topology, Twin};
 use crate::store::format::components::{components, of_core};
 use crate::store::{BorderDraft, Component, CoreDraft, Extent, TileEntry, VertexId};
 
-/// What a tile is when it is written.
+/// The drafts that a tile is written from.
 pub(crate) struct Drafts {
     pub(crate) core: CoreDraft,
     pub(crate) border: BorderDraft,
-    /// Triangles that belong to the tile, and those of them that are in holes.
+    /// Number of triangles that belong to the tile, and of those that are in holes.
     owned: u32,
     in_holes: u32,
     bounds: Rect,
 }
 
-/// What triangles and corners are numbered when a tile is written.
+/// The numbers of triangles and corners in the written tile.
 struct Numbering {
-    /// The places of the triangles of the core, and those of the others.
+    /// The positions of the triangles of the core, and of those of the border.
     of_core: Vec<TriangleId>,
     of_border: Vec<TriangleId>,
-    /// The number of the triangle at each place that has one.
+    /// The number of the triangle at each position that has one.
     triangles: Vec<TriangleId>,
     /// The vertices of other tiles that are corners.
     foreign: Vec<(VertexId, Point)>,
@@ -36,8 +36,8 @@ impl Numbering {
     fn of(tile: &EditTile) -> Self {
         let (mut of_core, core_count) = tile.in_order();
         let mut triangles = vec![TriangleId(0); tile.triangles.len()];
-        for (&place, number) in of_core.iter().zip((0..).map(TriangleId)) {
-            triangles[place.index()] = number;
+        for (&triangle, number) in of_core.iter().zip((0..).map(TriangleId)) {
+            triangles[triangle.index()] = number;
         }
         let of_border = of_core.split_off(core_count);
         let (foreign, corners) = tile.foreign_in_order(&of_border);
@@ -50,29 +50,29 @@ impl Numbering {
         }
     }
 
-    fn half_edge(&self, side: HalfEdge) -> HalfEdge {
-        HalfEdge::new(self.triangles[side.triangle().index()], side.corner())
+    fn half_edge(&self, half_edge: HalfEdge) -> HalfEdge {
+        HalfEdge::new(self.triangles[half_edge.triangle().index()], half_edge.corner())
     }
 
     fn is_in_core(&self, number: HalfEdge) -> bool {
         number.triangle().index() < self.of_core.len()
     }
 
-    /// The places of all triangles, in order.
-    fn places(&self) -> impl Iterator<Item = TriangleId> {
+    /// Returns the positions of all triangles, in the order of their numbers.
+    fn in_order(&self) -> impl Iterator<Item = TriangleId> {
         self.of_core.iter().chain(&self.of_border).copied()
     }
 }
 
 impl EditTile {
-    /// The core and the border. `label` tells what is true of the region of the triangle at a place; without it the tile says nothing of
-    /// regions.
+    /// Makes the core and the border. `label` returns the properties of the region of a triangle.
+    /// Without it, the tile stores no regions.
     pub(crate) fn drafts(&self, label: Option<&dyn Fn(TriangleId) -> Component>) -> Drafts {
         let numbering = Numbering::of(self);
-        let is_in_hole = |place: TriangleId| label.is_some_and(|label| label(place).is_hole);
-        let owned = numbering.places().filter(|&place| self.owns(place));
-        let (owned, in_holes) = owned.fold((0, 0), |(owned, in_holes), place| {
-            (owned + 1, in_holes + u32::from(is_in_hole(place)))
+        let is_in_hole = |triangle: TriangleId| label.is_some_and(|label| label(triangle).is_hole);
+        let owned = numbering.in_order().filter(|&triangle| self.owns(triangle));
+        let (owned, in_holes) = owned.fold((0, 0), |(owned, in_holes), triangle| {
+            (owned + 1, in_holes + u32::from(is_in_hole(triangle)))
         });
         let mut drafts = Drafts {
             owned,
@@ -84,26 +84,27 @@ impl EditTile {
         drafts.border.vertex_sides = vertex_sides(&drafts.core, &drafts.border);
         self.put_sources(&mut drafts, &numbering);
         if let Some(label) = label {
-            put_regions(&mut drafts, numbering.places().map(label));
+            put_regions(&mut drafts, numbering.in_order().map(label));
         }
         drafts
     }
 
-    /// The core, but for its components and the sources of its edges.
+    /// Makes the core, without its components and the sources of its edges.
     fn core_draft(&self, numbering: &Numbering) -> CoreDraft {
-        let places = &numbering.of_core;
-        let in_core = |side: HalfEdge| {
-            let twin = numbering.half_edge(self.twin(side).half_edge()?);
+        let triangles = &numbering.of_core;
+        let in_core = |half_edge: HalfEdge| {
+            let twin = numbering.half_edge(self.twin(half_edge).half_edge()?);
             numbering.is_in_core(twin).then_some(twin)
         };
-        let neighbours = |&place: &TriangleId| HalfEdge::of_triangle(place).map(|side| in_core(side).into());
+        let neighbours =
+            |&triangle: &TriangleId| HalfEdge::of_triangle(triangle).map(|half_edge| in_core(half_edge).into());
         CoreDraft {
             points: self.points.clone(),
             z: self.z.clone(),
             records: self.records.clone(),
-            triangles: self.numbered_corners(places, numbering),
-            neighbours: places.iter().map(neighbours).collect(),
-            constraints: self.bits_of(places),
+            triangles: self.numbered_corners(triangles, numbering),
+            neighbours: triangles.iter().map(neighbours).collect(),
+            constraints: self.bits_of(triangles),
             components: Vec::new(),
             edge_sources: Vec::new(),
             sites: self.sites.clone(),
@@ -111,10 +112,11 @@ impl EditTile {
         }
     }
 
-    /// The border, but for a side at each vertex, its components and the sources of its edges.
+    /// Makes the border, without a half-edge at each vertex, its components and the sources of its
+    /// edges.
     fn border_draft(&self, numbering: &Numbering) -> BorderDraft {
-        let places = &numbering.of_border;
-        let twin = |side: HalfEdge| match self.twin(side) {
+        let triangles = &numbering.of_border;
+        let twin = |half_edge: HalfEdge| match self.twin(half_edge) {
             Twin::HalfEdge(twin) => Twin::HalfEdge(numbering.half_edge(twin)),
             twin => twin,
         };
@@ -122,14 +124,14 @@ impl EditTile {
             vertices: self.points.len() as u32,
             core_triangles: numbering.of_core.len() as u32,
             foreign: numbering.foreign.clone(),
-            triangles: self.numbered_corners(places, numbering),
-            neighbours: places
+            triangles: self.numbered_corners(triangles, numbering),
+            neighbours: triangles
                 .iter()
-                .map(|&place| HalfEdge::of_triangle(place).map(twin))
+                .map(|&triangle| HalfEdge::of_triangle(triangle).map(twin))
                 .collect(),
             core_links: self.core_links(numbering),
             vertex_sides: Vec::new(),
-            constraints: self.bits_of(places),
+            constraints: self.bits_of(triangles),
             components: Vec::new(),
             regions: Vec::new(),
             edge_sources: Vec::new(),
@@ -138,67 +140,74 @@ impl EditTile {
         }
     }
 
-    fn numbered_corners(&self, places: &[TriangleId], numbering: &Numbering) -> Vec<[u32; 3]> {
-        let corners = places.iter().map(|&place| self.triangles[place.index()]);
+    fn numbered_corners(&self, triangles: &[TriangleId], numbering: &Numbering) -> Vec<[u32; 3]> {
+        let corners = triangles.iter().map(|&triangle| self.triangles[triangle.index()]);
         let numbered = corners.map(|corners| corners.map(|corner| numbering.corners[corner.index()]));
         numbered.collect()
     }
 
-    /// The bits of triangles; nothing if they have none.
-    fn bits_of(&self, places: &[TriangleId]) -> Vec<u8> {
-        let mut bits: Vec<u8> = places.iter().map(|&place| self.bits[place.index()]).collect();
+    /// Returns the bits of triangles; nothing if none is set.
+    fn bits_of(&self, triangles: &[TriangleId]) -> Vec<u8> {
+        let mut bits: Vec<u8> = triangles.iter().map(|&triangle| self.bits[triangle.index()]).collect();
         if bits.iter().all(|&bits| bits == 0) {
             bits.clear();
         }
         bits
     }
 
-    /// Pairs of a half-edge of the core and its twin in the border, in order.
+    /// Returns the pairs of a half-edge of the core and its twin in the border, in order.
     fn core_links(&self, numbering: &Numbering) -> Vec<(u32, u32)> {
-        let sides = numbering.of_core.iter().flat_map(|&place| HalfEdge::of_triangle(place));
-        let links = sides.filter_map(|side| {
-            let twin = numbering.half_edge(self.twin(side).half_edge()?);
-            (!numbering.is_in_core(twin)).then(|| (numbering.half_edge(side).0, twin.0))
+        let half_edges = numbering
+            .of_core
+            .iter()
+            .flat_map(|&triangle| HalfEdge::of_triangle(triangle));
+        let links = half_edges.filter_map(|half_edge| {
+            let twin = numbering.half_edge(self.twin(half_edge).half_edge()?);
+            (!numbering.is_in_core(twin)).then(|| (numbering.half_edge(half_edge).0, twin.0))
         });
         let mut links: Vec<(u32, u32)> = links.collect();
         links.sort_unstable();
         links
     }
 
-    /// The vertices of other tiles that border triangles have, by id; and what each corner is among own and these.
+    /// Returns the vertices of other tiles that border triangles have, by id; and the number of
+    /// each corner among the tile's own and these.
     fn foreign_in_order(&self, of_border: &[TriangleId]) -> (Vec<(VertexId, Point)>, Vec<u32>) {
         let own = self.points.len();
         let mut is_used = vec![false; self.foreign.len()];
-        for &corner in of_border.iter().flat_map(|&place| &self.triangles[place.index()]) {
-            if let Some(place) = corner.index().checked_sub(own) {
-                is_used[place] = true;
+        for &corner in of_border.iter().flat_map(|&triangle| &self.triangles[triangle.index()]) {
+            if let Some(index) = corner.index().checked_sub(own) {
+                is_used[index] = true;
             }
         }
-        let mut used: Vec<usize> = (0..self.foreign.len()).filter(|&place| is_used[place]).collect();
-        used.sort_unstable_by_key(|&place| self.foreign[place].id);
+        let mut used: Vec<usize> = (0..self.foreign.len()).filter(|&index| is_used[index]).collect();
+        used.sort_unstable_by_key(|&index| self.foreign[index].id);
         let mut corner_now: Vec<u32> = (0..(own + self.foreign.len()) as u32).collect();
-        for (&place, number) in used.iter().zip(own as u32..) {
-            corner_now[own + place] = number;
+        for (&index, number) in used.iter().zip(own as u32..) {
+            corner_now[own + index] = number;
         }
         let foreign = used
             .iter()
-            .map(|&place| (self.foreign[place].id, self.foreign[place].point));
+            .map(|&index| (self.foreign[index].id, self.foreign[index].point));
         (foreign.collect(), corner_now)
     }
 
-    /// The box around the tile's vertices and the corners of what belongs to it.
+    /// Returns the box around the tile's vertices and the corners of the triangles that belong to
+    /// it.
     fn bounds(&self, numbering: &Numbering) -> Rect {
-        let owned = numbering.places().filter(|&place| self.owns(place));
-        let corners = owned.flat_map(|place| self.triangles[place.index()].map(|corner| self.vertex(corner).point));
+        let owned = numbering.in_order().filter(|&triangle| self.owns(triangle));
+        let corners =
+            owned.flat_map(|triangle| self.triangles[triangle.index()].map(|corner| self.vertex(corner).point));
         Rect::around(self.points.iter().copied().chain(corners))
     }
 
     fn put_sources(&self, drafts: &mut Drafts, numbering: &Numbering) {
-        for (side, sources) in self.owned_constraints() {
-            let twin = self.twin(side).half_edge();
-            let [this, other] = [side, twin.unwrap_or(side)].map(|side| numbering.half_edge(side));
-            // They are kept as seen from the smaller corner, and written as seen along the smaller side.
-            let is_against = (self.origin(side) > self.destination(side)) != (other < this);
+        for (half_edge, sources) in self.owned_constraints() {
+            let twin = self.twin(half_edge).half_edge();
+            let [this, other] = [half_edge, twin.unwrap_or(half_edge)].map(|half_edge| numbering.half_edge(half_edge));
+            // They are kept as seen from the smaller corner, and written as seen along the smaller
+            // half-edge.
+            let is_against = (self.origin(half_edge) > self.destination(half_edge)) != (other < this);
             let in_core = numbering.is_in_core(this.max(other)) && twin.is_some();
             let list = if in_core {
                 &mut drafts.core.edge_sources
@@ -215,7 +224,7 @@ impl EditTile {
     }
 }
 
-/// What the directory is to know of a tile.
+/// The data of a tile for the directory.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Counts {
     vertices: u32,
@@ -240,7 +249,8 @@ impl Drafts {
 }
 
 impl Counts {
-    /// The entry of the tile, whose core and border were written there.
+    /// Returns the directory entry of the tile, whose core and border were written to these
+    /// extents.
     pub(crate) fn entry(self, core: Extent, border: Extent, generation: u32) -> TileEntry {
         TileEntry {
             core,
@@ -255,27 +265,28 @@ impl Counts {
     }
 }
 
-/// A leaving side for each vertex of the tile that is a corner of the border but not of the core.
+/// Returns a half-edge that leaves each vertex of the tile that is a corner of the border but not
+/// of the core.
 fn vertex_sides(core: &CoreDraft, border: &BorderDraft) -> Vec<(u32, u32)> {
     let mut has_one = vec![false; border.vertices as usize];
     for &corner in core.triangles.as_flattened() {
         has_one[corner as usize] = true;
     }
-    let mut sides = Vec::new();
-    for (&corner, side) in border.triangles.as_flattened().iter().zip(3 * border.core_triangles..) {
+    let mut half_edges = Vec::new();
+    for (&corner, half_edge) in border.triangles.as_flattened().iter().zip(3 * border.core_triangles..) {
         if let Some(has_one) = has_one.get_mut(corner as usize)
             && !*has_one
         {
             *has_one = true;
-            sides.push((corner, side));
+            half_edges.push((corner, half_edge));
         }
     }
-    sides.sort_unstable();
-    sides
+    half_edges.sort_unstable();
+    half_edges
 }
 
-/// Puts down which region each triangle is of: components of the core are connected within it, those of border triangles go
-/// by their region.
+/// Stores the region of each triangle. Components of the core are connected within it. Those of
+/// border triangles depend on their region.
 fn put_regions(drafts: &mut Drafts, mut of_triangles: impl Iterator<Item = Component>) {
     let mut of_core = of_core(&drafts.core);
     let mut regions: Vec<Component> = Vec::new();

@@ -1,25 +1,28 @@
-//! The edges of vertices that have many, by their ends.
+//! An index of the edges at vertices with many triangles, by their ends.
 //!
-//! Thousands of lines may share a vertex. To go round it for each of them would take time with the square of their number.
+//! Thousands of lines may share a vertex. Walking round it for each of them would take time
+//! quadratic in their number.
 
 use foldhash::{HashMap, HashSet};
 
 use crate::geometry::{HalfEdge, TriangleId, VertexIndex};
 
-/// A vertex with more triangles than this is a hub. To go round others is faster than to keep an index of their edges.
+/// A vertex with more triangles than this is a hub. Walking round other vertices is faster than
+/// keeping an index of their edges.
 pub(crate) const MOST_AROUND: u32 = 64;
 
-/// How many triangles each vertex of a tile has, and the sides at those that have many.
+/// The number of triangles of each vertex of a tile, and the half-edges at those that have many.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Hubs {
     degrees: Vec<u32>,
     hubs: HashSet<VertexIndex>,
-    /// The side from one corner to another, one of which is a hub.
-    sides: HashMap<[VertexIndex; 2], HalfEdge>,
+    /// The half-edge from one corner to another, one of which is a hub.
+    half_edges: HashMap<[VertexIndex; 2], HalfEdge>,
 }
 
 impl Hubs {
-    /// Of a tile with this number of vertices. Corners that are greater than those of any tile are none.
+    /// Makes the index of a tile with `vertices` vertices. Corners that are not a vertex of any
+    /// tile are ignored.
     pub(crate) fn of(vertices: usize, triangles: &[[VertexIndex; 3]]) -> Self {
         let mut this = Self {
             degrees: vec![0; vertices],
@@ -36,54 +39,55 @@ impl Hubs {
             .filter(|(_, degree)| **degree > MOST_AROUND);
         this.hubs = hubs.map(|(vertex, _)| vertex).collect();
         if !this.hubs.is_empty() {
-            for (&corners, place) in triangles.iter().zip((0..).map(TriangleId)) {
-                this.enter(corners, place);
+            for (&corners, triangle) in triangles.iter().zip((0..).map(TriangleId)) {
+                this.enter(corners, triangle);
             }
         }
         this
     }
 
-    /// Bytes that it takes in memory, about.
+    /// Returns about how many bytes of memory it takes.
     pub(crate) fn byte_size(&self) -> usize {
-        4 * self.degrees.len() + 24 * self.sides.len()
+        4 * self.degrees.len() + 24 * self.half_edges.len()
     }
 
-    /// The number of triangles at a vertex of the tile.
+    /// Returns the number of triangles at a vertex of the tile.
     pub(crate) fn degree(&self, vertex: VertexIndex) -> u32 {
         self.degrees.get(vertex.index()).copied().unwrap_or(0)
     }
 
-    /// Whether a corner is a hub, so that [`side`](Self::side) knows its edges.
+    /// Returns whether a corner is a hub, so that [`half_edge`](Self::half_edge) knows its edges.
     pub(crate) fn has(&self, corner: VertexIndex) -> bool {
         self.hubs.contains(&corner)
     }
 
-    /// Whether a corner is a vertex of the tile with as many triangles as a hub, but is none yet.
+    /// Returns whether a corner is a vertex of the tile that has enough triangles for a hub but is
+    /// none yet.
     pub(crate) fn is_new(&self, corner: VertexIndex) -> bool {
         self.degree(corner) > MOST_AROUND && !self.has(corner)
     }
 
-    /// The side from one corner to another, one of which is a hub.
-    pub(crate) fn side(&self, ends: [VertexIndex; 2]) -> Option<HalfEdge> {
-        self.sides.get(&ends).copied()
+    /// Returns the half-edge from one corner to another, one of which is a hub.
+    pub(crate) fn half_edge(&self, ends: [VertexIndex; 2]) -> Option<HalfEdge> {
+        self.half_edges.get(&ends).copied()
     }
 
-    /// Makes a vertex a hub. All its triangles must be entered then.
+    /// Makes a vertex a hub. The caller must then enter all its triangles.
     pub(crate) fn make(&mut self, vertex: VertexIndex) {
         self.hubs.insert(vertex);
     }
 
-    /// Takes a new triangle, by its corners and its place.
-    pub(crate) fn add(&mut self, corners: [VertexIndex; 3], place: TriangleId) {
+    /// Adds a triangle by its corners and its position.
+    pub(crate) fn add(&mut self, corners: [VertexIndex; 3], triangle: TriangleId) {
         for corner in corners {
             if let Some(degree) = self.degrees.get_mut(corner.index()) {
                 *degree += 1;
             }
         }
-        self.enter(corners, place);
+        self.enter(corners, triangle);
     }
 
-    /// Forgets a triangle.
+    /// Removes a triangle.
     pub(crate) fn remove(&mut self, corners: [VertexIndex; 3]) {
         for corner in corners {
             if let Some(degree) = self.degrees.get_mut(corner.index()) {
@@ -91,22 +95,23 @@ impl Hubs {
             }
         }
         for (ends, _) in self.of_hubs(corners) {
-            self.sides.remove(&ends);
+            self.half_edges.remove(&ends);
         }
     }
 
-    /// Notes the sides of a triangle that start or end at a hub.
-    pub(crate) fn enter(&mut self, corners: [VertexIndex; 3], place: TriangleId) {
+    /// Enters the half-edges of a triangle that start or end at a hub.
+    pub(crate) fn enter(&mut self, corners: [VertexIndex; 3], triangle: TriangleId) {
         for (ends, corner) in self.of_hubs(corners) {
-            self.sides.insert(ends, HalfEdge::new(place, corner));
+            self.half_edges.insert(ends, HalfEdge::new(triangle, corner));
         }
     }
 
-    /// The sides of a triangle that start or end at a hub: their ends, and the corners that they start at.
+    /// Returns the half-edges of a triangle that start or end at a hub: their ends, and the
+    /// position of the corner that they start at.
     fn of_hubs(&self, corners: [VertexIndex; 3]) -> impl Iterator<Item = ([VertexIndex; 2], u32)> + use<> {
         let [a, b, c] = corners;
         let is_hub = corners.map(|corner| self.has(corner));
-        let sides = [([a, b], 0), ([b, c], 1), ([c, a], 2)].into_iter();
-        sides.filter(move |(_, s)| is_hub[*s as usize] || is_hub[(*s as usize + 1) % 3])
+        let half_edges = [([a, b], 0), ([b, c], 1), ([c, a], 2)].into_iter();
+        half_edges.filter(move |(_, s)| is_hub[*s as usize] || is_hub[(*s as usize + 1) % 3])
     }
 }

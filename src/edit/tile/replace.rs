@@ -1,173 +1,195 @@
-//! Takes triangles out of a tile, and puts others in their place.
+//! Replacement of triangles of a tile by others.
 
 use std::iter;
 
 use crate::edit::contradiction::Contradiction;
-use crate::edit::patch::{Beside, New, Patch, Seat, Seats, Share};
+use crate::edit::patch::{NewTriangle, OldPosition, Patch, PatchTwin, TilePositions, TileShare};
 use crate::edit::tile::{EditTile, GONE, REMOVED, make_room};
 use crate::geometry::{HalfEdge, TriangleId, VertexIndex};
 use crate::mesh::{Topology, Twin};
 use crate::store::{Vertex, VertexId};
 
-/// A new triangle whose first side runs between two vertices of other tiles: what lies across must be looked for elsewhere.
+/// A new triangle whose first half-edge runs between two vertices of other tiles. Its twin
+/// must be looked up in another tile.
 pub(crate) type Unlinked = [VertexId; 3];
 
 impl EditTile {
-    /// Takes the old triangles of its share of a patch out, which it must have, and puts the new ones in their place. Returns those that
-    /// have a side, their first, across which another triangle of the tile may lie that only other tiles can tell.
+    /// Removes the old triangles of the tile's share of a patch, which it must have, and adds the
+    /// new ones. Returns the triangles whose first half-edge may have a twin in the tile that only
+    /// other tiles know.
     ///
     /// ```text
-    ///      u ─── v            u ─── v        edges around stay, and what lies across them;
-    ///    ╱  ╲   ╱  ╲    →   ╱    ╱    ╲      what is outside the tile on one side is so marked
+    ///      u ─── v            u ─── v        Edges around stay, with their twins. A twin
+    ///    ╱  ╲   ╱  ╲    →   ╱    ╱    ╲      outside the tile is marked as such.
     ///   a ──── w ── b      a ════════ b
     /// ```
     pub(crate) fn replace(
         &mut self,
         patch: &Patch,
-        share: &Share,
-        at: &mut Seats,
+        share: &TileShare,
+        positions: &mut TilePositions,
     ) -> Result<Vec<Unlinked>, Contradiction> {
-        let Share { old, new, .. } = share;
-        self.take_out(patch, old, at)?;
-        self.put_in(patch, new, at);
-        let unlinked = self.join(patch, new, at);
-        // What lay across old triangles of the tile may lie across new ones that have no vertex here.
-        for (follower, twin) in followed(patch, old, at) {
-            if at.of_new(follower).is_none() {
+        let TileShare { old, new, .. } = share;
+        self.take_out(patch, old, positions)?;
+        self.put_in(patch, new, positions);
+        let unlinked = self.join(patch, new, positions);
+        // The twin of a half-edge at the boundary may now be in a triangle without a vertex in this
+        // tile.
+        for (replacement, twin) in replaced_at_boundary(patch, old, positions) {
+            if positions.half_edge_of_new(replacement).is_none() {
                 self.set_twin(twin, Twin::Elsewhere);
             }
         }
-        self.make_hubs(at, new);
+        self.make_hubs(positions, new);
         Ok(unlinked)
     }
 
-    /// Takes old triangles out, and notes where they were and what lay across.
-    fn take_out(&mut self, patch: &Patch, old: &[TriangleId], at: &mut Seats) -> Result<(), Contradiction> {
+    /// Removes old triangles, and records their positions and twins.
+    fn take_out(
+        &mut self,
+        patch: &Patch,
+        old: &[TriangleId],
+        positions: &mut TilePositions,
+    ) -> Result<(), Contradiction> {
         for &number in old {
             let triangle = &patch.old[number.index()];
             let corners = patch.ids(triangle.corners);
             let (tile, found) = triangle.found;
             let found = (tile == self.id && self.is_at(found, corners)).then_some(found);
             let first = found
-                .or_else(|| self.side_of(corners))
+                .or_else(|| self.half_edge_of(corners))
                 .ok_or(Contradiction::MissingTriangle)?;
             self.bits[first.triangle().index()] |= REMOVED;
-            let twins = [first, first.next(), first.prev()].map(|side| self.twin(side));
-            at.old[number.index()] = Some(Seat { first, twins });
+            let twins = [first, first.next(), first.prev()].map(|half_edge| self.twin(half_edge));
+            positions.old[number.index()] = Some(OldPosition { first, twins });
         }
-        if followed(patch, old, at).any(|(_, twin)| self.bits[twin.triangle().index()] & REMOVED != 0) {
+        if replaced_at_boundary(patch, old, positions)
+            .any(|(_, twin)| self.bits[twin.triangle().index()] & REMOVED != 0)
+        {
             return Err(Contradiction::UnfitStrip);
         }
-        for seat in old.iter().rev().filter_map(|&number| at.old[number.index()].as_ref()) {
-            let place = seat.first.triangle();
-            self.free.push(place);
-            let corners = std::mem::replace(&mut self.triangles[place.index()], GONE);
+        for position in old
+            .iter()
+            .rev()
+            .filter_map(|&number| positions.old[number.index()].as_ref())
+        {
+            let triangle = position.first.triangle();
+            self.free.push(triangle);
+            let corners = std::mem::replace(&mut self.triangles[triangle.index()], GONE);
             self.hubs.remove(corners);
         }
         Ok(())
     }
 
-    /// Puts new triangles in, and notes where they are.
-    fn put_in(&mut self, patch: &Patch, new: &[TriangleId], at: &mut Seats) {
+    /// Adds new triangles, and records their positions.
+    fn put_in(&mut self, patch: &Patch, new: &[TriangleId], positions: &mut TilePositions) {
         let more = new.len().saturating_sub(self.free.len());
         make_room(&mut self.triangles, more);
         make_room(&mut self.twins, more);
         make_room(&mut self.bits, more);
         for &number in new {
-            let New { corners, bits, .. } = patch.new[number.index()];
+            let NewTriangle { corners, bits, .. } = patch.new[number.index()];
             let corners = corners.map(|corner| self.corner_for(patch.vertices[corner as usize]));
-            let place = self.free.pop().unwrap_or(TriangleId(self.triangles.len() as u32));
-            if place.index() == self.triangles.len() {
+            let triangle = self.free.pop().unwrap_or(TriangleId(self.triangles.len() as u32));
+            if triangle.index() == self.triangles.len() {
                 self.triangles.push(corners);
                 self.twins.push([Twin::Hull.into(); 3]);
                 self.bits.push(bits);
             } else {
-                self.triangles[place.index()] = corners;
-                self.bits[place.index()] = bits;
+                self.triangles[triangle.index()] = corners;
+                self.bits[triangle.index()] = bits;
             }
-            at.new[number.index()] = Some(place);
-            self.hubs.add(corners, place);
-            for (side, corner) in iter::zip(HalfEdge::of_triangle(place), corners) {
+            positions.new[number.index()] = Some(triangle);
+            self.hubs.add(corners, triangle);
+            for (half_edge, corner) in iter::zip(HalfEdge::of_triangle(triangle), corners) {
                 if let Some(leaving) = self.leaving.get_mut(corner.index()) {
-                    *leaving = side.into();
+                    *leaving = half_edge.into();
                 }
             }
         }
     }
 
-    /// Puts new triangles side by side with each other and with those that stay. Returns those that other tiles must help to.
-    fn join(&mut self, patch: &Patch, new: &[TriangleId], at: &Seats) -> Vec<Unlinked> {
+    /// Links new triangles with each other and with those that stay. Returns the triangles for
+    /// which another tile is needed.
+    fn join(&mut self, patch: &Patch, new: &[TriangleId], positions: &TilePositions) -> Vec<Unlinked> {
         let own = self.points.len() as u32;
         let mut unlinked = Vec::new();
         for &number in new {
-            let sides = at.new[number.index()].into_iter().flat_map(HalfEdge::of_triangle);
-            for (side, &beside) in sides.zip(&patch.new[number.index()].across) {
-                let twin = match beside {
-                    Beside::New(twin) => at.of_new(twin).map_or(Twin::Elsewhere, Twin::HalfEdge),
-                    Beside::Old(old) => at.beside_old(old).unwrap_or_else(|| {
-                        unlinked.push(self.triangle(side).0.map(|vertex| vertex.id));
+            let half_edges = positions.new[number.index()]
+                .into_iter()
+                .flat_map(HalfEdge::of_triangle);
+            for (half_edge, &patch_twin) in half_edges.zip(&patch.new[number.index()].twins) {
+                let twin = match patch_twin {
+                    PatchTwin::New(twin) => positions.half_edge_of_new(twin).map_or(Twin::Elsewhere, Twin::HalfEdge),
+                    PatchTwin::Old(old) => positions.twin_of_old(old).unwrap_or_else(|| {
+                        unlinked.push(self.triangle(half_edge).0.map(|vertex| vertex.id));
                         Twin::Elsewhere
                     }),
-                    Beside::Hull if self.origin(side).min(self.destination(side)).0 < own => Twin::Hull,
-                    Beside::Hull => Twin::Elsewhere,
+                    PatchTwin::Hull if self.origin(half_edge).min(self.destination(half_edge)).0 < own => Twin::Hull,
+                    PatchTwin::Hull => Twin::Elsewhere,
                 };
-                self.set_twin(side, twin);
+                self.set_twin(half_edge, twin);
                 if let Twin::HalfEdge(twin) = twin {
-                    self.set_twin(twin, Twin::HalfEdge(side));
+                    self.set_twin(twin, Twin::HalfEdge(half_edge));
                 }
             }
         }
         unlinked
     }
 
-    /// Makes those corners of new triangles hubs that have become so.
-    fn make_hubs(&mut self, at: &Seats, new: &[TriangleId]) {
-        for place in new.iter().filter_map(|&number| at.new[number.index()]) {
-            for corner in self.triangles[place.index()] {
+    /// Makes corners of new triangles hubs if they have enough triangles now.
+    fn make_hubs(&mut self, positions: &TilePositions, new: &[TriangleId]) {
+        for triangle in new.iter().filter_map(|&number| positions.new[number.index()]) {
+            for corner in self.triangles[triangle.index()] {
                 if !self.hubs.is_new(corner) {
                     continue;
                 }
                 self.hubs.make(corner);
-                let places: Vec<TriangleId> = self.around(corner).map(HalfEdge::triangle).collect();
-                for place in places {
-                    self.hubs.enter(self.triangles[place.index()], place);
+                let triangles: Vec<TriangleId> = self.around(corner).map(HalfEdge::triangle).collect();
+                for triangle in triangles {
+                    self.hubs.enter(self.triangles[triangle.index()], triangle);
                 }
             }
         }
     }
 
-    /// Whether a triangle with these corners has its first side there.
-    fn is_at(&self, side: HalfEdge, corners: [VertexId; 3]) -> bool {
-        let triangle = self.triangles.get(side.triangle().index());
+    /// Returns whether a triangle with these corners has `half_edge` as its first half-edge.
+    fn is_at(&self, half_edge: HalfEdge, corners: [VertexId; 3]) -> bool {
+        let triangle = self.triangles.get(half_edge.triangle().index());
         let Some(triangle) = triangle.filter(|&&triangle| triangle != GONE) else {
             return false;
         };
         let own = self.points.len();
-        corners.iter().zip([side, side.next(), side.prev()]).all(|(&id, at)| {
-            let corner = triangle[at.corner() as usize];
-            match corner.index().checked_sub(own) {
-                None => id.index == corner && id.tile == self.id,
-                Some(place) => self.foreign[place].id == id,
-            }
-        })
+        corners
+            .iter()
+            .zip([half_edge, half_edge.next(), half_edge.prev()])
+            .all(|(&id, half_edge)| {
+                let corner = triangle[half_edge.corner() as usize];
+                match corner.index().checked_sub(own) {
+                    None => id.index == corner && id.tile == self.id,
+                    Some(index) => self.foreign[index].id == id,
+                }
+            })
     }
 
-    /// Puts two triangles of the tile side by side: one by its first side, and the one across that has this apex.
+    /// Links two triangles of the tile: one by its first half-edge, and the one at the same edge
+    /// that has this apex.
     pub(crate) fn link(&mut self, corners: Unlinked, apex: VertexId) -> Result<(), Contradiction> {
         let [from, to, _] = corners;
-        let [Some(side), Some(other)] = [corners, [to, from, apex]].map(|corners| self.side_of(corners)) else {
+        let [Some(half_edge), Some(other)] = [corners, [to, from, apex]].map(|corners| self.half_edge_of(corners))
+        else {
             return Err(Contradiction::MissingTriangle);
         };
-        self.set_twin(side, Twin::HalfEdge(other));
-        self.set_twin(other, Twin::HalfEdge(side));
+        self.set_twin(half_edge, Twin::HalfEdge(other));
+        self.set_twin(other, Twin::HalfEdge(half_edge));
         Ok(())
     }
 
-    fn set_twin(&mut self, side: HalfEdge, twin: Twin) {
-        self.twins.as_flattened_mut()[side.index()] = twin.into();
+    fn set_twin(&mut self, half_edge: HalfEdge, twin: Twin) {
+        self.twins.as_flattened_mut()[half_edge.index()] = twin.into();
     }
 
-    /// The corner that a vertex is here, and is to be if it is none yet.
+    /// Returns the corner of a vertex. Adds it if the tile does not have it yet.
     fn corner_for(&mut self, vertex: Vertex) -> VertexIndex {
         if let Some(corner) = self.corner(vertex.id) {
             return corner;
@@ -175,17 +197,22 @@ impl EditTile {
         let corner = VertexIndex((self.points.len() + self.foreign.len()) as u32);
         make_room(&mut self.foreign, 1);
         self.foreign.push(vertex);
-        self.foreign_places.insert(vertex.id, corner);
+        self.foreign_corners.insert(vertex.id, corner);
         corner
     }
 }
 
-/// The half-edges of the tile across the boundary of a patch, each with the new half-edge of the patch that follows the old one there.
-fn followed(patch: &Patch, old: &[TriangleId], at: &Seats) -> impl Iterator<Item = (HalfEdge, HalfEdge)> {
-    let sides = old.iter().flat_map(|&number| {
-        let followers = patch.old[number.index()].follower;
-        let twins = at.old[number.index()].iter().flat_map(|seat| seat.twins);
-        twins.zip(followers)
+/// Returns the half-edges of the tile that are twins at the boundary of a patch, each with the new
+/// half-edge of the patch that replaces the old one there.
+fn replaced_at_boundary(
+    patch: &Patch,
+    old: &[TriangleId],
+    positions: &TilePositions,
+) -> impl Iterator<Item = (HalfEdge, HalfEdge)> {
+    let half_edges = old.iter().flat_map(|&number| {
+        let replacements = patch.old[number.index()].replacement;
+        let twins = positions.old[number.index()].iter().flat_map(|position| position.twins);
+        twins.zip(replacements)
     });
-    sides.filter_map(|(twin, follower)| Some((follower?, twin.half_edge()?)))
+    half_edges.filter_map(|(twin, replacement)| Some((replacement?, twin.half_edge()?)))
 }

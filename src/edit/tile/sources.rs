@@ -1,4 +1,4 @@
-//! Why edges of a tile are constraints: the lines that run along them.
+//! The sources of a tile's constraint edges: the lines that run along them.
 
 use crate::edit::tile::EditTile;
 use crate::geometry::{HalfEdge, VertexIndex};
@@ -6,7 +6,7 @@ use crate::mesh::Topology;
 use crate::store::{EdgeSource, Tile, VertexId};
 
 impl EditTile {
-    /// Takes over those of a tile.
+    /// Copies the sources of a tile.
     pub(crate) fn load_sources(&mut self, tile: &Tile) {
         for edge in tile.owned_constraints() {
             let (ends, is_turned) = in_order(tile.corners_of_edge(edge));
@@ -17,7 +17,8 @@ impl EditTile {
         }
     }
 
-    /// Notes why an edge of the tile is a constraint, as seen from its first end, at least so many times.
+    /// Adds a source of an edge of the tile, as seen from its first end, until the edge has it at
+    /// least `times` times. Returns `None` if the tile does not have the ends.
     pub(crate) fn add_source(&mut self, ends: [VertexId; 2], source: EdgeSource, times: usize) -> Option<()> {
         let [from, to] = ends.map(|id| self.corner(id));
         let (ends, is_turned) = in_order([from?, to?]);
@@ -31,13 +32,14 @@ impl EditTile {
         Some(())
     }
 
-    /// The sources of a side's edge, as seen from its smaller corner; none if it belongs to another tile.
-    pub(crate) fn sources_of(&self, side: HalfEdge) -> &[EdgeSource] {
-        let (ends, _) = in_order([self.origin(side), self.destination(side)]);
+    /// Returns the sources of a half-edge's edge, as seen from its smaller corner; none if the edge
+    /// belongs to another tile.
+    pub(crate) fn sources_of(&self, half_edge: HalfEdge) -> &[EdgeSource] {
+        let (ends, _) = in_order([self.origin(half_edge), self.destination(half_edge)]);
         self.sources.get(&ends).map_or(&[], Vec::as_slice)
     }
 
-    /// Takes out the sources of an edge of the tile, as seen from its first end.
+    /// Removes and returns the sources of an edge of the tile, as seen from its first end.
     pub(crate) fn take_sources(&mut self, ends: [VertexId; 2]) -> Option<Vec<EdgeSource>> {
         let [from, to] = ends.map(|id| self.corner(id));
         let (ends, is_turned) = in_order([from?, to?]);
@@ -50,7 +52,7 @@ impl EditTile {
         })
     }
 
-    /// Notes why an edge of the tile is a constraint, as seen from its first end.
+    /// Adds sources of an edge of the tile, as seen from its first end.
     pub(crate) fn give_sources(&mut self, ends: [VertexId; 2], sources: &[EdgeSource]) -> Option<()> {
         let [from, to] = ends.map(|id| self.corner(id));
         let (ends, is_turned) = in_order([from?, to?]);
@@ -62,16 +64,19 @@ impl EditTile {
         Some(())
     }
 
-    /// Constraint edges that belong to the tile, and their sources as seen along a side of each.
+    /// Returns a half-edge of each constraint edge that belongs to the tile, and the edge's sources
+    /// as seen from its smaller corner.
     pub(crate) fn owned_constraints(&self) -> impl Iterator<Item = (HalfEdge, &[EdgeSource])> {
         self.sources.iter().filter_map(|(&[from, to], sources)| {
-            let side = self.side_along([from, to]).or_else(|| self.side_along([to, from]))?;
-            Some((side, sources.as_slice()))
+            let half_edge = self
+                .half_edge_along([from, to])
+                .or_else(|| self.half_edge_along([to, from]))?;
+            Some((half_edge, sources.as_slice()))
         })
     }
 }
 
-/// The smaller corner first; and whether they changed places.
+/// Returns the corners, the smaller one first, and whether they were swapped.
 fn in_order([a, b]: [VertexIndex; 2]) -> ([VertexIndex; 2], bool) {
     if a <= b { ([a, b], false) } else { ([b, a], true) }
 }

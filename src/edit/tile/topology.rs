@@ -1,4 +1,4 @@
-//! How the triangles of a tile lie beside each other, and where its edges are.
+//! The adjacency of a tile's triangles, and the search for its edges.
 
 use std::iter;
 
@@ -7,7 +7,7 @@ use crate::geometry::{HalfEdge, Point, VertexIndex};
 use crate::mesh::{Embedded, Topology, Twin};
 use crate::store::VertexId;
 
-/// Places of triangles that are no more count too.
+/// Positions of removed triangles count too.
 impl Topology for EditTile {
     #[inline]
     fn triangle_count(&self) -> u32 {
@@ -25,7 +25,7 @@ impl Topology for EditTile {
     }
 }
 
-/// Vertices are corners: those of other tiles have numbers too.
+/// Vertices are corners: those of other tiles have indices too.
 impl Embedded for EditTile {
     #[inline]
     fn point(&self, corner: VertexIndex) -> Point {
@@ -34,55 +34,58 @@ impl Embedded for EditTile {
 }
 
 impl EditTile {
-    /// The corner that a vertex is here, if it is one.
+    /// Returns the corner of a vertex, if the tile has it.
     pub(super) fn corner(&self, id: VertexId) -> Option<VertexIndex> {
         if id.tile == self.id {
             (id.index.index() < self.points.len()).then_some(id.index)
         } else {
-            self.foreign_places.get(&id).copied()
+            self.foreign_corners.get(&id).copied()
         }
     }
 
-    /// A half-edge that leaves a vertex of the tile, if it has any triangles.
+    /// Returns a half-edge that leaves a vertex of the tile, if the vertex has any triangles.
     pub(crate) fn leaving(&self, vertex: VertexIndex) -> Option<HalfEdge> {
         self.leaving[vertex.index()].get()
     }
 
-    /// The half-edges that leave a vertex of the tile, each once: counter-clockwise from one on to the hull, and then those before it.
+    /// Returns the half-edges that leave a vertex of the tile, each once: counter-clockwise from
+    /// one of them to the hull, and then those before it.
     pub(crate) fn around(&self, vertex: VertexIndex) -> impl Iterator<Item = HalfEdge> {
         self.leaving(vertex).into_iter().flat_map(move |first| {
-            // If the star is closed, there are none.
+            // If the star is closed, there are none before it.
             let before = iter::once_with(move || self.rewind(first).0).flat_map(move |start| self.star(start));
-            self.star(first).chain(before.take_while(move |&side| side != first))
+            self.star(first)
+                .chain(before.take_while(move |&half_edge| half_edge != first))
         })
     }
 
-    /// The half-edge from one vertex to another, one of which is the tile's own.
-    pub(crate) fn side_between(&self, from: VertexId, to: VertexId) -> Option<HalfEdge> {
-        self.side_along([self.corner(from)?, self.corner(to)?])
+    /// Returns the half-edge from one vertex to another, one of which is the tile's own.
+    pub(crate) fn half_edge_between(&self, from: VertexId, to: VertexId) -> Option<HalfEdge> {
+        self.half_edge_along([self.corner(from)?, self.corner(to)?])
     }
 
-    /// The half-edge from one corner to another, one of which is the tile's own.
-    pub(super) fn side_along(&self, [from, to]: [VertexIndex; 2]) -> Option<HalfEdge> {
+    /// Returns the half-edge from one corner to another, one of which is the tile's own.
+    pub(super) fn half_edge_along(&self, [from, to]: [VertexIndex; 2]) -> Option<HalfEdge> {
         if self.hubs.has(from) || self.hubs.has(to) {
-            self.hubs.side([from, to])
+            self.hubs.half_edge([from, to])
         } else if from.index() < self.points.len() {
-            self.around(from).find(|&side| self.destination(side) == to)
+            self.around(from).find(|&half_edge| self.destination(half_edge) == to)
         } else {
             let mut arriving = self.around(to).map(HalfEdge::prev);
-            arriving.find(|&side| self.origin(side) == from)
+            arriving.find(|&half_edge| self.origin(half_edge) == from)
         }
     }
 
-    /// The first half-edge of the triangle with these corners, one of which is the tile's own.
-    pub(crate) fn side_of(&self, corners: [VertexId; 3]) -> Option<HalfEdge> {
+    /// Returns the first half-edge of the triangle with these corners, one of which is the tile's
+    /// own.
+    pub(crate) fn half_edge_of(&self, corners: [VertexId; 3]) -> Option<HalfEdge> {
         let own = corners.iter().position(|id| id.tile == self.id)?;
-        let at = |place: usize| corners[(own + place) % 3];
-        let side = self.side_between(at(0), at(1))?;
-        (self.from(side.prev()).id == at(2)).then(|| match own {
-            0 => side,
-            1 => side.prev(),
-            _ => side.next(),
+        let at = |index: usize| corners[(own + index) % 3];
+        let half_edge = self.half_edge_between(at(0), at(1))?;
+        (self.origin_vertex(half_edge.prev()).id == at(2)).then(|| match own {
+            0 => half_edge,
+            1 => half_edge.prev(),
+            _ => half_edge.next(),
         })
     }
 }

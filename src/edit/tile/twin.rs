@@ -1,9 +1,10 @@
-//! What lies on the other side of an edge, as a tile keeps it.
+//! The twin of a half-edge as a tile stores it.
 
 use crate::geometry::HalfEdge;
 use crate::mesh::Twin;
 
-/// A [`Twin`] in four bytes instead of eight: the cache is full of tiles, and they have three for each triangle.
+/// A [`Twin`] in four bytes instead of eight: the cache is full of tiles, which have three twins
+/// for each triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct PackedTwin(u32);
 

@@ -5,7 +5,7 @@ use crate::geometry::circumdisc::*;
 use crate::geometry::oracle;
 use crate::geometry::predicates::{Orientation, orient2d};
 
-/// The corners in counter-clockwise order, or nothing if they are collinear.
+/// Returns the corners in counter-clockwise order, or `None` if they are collinear.
 fn counter_clockwise([a, b, c]: [Point; 3]) -> Option<[Point; 3]> {
     match orient2d(a, b, c) {
         Orientation::CounterClockwise => Some([a, b, c]),
@@ -14,7 +14,7 @@ fn counter_clockwise([a, b, c]: [Point; 3]) -> Option<[Point; 3]> {
     }
 }
 
-/// Centre and radius, rounded.
+/// Returns the centre and the radius, rounded.
 fn circumcircle([a, b, c]: [Point; 3]) -> (Point, f64) {
     let (ux, uy, vx, vy) = (b.x - a.x, b.y - a.y, c.x - a.x, c.y - a.y);
     let d = 2.0 * (ux * vy - uy * vx);
@@ -23,7 +23,8 @@ fn circumcircle([a, b, c]: [Point; 3]) -> (Point, f64) {
     (Point::new(a.x + x, a.y + y), x.hypot(y))
 }
 
-/// The bounding square of the disc, grown by `margin` radii, its sides moved by some units in the last place.
+/// Returns the bounding square of the disc, grown by `margin` radii, with its sides moved by
+/// `nudges` units in the last place.
 fn cell_around(triangle: [Point; 3], margin: f64, nudges: [i32; 4]) -> Rect {
     let (centre, radius) = circumcircle(triangle);
     let reach = radius * (1.0 + margin);
@@ -43,7 +44,8 @@ fn has_numbers(cell: Rect) -> bool {
         .all(|side| !side.is_nan())
 }
 
-/// The certificate of each rotation is sound, for the cell and for each of its half planes.
+/// Asserts that the certificate of each rotation is sound, for the cell and for each of its
+/// half-planes.
 fn assert_sound([a, b, c]: [Point; 3], cell: Rect) {
     let far = Rect::PLANE;
     for cell in [
@@ -105,7 +107,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(10_000))]
 
     #[test]
-    fn sound_near_touching(
+    fn the_certificate_is_sound_for_nearly_touching_discs(
         corners in coordinates(),
         nudges in prop::array::uniform4(-3..=3),
         margin in prop_oneof![Just(0.0), -1e-14..1e-14, -1e-8..1e-8, -1.0..2.0],
@@ -118,9 +120,9 @@ proptest! {
         }
     }
 
-    /// Flat triangles: the determinant is mostly rounding error, the disc huge.
+    /// Flat triangles: the determinant is mostly rounding error, and the disc is huge.
     #[test]
-    fn sound_for_slivers(
+    fn the_certificate_is_sound_for_slivers(
         corners in three(-1.0..1.0),
         t in -1.0..2.0,
         offset in -1e-15..1e-15,
@@ -136,7 +138,8 @@ proptest! {
         }
     }
 
-    /// Discs of integers whose bounding box is known: 5, 12, 13 and 3, 4, 5 fit on integer circles.
+    /// Discs with a known integer bounding box: the points (3, 4), (-4, 3) and (4, -3) are on a
+    /// circle of radius 5.
     #[test]
     fn a_touching_disc_is_not_certified(x in -1000..1000, y in -1000..1000, side in 0..4usize) {
         let at = |dx: i32, dy: i32| Point::new(f64::from(x + dx), f64::from(y + dy));
@@ -155,7 +158,7 @@ proptest! {
     }
 }
 
-/// The share of triangles certified among those inside by a margin in parts of the radius.
+/// Returns the share of certified triangles among those whose disc is inside by `margin` radii.
 fn share_certified(corners: impl Strategy<Value = [Point; 3]>, margin: f64) -> f64 {
     let mut runner = proptest::test_runner::TestRunner::deterministic();
     let (mut inside, mut certified) = (0, 0);
@@ -183,9 +186,10 @@ fn nearly_every_disc_inside_is_certified() {
     assert!(grid > 0.999, "grid: {grid}");
 }
 
-/// Small and large triangles within the limits are certified as well as others: nothing underflows or overflows.
+/// Small and large triangles within the limits are certified like others: nothing underflows or
+/// overflows.
 #[test]
-fn certifies_at_the_limits() {
+fn triangles_at_the_limits_are_certified() {
     let corners = [(1.0, 1.0), (2.0, 1.0), (1.5, 1.75)];
     for unit in [Point::MIN_MAGNITUDE, 1.0, Point::MAX_MAGNITUDE / 4.0] {
         let [a, b, c] = corners.map(|(x, y)| Point::new(x * unit, y * unit));
@@ -244,7 +248,7 @@ fn sides_at_infinity_are_not_tested() {
 }
 
 #[test]
-fn what_is_not_a_number_is_not_certified() {
+fn invalid_numbers_are_not_certified() {
     let [a, b, c] = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(x, y)| Point::new(x, y));
     let cell = Rect::new(-9.0, -9.0, 9.0, f64::INFINITY);
     assert!(disc_strictly_inside(a, b, c, cell));

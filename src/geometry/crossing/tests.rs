@@ -4,7 +4,8 @@ use crate::geometry::crossing::*;
 use crate::geometry::oracle;
 use crate::geometry::oracle::Exact;
 
-/// The exact crossing of two lines by the textbook's determinants: numerators of x and y, and the denominator.
+/// Returns the exact crossing of two lines by the textbook's determinants: the numerators of x and
+/// y, and the denominator.
 fn exact_crossing([a, b]: [Point; 2], [c, d]: [Point; 2]) -> ([Exact; 2], Exact) {
     let e = |v: f64| Exact::from(v);
     let cross = |p: Point, q: Point| &(&e(p.x) * &e(q.y)) - &(&e(p.y) * &e(q.x));
@@ -19,7 +20,7 @@ fn exact_crossing([a, b]: [Point; 2], [c, d]: [Point; 2]) -> ([Exact; 2], Exact)
     ([numerator(&abx, &cdx), numerator(&aby, &cdy)], denominator)
 }
 
-/// The order of a fraction and a number.
+/// Compares a fraction with a number.
 fn order(numerator: &Exact, denominator: &Exact, number: &Exact) -> Ordering {
     let sign = numerator.sign_of_difference(&(number * denominator));
     if denominator.sign() == Ordering::Less {
@@ -33,7 +34,7 @@ fn is_even(v: f64) -> bool {
     v.to_bits() & 1 == 0
 }
 
-/// The coordinates on either side.
+/// Returns the coordinates next to `v`, below and above.
 fn neighbours(v: f64) -> [f64; 2] {
     let least = Point::MIN_MAGNITUDE;
     let down = if v == least { 0.0 } else { v.next_down() };
@@ -61,16 +62,16 @@ fn check_nearest(numerator: &Exact, denominator: &Exact, v: f64) {
     }
 }
 
-fn sides_by_oracle([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
+fn cross_by_oracle([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
     let opposite = |p: Ordering, q: Ordering| p != Ordering::Equal && p == q.reverse();
     opposite(oracle::orient2d(a, b, c), oracle::orient2d(a, b, d))
         && opposite(oracle::orient2d(c, d, a), oracle::orient2d(c, d, b))
 }
 
-/// Checks everything about two segments; returns whether they cross.
+/// Checks the crossing of two segments. Returns whether they cross.
 fn check([a, b, c, d]: [Point; 4]) -> bool {
     let (ab, cd) = ([a, b], [c, d]);
-    let expected = sides_by_oracle(ab, cd);
+    let expected = cross_by_oracle(ab, cd);
     assert_eq!(segments_cross(a, b, c, d), expected, "{ab:?} {cd:?}");
     let point = crossing_point(a, b, c, d);
     assert_eq!(point.is_some(), expected);
@@ -93,22 +94,23 @@ fn check([a, b, c, d]: [Point; 4]) -> bool {
     true
 }
 
-/// Checks in which of the cells with a corner at, or next to, the rounded point the exact point lies.
+/// Checks in which cells the exact point lies. The cells have a corner at the rounded point or next
+/// to it.
 fn check_cells(crossing: &ExactCrossing, [x, y]: &[Exact; 2], denominator: &Exact, point: Point) {
     for cut_x in neighbours(point.x).into_iter().chain([point.x]) {
         for cut_y in neighbours(point.y).into_iter().chain([point.y]) {
             let right = order(x, denominator, &Exact::from(cut_x)).is_gt();
             let above = order(y, denominator, &Exact::from(cut_y)).is_gt();
-            let across = |beyond: bool, cut: f64| {
+            let half_line = |beyond: bool, cut: f64| {
                 if beyond {
                     (cut, f64::INFINITY)
                 } else {
                     (f64::NEG_INFINITY, cut)
                 }
             };
-            for its in 0..4 {
-                let (is_right, is_above) = (its & 1 == 1, its & 2 == 2);
-                let ((min_x, max_x), (min_y, max_y)) = (across(is_right, cut_x), across(is_above, cut_y));
+            for quadrant in 0..4 {
+                let (is_right, is_above) = (quadrant & 1 == 1, quadrant & 2 == 2);
+                let ((min_x, max_x), (min_y, max_y)) = (half_line(is_right, cut_x), half_line(is_above, cut_y));
                 let cell = Rect::new(min_x, min_y, max_x, max_y);
                 let expected = (is_right == right && is_above == above).then_some(point);
                 assert_eq!(crossing.rounded_if_in(cell), expected, "{cell:?}");
@@ -117,7 +119,8 @@ fn check_cells(crossing: &ExactCrossing, [x, y]: &[Exact; 2], denominator: &Exac
     }
 }
 
-/// Checks that the point is never taken to be outside of a rectangle that has it, and is if it is far outside.
+/// Checks that the point is never outside a rectangle that contains it, and is outside one that is
+/// far away.
 fn check_outside(ab: [Point; 2], cd: [Point; 2], point: Point) {
     let Point { x, y } = point;
     let largest = ab
@@ -139,7 +142,8 @@ fn check_outside(ab: [Point; 2], cd: [Point; 2], point: Point) {
     }
 }
 
-/// Whether rounding matters to the area of one of the triangles, as it does for segments that are nearly on one line.
+/// Returns whether rounding matters to the area of one of the triangles, as for segments that are
+/// nearly collinear.
 fn is_nearly_degenerate([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
     [c, d].into_iter().any(|p| {
         let (left, right) = ((a.x - p.x) * (b.y - p.y), (a.y - p.y) * (b.x - p.x));
@@ -152,7 +156,7 @@ fn four(coordinate: impl Strategy<Value = f64> + Clone) -> impl Strategy<Value =
     prop::array::uniform4(point)
 }
 
-/// Two segments whose ends are near each other, and perhaps crossed.
+/// Generates two segments whose ends are near each other. They may cross.
 fn near_parallel() -> impl Strategy<Value = [Point; 4]> {
     let step = || prop_oneof![Just(0i64), -3..=3i64, -1000..=1000i64];
     (four(-1e3..1e3), prop::array::uniform4(step())).prop_map(|([a, b, ..], [i, j, k, l])| {
@@ -189,45 +193,46 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn random_segments(points in four(-10.0..10.0)) {
+    fn crossings_of_random_segments_are_exact(points in four(-10.0..10.0)) {
         check(points);
     }
 
     #[test]
-    fn small_integers(points in four((-4..5).prop_map(f64::from))) {
+    fn crossings_on_small_integers_are_exact(points in four((-4..5).prop_map(f64::from))) {
         check(points);
     }
 
-    /// Every second integer is no number here, so that many coordinates lie halfway between two.
+    /// Only even integers are numbers in this range, so many coordinates are halfway between two
+    /// numbers.
     #[test]
-    fn ties(points in four((0..12).prop_map(|i| 2f64.powi(53) + 2.0 * f64::from(i)))) {
+    fn ties_round_to_even(points in four((0..12).prop_map(|i| 2f64.powi(53) + 2.0 * f64::from(i)))) {
         check(points);
     }
 
-    /// Coordinates of the crossing are smaller than any valid one but 0, or halfway.
+    /// Coordinates of the crossing are smaller than the smallest valid magnitude, or halfway to it.
     #[test]
-    fn tiny_integers(points in four((-4..5).prop_map(|i| f64::from(i) * Point::MIN_MAGNITUDE))) {
-        check(points);
-    }
-
-    #[test]
-    fn mixed_magnitudes(points in four(magnitudes())) {
+    fn crossings_on_tiny_integers_are_exact(points in four((-4..5).prop_map(|i| f64::from(i) * Point::MIN_MAGNITUDE))) {
         check(points);
     }
 
     #[test]
-    fn limits(points in four(at_the_limits())) {
+    fn crossings_of_mixed_magnitudes_are_exact(points in four(magnitudes())) {
         check(points);
     }
 
     #[test]
-    fn nearly_parallel_segments(points in near_parallel()) {
+    fn crossings_at_the_limits_are_exact(points in four(at_the_limits())) {
+        check(points);
+    }
+
+    #[test]
+    fn crossings_of_nearly_parallel_segments_are_exact(points in near_parallel()) {
         check(points);
     }
 }
 
 #[test]
-fn what_only_touches_does_not_cross() {
+fn segments_that_only_touch_do_not_cross() {
     let p = |x, y| Point::new(x, y);
     let (a, b) = (p(0.0, 0.0), p(4.0, 0.0));
     for (c, d) in [
@@ -244,7 +249,7 @@ fn what_only_touches_does_not_cross() {
 }
 
 #[test]
-fn coordinates_that_are_too_small_go_to_the_nearest_valid() {
+fn coordinates_that_are_too_small_round_to_the_nearest_valid_one() {
     let least = Point::MIN_MAGNITUDE;
     // The line through (0, 0) and (4, 1) times the least magnitude, at x from 1 to 3 times it.
     for (x, y) in [(1.0, 0.0), (2.0, 0.0), (3.0, least)] {
@@ -259,7 +264,7 @@ fn coordinates_that_are_too_small_go_to_the_nearest_valid() {
 }
 
 #[test]
-fn invalid_points_cross_nowhere() {
+fn segments_with_invalid_ends_do_not_cross() {
     for v in [f64::NAN, f64::INFINITY, 1e300] {
         let (a, b) = (Point::new(-v, 0.0), Point::new(v, 0.0));
         assert_eq!(crossing_point(a, b, Point::new(0.0, -v), Point::new(1.0, 1.0)), None);

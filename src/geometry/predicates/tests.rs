@@ -6,7 +6,8 @@ use proptest::prelude::*;
 use crate::geometry::oracle;
 use crate::geometry::predicates::*;
 
-/// The lines `index coordinates… sign` of a file of the `robust` crate, whose signs are ours.
+/// Reads the lines `index coordinates… sign` of a file of the `robust` crate. Its signs have the
+/// same meaning as ours.
 fn third_party_cases(name: &str, points: usize) -> Vec<(Vec<Point>, Ordering)> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests/data/robust-predicates")
@@ -44,7 +45,7 @@ fn incircle_agrees_with_robust_predicates() {
     }
 }
 
-/// All stages against the oracle, each also where an earlier one would have decided.
+/// Compares all stages with the oracle, including stages that an earlier one makes unnecessary.
 fn check_orient2d(a: Point, b: Point, c: Point) {
     let expected = oracle::orient2d(a, b, c);
     assert_eq!(orient2d(a, b, c), Orientation::from(expected), "{a:?} {b:?} {c:?}");
@@ -78,7 +79,7 @@ fn check([a, b, c, d]: [Point; 4]) {
     check_incircle(a, b, c, d);
 }
 
-/// Four points with independent coordinates.
+/// Generates four points with independent coordinates.
 fn four(coordinate: impl Strategy<Value = f64> + Clone) -> impl Strategy<Value = [Point; 4]> {
     let point = (coordinate.clone(), coordinate).prop_map(|(x, y)| Point::new(x, y).normalized());
     prop::array::uniform4(point)
@@ -88,7 +89,7 @@ fn mixed_magnitude() -> impl Strategy<Value = f64> + Clone {
     (-10.0..10.0, -30..=30).prop_map(|(m, e): (f64, i32)| m * 10f64.powi(e))
 }
 
-/// The limits, numbers with all bits set near them, and what cancels with them.
+/// Generates the limits, numbers near them with all bits set, and numbers that cancel with them.
 fn at_the_limits() -> impl Strategy<Value = f64> + Clone {
     let full = 2.0 - f64::EPSILON;
     let (least, most) = (Point::MIN_MAGNITUDE, Point::MAX_MAGNITUDE);
@@ -110,7 +111,7 @@ fn nudged(v: f64, steps: i32) -> f64 {
     (0..steps.abs()).fold(v, |v, _| if steps < 0 { v.next_down() } else { v.next_up() })
 }
 
-/// Of an f64 that may have lost its validity by arithmetic: tiny numbers to zero.
+/// Makes a point valid that arithmetic may have made invalid: tiny coordinates become zero.
 fn valid(p: Point) -> Point {
     let flush = |v: f64| if v.abs() < Point::MIN_MAGNITUDE { 0.0 } else { v };
     Point::new(flush(p.x), flush(p.y))
@@ -120,35 +121,35 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(4000))]
 
     #[test]
-    fn exact_on_small_grids(p in four((-4..=4).prop_map(f64::from)), scale in -100..100, shift in -3..3) {
+    fn predicates_are_exact_on_small_grids(p in four((-4..=4).prop_map(f64::from)), scale in -100..100, shift in -3..3) {
         let scale = 2f64.powi(scale);
         check(p.map(|p| Point::new((p.x + f64::from(shift)) * scale, (p.y - 1000.0) * scale)));
     }
 
     #[test]
-    fn exact_on_decimals_with_an_offset(p in four((0..40).prop_map(|i| 1e6 + f64::from(i) * 1e-3))) {
+    fn predicates_are_exact_on_decimals_with_an_offset(p in four((0..40).prop_map(|i| 1e6 + f64::from(i) * 1e-3))) {
         check(p);
     }
 
     #[test]
-    fn exact_on_decimals_around_zero(p in four((-300..300).prop_map(|i| f64::from(i) / 100.0))) {
+    fn predicates_are_exact_on_decimals_around_zero(p in four((-300..300).prop_map(|i| f64::from(i) / 100.0))) {
         check(p);
         let [a, b, ..] = p;
         check([a, b, Point::new(-a.x, -a.y).normalized(), Point::new(-b.x, -b.y).normalized()]);
     }
 
     #[test]
-    fn exact_on_mixed_magnitudes(p in four(mixed_magnitude())) {
+    fn predicates_are_exact_on_mixed_magnitudes(p in four(mixed_magnitude())) {
         check(p);
     }
 
     #[test]
-    fn exact_at_the_limits(p in four(at_the_limits())) {
+    fn predicates_are_exact_at_the_limits(p in four(at_the_limits())) {
         check(p);
     }
 
     #[test]
-    fn exact_when_nearly_collinear(
+    fn predicates_are_exact_when_nearly_collinear(
         p in four(prop_oneof![-1.0..1.0, mixed_magnitude()]),
         t in 0.0..1.0,
         s in -2.0..2.0,
@@ -161,7 +162,7 @@ proptest! {
     }
 
     #[test]
-    fn exact_when_nearly_cocircular(
+    fn predicates_are_exact_when_nearly_cocircular(
         angles in prop::array::uniform4(0.0..std::f64::consts::TAU),
         radius in prop_oneof![Just(1.0), 1e-3..1e3],
         centre in prop_oneof![Just((0.0, 0.0)), (-1.0..1.0, -1.0..1.0), Just((5e5, 4e6)), Just((1e-20, 1e-9))],
@@ -174,8 +175,9 @@ proptest! {
         check(p);
     }
 
-    /// Of every circle through four grid points, in all orders: rotating the triangle changes nothing, exchanging `d`
-    /// with the vertex across the common edge changes nothing, and the diagonal avoids the largest point.
+    /// Checks circles through four grid points, in all orders: rotating the triangle changes
+    /// nothing, exchanging `d` with the vertex opposite the common edge changes nothing, and the
+    /// diagonal avoids the largest point.
     #[test]
     fn ties_depend_on_coordinates_alone(
         x in 0..9u8, y in 0..9u8,
@@ -193,7 +195,8 @@ proptest! {
         }).collect();
         let largest = (0..4).max_by(|&i, &j| quad[i].lex_cmp(quad[j])).unwrap();
         for start in 0..4 {
-            // In order around the circle; the diagonal of (a, b, c) and (c, d, a) is ac.
+            // The points are in order around the circle. The diagonal of (a, b, c) and (c, d, a) is
+            // ac.
             let [a, b, c, d] = [0, 1, 2, 3].map(|i| quad[(start + i) % 4]);
             prop_assert_eq!(incircle(a, b, c, d), Ordering::Equal);
             let diagonal_avoids_largest = largest % 2 != start % 2;
@@ -207,7 +210,7 @@ proptest! {
     }
 
     #[test]
-    fn in_circle_is_incircle_but_for_ties(p in four((0..30).prop_map(f64::from))) {
+    fn in_circle_agrees_with_incircle_except_for_ties(p in four((0..30).prop_map(f64::from))) {
         let [a, b, c, d] = match orient2d(p[0], p[1], p[2]) {
             Orientation::CounterClockwise => p,
             Orientation::Clockwise => [p[1], p[0], p[2], p[3]],
@@ -233,9 +236,9 @@ proptest! {
     }
 }
 
-/// The smallest and largest determinants within the limits, from numbers with all bits set.
+/// Numbers with all bits set give the smallest and largest determinants within the limits.
 #[test]
-fn exact_at_the_extremes_of_the_determinant() {
+fn predicates_are_exact_at_the_extremes_of_the_determinant() {
     let most = Point::MAX_MAGNITUDE;
     let least = Point::MIN_MAGNITUDE;
     for unit in [
@@ -267,10 +270,10 @@ fn exact_at_the_extremes_of_the_determinant() {
     }
 }
 
-/// Two neighbouring numbers at the lower limit differ by 2⁻¹⁹⁴, so the determinants are 2⁻³⁸⁸ and 2⁻⁷⁷⁶: the least
-/// there are.
+/// Two neighbouring numbers at the lower limit differ by 2⁻¹⁹⁴, so the determinants are
+/// 2⁻³⁸⁸ and 2⁻⁷⁷⁶, the smallest possible values.
 #[test]
-fn exact_for_the_least_differences() {
+fn predicates_are_exact_for_the_least_differences() {
     let low = Point::MIN_MAGNITUDE;
     let high = low.next_up();
     let [a, b, c, d] = [(low, low), (high, low), (high, high), (low, high)].map(|(x, y)| Point::new(x, y));
@@ -283,7 +286,7 @@ fn exact_for_the_least_differences() {
     check([a, b, further, c]);
 }
 
-/// Next to a unit square, whose diagonal must avoid the corner with the largest x and y.
+/// The diagonal of a unit square must avoid the corner with the largest x and y.
 #[test]
 fn the_diagonal_of_a_square_avoids_its_upper_right_corner() {
     let [a, b, c, d] = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| Point::new(x, y));

@@ -1,4 +1,4 @@
-//! The formats: what their files look like, and a reader for each kind of record that they may have.
+//! The formats: their layout in files, and a reader for each kind of record that a format has.
 
 #[cfg(feature = "geojson")]
 pub mod geojson;

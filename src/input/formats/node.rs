@@ -1,14 +1,17 @@
-//! The `.node` files of Triangle, and of TetGen, which have a third coordinate; the vertices of Triangle's `.poly` files.
+//! The `.node` files of Triangle and of TetGen, whose points have a third coordinate, and the
+//! vertices of Triangle's `.poly` files.
 //!
-//! In: lines. The first one has the number of points, the dimension (2, or TetGen's 3), the number of attributes per
-//! point and the number of boundary markers (0 or 1); each other one has a point: its index, from 0 or 1, its
-//! coordinates, attributes, marker. `#` begins a comment, on a line of its own or behind the fields. Out: points,
-//! with z if the dimension is 3. Attributes and markers are not read, which a note tells.
-//! Source: <https://www.cs.cmu.edu/~quake/triangle.node.html>. The number of points is believed by nobody: the rows
-//! are counted. A `.poly` file begins in the same way and goes on behind the points, where `poly` reads it.
+//! In: lines. The first line has the number of points, the dimension (2, or TetGen's 3), the number
+//! of attributes per point and the number of boundary markers (0 or 1). Every other line has a
+//! point: its index, counted from 0 or 1, then its coordinates, attributes and marker. `#` begins a
+//! comment, on a line of its own or after the fields. Out: points, with z if the dimension is 3.
+//! Attributes and markers are not read; a note reports attributes. Source:
+//! <https://www.cs.cmu.edu/~quake/triangle.node.html>. The number of points is not trusted: the
+//! rows are counted. A `.poly` file begins in the same way and continues after the points, where
+//! `poly` reads it.
 
 use crate::input::bytes::ByteInput;
-use crate::input::error::{InputError, Place};
+use crate::input::error::{InputError, Location};
 use crate::input::flaw::Flaw;
 use crate::input::formats::text_lines::{Lines, number};
 use crate::input::points::PointBatch;
@@ -20,7 +23,7 @@ const HINT: &str = "the first line is: number of points, dimension (2 or 3), att
 /// The points of a `.node` or `.poly` file.
 pub struct Node {
     vertices: Vertices,
-    /// Whether something may follow behind the points.
+    /// Whether other sections may follow the points.
     is_poly: bool,
     name: String,
 }
@@ -30,7 +33,7 @@ impl Node {
         Self::over(input, false)
     }
 
-    /// The points of a `.poly` file; none if they are in the `.node` file beside it.
+    /// Reads the points of a `.poly` file; none if they are in the `.node` file beside it.
     pub fn of_poly(input: ByteInput) -> Result<Self, InputError> {
         Self::over(input, true)
     }
@@ -46,14 +49,14 @@ impl Node {
     }
 }
 
-/// The first line, and the rows of points as they come.
+/// The first line, and the rows of points that follow it.
 pub struct Vertices {
     pub lines: Lines,
     /// The number of points that the first line claims.
     pub claimed: u64,
-    /// The rows read.
+    /// The number of rows read.
     rows: u64,
-    /// The first row's index, when it is known.
+    /// The index of the first row, once it is known.
     base: Option<u64>,
     dims: usize,
     attributes: u64,
@@ -63,7 +66,7 @@ pub struct Vertices {
 type Row = Result<(f64, f64, Option<f64>), Flaw>;
 
 impl Vertices {
-    /// Reads the first line; the dimension must be 2 if the points are `flat`.
+    /// Reads the first line. The dimension must be 2 if `flat` is set.
     pub fn new(mut lines: Lines, flat: bool) -> Result<Self, InputError> {
         let mut first = Vec::new();
         let mut found = String::from("nothing");
@@ -74,7 +77,7 @@ impl Vertices {
         match first[..] {
             [Some(_), Some(3), ..] if flat => Err(lines.malformed(
                 format!("the first line is {found}: points with three coordinates"),
-                "the dimension of a .poly file is 2; TetGen's, which have facets, cannot be read",
+                "the dimension of a .poly file is 2; TetGen's .poly files, which have facets, cannot be read",
             )),
             [Some(claimed), Some(dims @ (2 | 3)), ..] if first.iter().all(Option::is_some) => Ok(Self {
                 lines,
@@ -88,7 +91,7 @@ impl Vertices {
         }
     }
 
-    /// The next row; `None` behind the last point that the first line claims.
+    /// Returns the next row; `None` after the last point that the first line claims.
     pub fn next_row(&mut self) -> Result<Option<Row>, InputError> {
         if self.rows == self.claimed {
             return Ok(None);
@@ -121,13 +124,13 @@ impl Vertices {
         }))
     }
 
-    /// The index of the first point, 0 or 1; known when a row was read.
+    /// Returns the index of the first point, 0 or 1; known once a row was read.
     pub fn base(&self) -> Option<u64> {
         self.base
     }
 }
 
-/// The fields of a row up to a comment.
+/// Returns the fields of a row up to a comment.
 pub fn fields(row: &[u8]) -> impl Iterator<Item = &[u8]> {
     row.split(|b| *b == b'#')
         .take(1)
@@ -135,7 +138,7 @@ pub fn fields(row: &[u8]) -> impl Iterator<Item = &[u8]> {
         .filter(|field| !field.is_empty())
 }
 
-/// A field as a number without a fraction.
+/// Parses a field as an unsigned integer.
 pub fn whole_number(field: &[u8]) -> Option<u64> {
     std::str::from_utf8(field).ok()?.parse().ok()
 }
@@ -153,13 +156,13 @@ impl Reader<PointBatch> for Node {
         while !sink.is_full() {
             let row = self.vertices.next_row()?;
             let lines = &mut self.vertices.lines;
-            let place = Place::Line(lines.row());
+            let location = Location::Line(lines.row());
             match row {
-                Some(Ok((x, y, z))) => sink.point(x, y, z, || place)?,
-                Some(Err(flaw)) => sink.invalid(|| place, &flaw)?,
+                Some(Ok((x, y, z))) => sink.point(x, y, z, || location)?,
+                Some(Err(flaw)) => sink.invalid(|| location, &flaw)?,
                 None if !self.is_poly && lines.next_row()? => {
                     let (row, claimed) = (lines.excerpt(), self.vertices.claimed);
-                    let problem = format!("a row behind the last of {claimed} points: `{row}`");
+                    let problem = format!("a row after the last of {claimed} points: `{row}`");
                     return Err(lines.malformed(problem, HINT));
                 }
                 None => return Ok(false),

@@ -1,4 +1,4 @@
-//! Triangle's `.poly` files: their sections, and the file with points beside them.
+//! The sections of Triangle's `.poly` files, and the file with points beside them.
 //!
 //! ```text
 //! 4 2 0 0             points, dimension (2), attributes, markers: as in a .node file
@@ -13,19 +13,20 @@
 //! …                   number, x, y, attribute, area
 //! ```
 //!
-//! If the number of points is 0, they are in the `.node` file of the same stem beside it (`a.node` of `a.poly`, `a.node.gz` of
-//! `a.poly.gz`). `#` begins a comment. Markers and regions are not read, and as in Triangle the numbers of segments and
-//! holes are anything. Source: <https://www.cs.cmu.edu/~quake/triangle.poly.html>. No count is believed: rows are
-//! counted, and none may be left over.
+//! If the number of points is 0, they are in the `.node` file of the same stem beside it (`a.node`
+//! for `a.poly`, `a.node.gz` for `a.poly.gz`). `#` begins a comment. Markers and regions are not
+//! read. As in Triangle, the numbers at the beginning of the rows of segments and holes are
+//! arbitrary. Source: <https://www.cs.cmu.edu/~quake/triangle.poly.html>. No count is trusted: rows
+//! are counted, and no rows may be left over.
 
-use crate::input::error::{InputError, Place};
+use crate::input::error::{InputError, Location};
 use crate::input::formats::node::{fields, whole_number};
 use crate::input::formats::text_lines::Lines;
 use crate::shown;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The path of the `.node` file beside a `.poly` file; `None` if that has another suffix.
+/// Returns the path of the `.node` file beside a `.poly` file; `None` if `poly` has another suffix.
 fn node_beside(poly: &Path) -> Option<PathBuf> {
     let name = poly.file_name()?.to_str()?;
     let (name, zipped) = match name.to_ascii_lowercase().ends_with(".gz") {
@@ -37,7 +38,7 @@ fn node_beside(poly: &Path) -> Option<PathBuf> {
     is_poly.then(|| poly.with_file_name(format!("{stem}.node{zipped}")))
 }
 
-/// Opens the `.node` file that has the points of a `.poly` file, by this function.
+/// Opens the `.node` file that has the points of a `.poly` file, with the function `open`.
 pub fn open_node_beside<T>(poly: &Path, open: impl FnOnce(&Path) -> Result<T, InputError>) -> Result<T, InputError> {
     let node = node_beside(poly).ok_or_else(|| no_points(poly, "its name does not end in .poly".to_owned(), None))?;
     open(&node).map_err(|error| match error {
@@ -48,11 +49,12 @@ pub fn open_node_beside<T>(poly: &Path, open: impl FnOnce(&Path) -> Result<T, In
     })
 }
 
-/// The error of a `.poly` file that has no points, and no file with points beside it, for this reason.
+/// Returns the error of a `.poly` file without points for which there is no file with points beside
+/// it, for the reason `reason`.
 pub fn no_points(poly: &Path, reason: String, source: Option<io::Error>) -> InputError {
     InputError::Malformed {
         path: poly.to_owned(),
-        place: Place::File,
+        location: Location::File,
         problem: format!("by its first line its points are in the .node file of the same stem beside it, but {reason}"),
         hint: "put that file there, or the points into this one",
         source: source.map(Into::into),
@@ -61,7 +63,7 @@ pub fn no_points(poly: &Path, reason: String, source: Option<io::Error>) -> Inpu
 
 const COUNT_HINT: &str = "the file is cut short, or one of its counts is wrong";
 
-/// Rows of a kind, behind the line with their number.
+/// A section: a line with a number of rows, then these rows.
 #[derive(Clone, Copy)]
 pub struct Section {
     what: &'static str,
@@ -70,7 +72,7 @@ pub struct Section {
 }
 
 impl Section {
-    /// Reads the line with the number of the rows, which has so many fields at most.
+    /// Reads the line with the number of rows, which has at most `most` fields.
     pub fn begin(lines: &mut Lines, what: &'static str, most: usize) -> Result<Self, InputError> {
         if !lines.next_row()? {
             let problem = format!("the file ends before the number of {what}");
@@ -82,16 +84,17 @@ impl Section {
     pub fn of_row(lines: &Lines, what: &'static str, most: usize) -> Result<Self, InputError> {
         let mut numbers = fields(lines.text()).map(whole_number);
         match numbers.next().flatten() {
-            // A row more, or less, of what is before shows by its fields.
+            // If the section before has a row too many or too few, the number of fields here shows
+            // it.
             Some(claimed) if numbers.by_ref().take(most).count() < most => Ok(Self { what, claimed, read: 0 }),
             _ => {
-                let problem = format!("the number of {what} is due, and the row is `{}`", lines.excerpt());
+                let problem = format!("expected the number of {what}, found the row `{}`", lines.excerpt());
                 Err(lines.malformed(problem, COUNT_HINT))
             }
         }
     }
 
-    /// Goes to the next row; false behind the last one.
+    /// Reads the next row; returns false after the last one.
     pub fn next_row(&mut self, lines: &mut Lines) -> Result<bool, InputError> {
         if self.read == self.claimed {
             return Ok(false);
@@ -104,13 +107,13 @@ impl Section {
         Ok(true)
     }
 
-    /// Fails if a row comes behind the last one, which ends the file.
+    /// Fails if rows follow the last one, which must end the file.
     pub fn end(&self, lines: &mut Lines) -> Result<(), InputError> {
         if !lines.next_row()? {
             return Ok(());
         }
         let row = lines.excerpt();
-        let problem = format!("a row behind the last of {} {}: `{row}`", self.claimed, self.what);
+        let problem = format!("a row after the last of {} {}: `{row}`", self.claimed, self.what);
         Err(lines.malformed(problem, COUNT_HINT))
     }
 }

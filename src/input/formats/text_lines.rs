@@ -1,34 +1,36 @@
-//! Lines of text, for the formats that have lines.
+//! Lines of text, for the formats that consist of lines.
 //!
-//! In: a stream of bytes of any kind. Out: rows, which are lines that are neither blank nor a comment, as byte slices;
-//! the format may add further lines to a row, as quoted fields need it. A row has [`LONGEST`] bytes at most.
+//! In: a stream of bytes of any kind. Out: rows as byte slices. A row is a line that is neither
+//! blank nor a comment; the format may add further lines to a row, for example within quoted
+//! fields. A row has at most [`LONGEST`] bytes.
 
 use crate::input::bytes::{BUFFER, ByteInput};
-use crate::input::error::{InputError, Place};
+use crate::input::error::{InputError, Location};
 use crate::shown::excerpt;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::sync::Arc;
 
-/// The longest row. No row of numbers comes near; binary files without line ends do.
+/// The length limit of a row. Rows of numbers stay far below it; binary files without line ends
+/// exceed it.
 const LONGEST: usize = 1 << 20;
 
 pub struct Lines {
     path: Arc<Path>,
     read: Box<dyn BufRead + Send>,
-    /// The line read last, with its line end.
+    /// The last line read, with its line end.
     text: Vec<u8>,
-    /// Its number, from 1.
+    /// The number of that line, counted from 1.
     line: u64,
-    /// The line on which the row begins, and the row's bytes so far.
+    /// The line on which the row begins, and the number of the row's bytes so far.
     row: u64,
     length: usize,
-    /// Bytes read.
+    /// The number of bytes read.
     offset: u64,
 }
 
 impl Lines {
-    /// Passes over a byte order mark.
+    /// Skips a byte order mark.
     pub fn new(mut input: ByteInput) -> Result<Self, InputError> {
         let offset = input.skip_mark();
         let lines = Self::over(
@@ -54,33 +56,33 @@ impl Lines {
         }
     }
 
-    /// The line on which the row given last begins, from 1.
+    /// Returns the line, counted from 1, on which the current row begins.
     #[inline]
     pub fn row(&self) -> u64 {
         self.row
     }
 
-    /// The row given last for a message, of formats that have rows of one line.
+    /// Returns the current row as text for a message, for formats whose rows have one line.
     pub fn excerpt(&self) -> String {
         excerpt(self.text.trim_ascii_end())
     }
 
-    /// An error at the row given last.
+    /// Returns an error at the current row.
     pub fn malformed(&self, problem: impl Into<String>, hint: &'static str) -> InputError {
-        let place = match self.row {
-            0 => Place::File,
-            row => Place::Line(row),
+        let location = match self.row {
+            0 => Location::File,
+            row => Location::Line(row),
         };
-        InputError::malformed(&self.path, place, problem, hint)
+        InputError::malformed(&self.path, location, problem, hint)
     }
 
-    /// The line read last, with its line end; empty at the end.
+    /// Returns the last line read, with its line end; empty at the end.
     #[inline]
     pub fn text(&self) -> &[u8] {
         &self.text
     }
 
-    /// Goes to the next row; false at the end.
+    /// Reads the next row; returns false at the end.
     #[inline]
     pub fn next_row(&mut self) -> Result<bool, InputError> {
         loop {
@@ -93,11 +95,11 @@ impl Lines {
         }
     }
 
-    /// Reads the next line, whatever it has, as a further one of the row.
+    /// Reads the next line, whatever it contains, as a further line of the row.
     #[inline]
     pub fn read_line(&mut self) -> Result<(), InputError> {
         self.text.clear();
-        // One byte more than may be, to tell.
+        // Read one byte more than allowed, to detect a row that is too long.
         let most = (LONGEST + 1 - self.length) as u64;
         let read = self.read.by_ref().take(most).read_until(b'\n', &mut self.text);
         self.offset += self.text.len() as u64;
@@ -116,13 +118,14 @@ impl Lines {
 
 #[cfg(feature = "text")]
 impl Lines {
-    /// The line read last, to change.
+    /// Returns the last line read, for changes in location.
     #[inline]
     pub fn text_mut(&mut self) -> &mut [u8] {
         &mut self.text
     }
 
-    /// The coming lines from the next row on, 64 KiB and a little more, or all. They come again.
+    /// Reads ahead: returns the lines from the next row on, slightly more than 64 KiB or all that
+    /// are left. They will be read again.
     pub fn sample(&mut self) -> Result<Sample, InputError> {
         const ENOUGH: usize = 64 << 10;
         self.next_row()?;
@@ -152,7 +155,7 @@ impl Lines {
 pub struct Sample {
     path: Arc<Path>,
     text: Arc<[u8]>,
-    /// The lines before.
+    /// The number of lines before these.
     line: u64,
 }
 
@@ -167,7 +170,7 @@ impl Sample {
     }
 }
 
-/// Whether a line has nothing to read: blank, or a comment.
+/// Returns whether a line is blank or a comment.
 #[inline]
 fn is_void(line: &[u8]) -> bool {
     match line.first() {
@@ -177,7 +180,7 @@ fn is_void(line: &[u8]) -> bool {
     }
 }
 
-/// A field as a number, also `nan` and `inf`.
+/// Parses a field as a number; `nan` and `inf` are numbers too.
 #[inline]
 pub fn number(field: &[u8]) -> Option<f64> {
     std::str::from_utf8(field).ok()?.parse().ok()

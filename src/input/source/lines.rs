@@ -1,10 +1,10 @@
-//! Segments from files: break lines, walls, and the outlines of obstacles.
+//! The source of segments: break lines, walls, and the outlines of obstacles.
 //!
-//! Why one source for all three: they differ in what they are for, which whoever builds says, and polygons in having a
-//! side that is inside.
+//! One source serves all three. They differ only in their purpose, which the code that builds
+//! knows, and in that polygons have an interior.
 //!
-//! **Memory**: a batch, and of GeoJSON the vertices of one geometry, since only its end tells for sure what it is, or of
-//! obstacles those of one ring.
+//! **Memory**: a batch. For GeoJSON also the vertices of one geometry, since its type is certain
+//! only at its end; for obstacles those of one ring.
 
 use crate::input::bytes::ByteInput;
 use crate::input::error::{InputError, RecordKind};
@@ -21,30 +21,41 @@ use crate::shown;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// A blocking stream of the segments of several files: lines ([`Self::open`]) or polygons ([`Self::open_obstacles`]).
+/// A blocking stream of the segments of several files: lines ([`Self::open`]) or polygons
+/// ([`Self::open_obstacles`]).
 ///
 /// | suffix | lines | polygons |
 /// |---|---|---|
-/// | `.geojson` and the like | a segment between each position and the next of lines and of the rings of polygons; points are passed over | Polygon and MultiPolygon; another geometry is an error, but null |
+/// | `.geojson` and the like | a segment between consecutive positions of lines and of the rings of polygons; points are skipped | Polygon and MultiPolygon; any other geometry but null is an error |
 /// | `.csv` and the like | rows `x1,y1,x2,y2`, with or without a header; further columns are not read | |
 /// | `.u32`, `.u64` | pairs of record numbers of points, raw and little-endian | |
 ///
-/// All but the last may be gzip'd. Segments are numbered from 0 over all files.
+/// All but the last may be compressed with gzip. Segments are numbered from 0 over all files.
 ///
-/// **Lines** are what a person finds in the file: GeoJSON's features (or geometries outside of any), rows, pairs. They are
-/// numbered from 0 over all files of the source, those that give no segment too, and [`Self::origin`] turns a number back
-/// into file and place. A line may have any number of segments.
+/// **Lines** are the units that a person finds in the file: GeoJSON's features (or geometries
+/// outside of any feature), rows, pairs. They are numbered from 0 over all files of the source,
+/// including those that give no segment. [`Self::origin`] turns a number back into a file and a
+/// number in that file. A line may have any number of segments.
 ///
-/// **Polygons** are directed so that the interior is on the left of every segment, whatever the winding in the file: outer
-/// rings go counter-clockwise and inner ones clockwise, by the exact sign of their area. An unclosed ring is closed, with a
-/// note. Repeated positions make no segment, nor does a ring of one position, with a note. A ring without area (collinear, or with lobes that cancel out), and every ring of a
-/// polygon whose outer one has no area, encloses nothing: its segments come once in each direction, so that no side of them is
-/// the inside, and they still block the way; a note tells how many rings. Only an outer ring with lobes that cancel out comes as it
-/// is in the file: it encloses its lobes, one of them the wrong way round. Whether rings cross, or an inner one lies outside, is for
-/// whoever builds to find out; [`SegmentBatch::polygons`] tells which rings belong together.
+/// **Polygons** are directed so that the interior is on the left of every segment, whatever the
+/// winding in the file: outer rings go counter-clockwise and inner ones clockwise, by the exact
+/// sign of their area. Details:
 ///
-/// **z** is kept from GeoJSON. The first position of each file tells whether it has z. If any file has, ends without z
-/// have NaN; if none has, z that comes later is left out. Notes tell of both.
+/// - An unclosed ring is closed, with a note.
+/// - Repeated positions make no segment. Neither does a ring of one position, with a note.
+/// - A ring without area (collinear, or with lobes that cancel out) encloses nothing, and neither
+///   does any ring of a polygon whose outer ring has no area. Each of their segments comes once in
+///   each direction, so that neither side of it is the inside, and it still blocks the way. A note
+///   tells how many such rings there are.
+/// - There is one exception: an outer ring with lobes that cancel out comes in the order of the
+///   file. It encloses its lobes, one of them with the wrong winding.
+/// - Rings that cross, and inner rings that are outside of their outer ring, are not detected here
+///   but when the triangulation is built. [`SegmentBatch::polygons`] tells which rings belong
+///   together.
+///
+/// **z** is kept from GeoJSON. The first position of each file tells whether the file has z. If any
+/// file has z, ends without z have NaN. If no file has z, z that appears later is dropped. Notes
+/// report both.
 ///
 /// ```
 /// use delaunay_tiles::input::{SegmentBatch, SegmentSource};
@@ -65,15 +76,16 @@ use std::path::{Path, PathBuf};
 /// ```
 pub type SegmentSource = Source<SegmentBatch>;
 
-/// Where a line comes from: what [`SegmentSource::origin`] gives.
+/// The origin of a line, as returned by [`SegmentSource::origin`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct LineOrigin<'a> {
     /// The file.
     pub path: &'a Path,
-    /// What a line is in it: `feature`, `row` or `pair`.
+    /// The word for a line in this file: `feature`, `row` or `pair`.
     pub what: &'static str,
-    /// Which one in the file, from 0. Header, comment and blank lines are no rows.
+    /// The number of the line in the file, counted from 0. Header, comment and blank lines do not
+    /// count as rows.
     pub number: u64,
 }
 
@@ -84,10 +96,10 @@ impl fmt::Display for LineOrigin<'_> {
     }
 }
 
-/// How a file with segments is written.
+/// The format of a file with segments.
 #[derive(Clone, Copy, PartialEq)]
 pub enum LineFormat {
-    /// Pairs of numbers of so many bytes.
+    /// Pairs of numbers of `bytes` bytes each.
     Pairs {
         bytes: usize,
     },
@@ -98,7 +110,7 @@ pub enum LineFormat {
 }
 
 impl LineFormat {
-    /// The format of a file with lines, by its name.
+    /// Returns the format of a file with lines, by its name.
     fn of_lines(path: &Path) -> Option<Self> {
         let suffix = path.extension().and_then(|suffix| suffix.to_str());
         match (suffix.map(str::to_ascii_lowercase).as_deref(), Format::from_path(path)) {
@@ -110,12 +122,12 @@ impl LineFormat {
         }
     }
 
-    /// The format of a file with polygons, by its name.
+    /// Returns the format of a file with polygons, by its name.
     fn of_polygons(path: &Path) -> Option<Self> {
         (Format::from_path(path) == Some(Format::GeoJson)).then_some(Self::Rings)
     }
 
-    /// What a line is.
+    /// Returns the word for a line.
     fn line(self) -> &'static str {
         match self {
             Self::Pairs { .. } => "pair",
@@ -128,7 +140,8 @@ impl LineFormat {
 impl Records for SegmentBatch {
     type Format = LineFormat;
 
-    // Segments by their ends come before those by records in a batch, so the files' order would be lost.
+    // A batch has segments by their ends before those by records, so the order of the files would
+    // be lost.
     const SPANS_FILES: bool = false;
 
     fn may_be_gzip(format: LineFormat) -> bool {
@@ -153,15 +166,16 @@ impl Records for SegmentBatch {
 }
 
 impl Source<SegmentBatch> {
-    /// Opens files with lines, and looks at each one's beginning.
+    /// Opens files with lines and examines the beginning of each.
     ///
     /// # Errors
-    /// A file that does not exist, whose name tells no format, or that is broken at its beginning.
+    /// Fails if a file does not exist, its name does not indicate a format, or it is broken at its
+    /// beginning.
     pub fn open(paths: &[PathBuf]) -> Result<Self, InputError> {
         Self::of_files(paths, (), LineFormat::of_lines, RecordKind::Segment)
     }
 
-    /// Opens files with polygons, and looks at each one's beginning.
+    /// Opens files with polygons and examines the beginning of each.
     ///
     /// # Errors
     /// As for [`Self::open`].
@@ -169,13 +183,13 @@ impl Source<SegmentBatch> {
         Self::of_files(paths, (), LineFormat::of_polygons, RecordKind::Obstacle)
     }
 
-    /// Segments so far.
+    /// Returns the number of segments read so far.
     #[must_use]
     pub fn segments(&self) -> u64 {
         self.records
     }
 
-    /// Where a line comes from that was handed out; `None` if there was none of this number.
+    /// Returns the origin of line `line`; `None` if no line with this number was handed out.
     #[must_use]
     pub fn origin(&self, line: u64) -> Option<LineOrigin<'_>> {
         let mut number = Some(line).filter(|line| *line < self.totals.lines)?;

@@ -1,4 +1,4 @@
-//! Sources: what opens files, and gives batches of what they have.
+//! The sources, which open files and produce batches of their records.
 
 mod lines;
 mod points;

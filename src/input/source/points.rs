@@ -1,4 +1,5 @@
-//! Points from files and streams: which reader there is for each format, and what a source of points tells besides.
+//! The source of points: the reader of each format, and the methods that only sources of points
+//! have.
 
 use crate::geometry::Point;
 use crate::input::bytes::ByteInput;
@@ -24,7 +25,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A blocking stream of the points of several files, which together are one set.
+/// A blocking stream of the points of several files, which together form one set.
 ///
 /// ```
 /// use delaunay_tiles::input::{InputOptions, PointBatch, PointSource};
@@ -48,7 +49,7 @@ use std::sync::Arc;
 pub type PointSource = Source<PointBatch>;
 
 impl Records for PointBatch {
-    /// `None` of standard input, whose first bytes tell.
+    /// `None` for standard input without a chosen format: its first bytes determine the format.
     type Format = Option<Format>;
 
     const SPANS_FILES: bool = true;
@@ -84,7 +85,7 @@ impl Records for PointBatch {
     }
 }
 
-/// The format of a stream without a name.
+/// Guesses the format of a stream without a name from its first bytes.
 fn sniff(head: &[u8]) -> Format {
     if head.starts_with(b"LASF") {
         Format::Las
@@ -95,24 +96,27 @@ fn sniff(head: &[u8]) -> Format {
     }
 }
 
-/// Whether this is a `.poly` file that says its points are in the file beside it.
+/// Returns whether this is a `.poly` file that refers to the file with points beside it.
 fn has_points_beside(format: Option<Format>, opened: &Opened<PointBatch>) -> bool {
     format == Some(Format::Poly) && opened.reader.expected() == Some(0)
 }
 
 impl Source<PointBatch> {
-    /// Opens the inputs in this order and looks at each one's beginning. A path `-` is standard input.
+    /// Opens the inputs in this order and examines the beginning of each. A path `-` means standard
+    /// input.
     ///
-    /// Standard input needs [`InputOptions::format`], or is taken for GeoJSON if it begins with a brace, else for text.
+    /// The format of standard input is [`InputOptions::format`]. If that is not set, the format is
+    /// GeoJSON if the input begins with a brace, otherwise text.
     ///
     /// # Errors
-    /// An input that does not exist, has no known format, or is broken at its beginning; options that are not possible.
+    /// Fails if an input does not exist, has no known format or is broken at its beginning, or if
+    /// an option has an invalid value.
     pub fn open(paths: &[PathBuf], options: &InputOptions) -> Result<Self, InputError> {
         let mut source = Self::with_options(options)?;
         let is_standard_input = |path: &&PathBuf| path.as_os_str() == "-";
         if paths.iter().filter(is_standard_input).count() > 1 {
             return Err(InputError::Option {
-                option: "an input",
+                option: "input",
                 value: "-".to_owned(),
                 expected: "standard input can be read only once".to_owned(),
             });
@@ -127,10 +131,11 @@ impl Source<PointBatch> {
         Ok(source)
     }
 
-    /// Reads one stream, as [`Self::open`] does with standard input; `name` stands for it in messages.
+    /// Reads one stream, as [`Self::open`] does with standard input. Messages use `name` as its
+    /// name.
     ///
     /// # Errors
-    /// As for [`Self::open`]. LAS is not possible: it needs a file.
+    /// As for [`Self::open`]. LAS is an error: it needs a file.
     pub fn from_reader(name: &str, reader: Box<dyn Read + Send>, options: &InputOptions) -> Result<Self, InputError> {
         let mut source = Self::with_options(options)?;
         source.add_stream(name, reader)?;
@@ -140,9 +145,9 @@ impl Source<PointBatch> {
     fn with_options(options: &InputOptions) -> Result<Self, InputError> {
         if !matches!(options.dims, 2 | 3) {
             return Err(InputError::Option {
-                option: "--dims",
+                option: "dims",
                 value: options.dims.to_string(),
-                expected: "it is 2 or 3".to_owned(),
+                expected: "expected 2 or 3".to_owned(),
             });
         }
         Ok(Self::new(options.clone()))
@@ -161,7 +166,8 @@ impl Source<PointBatch> {
             self.add(input, opened);
             return Ok(());
         }
-        // From here on the file with the points stands for it, but a change of either is a change.
+        // From here on the file with the points replaces this one, but a change of either is an
+        // error.
         self.note_stamp(&opened);
         open_node_beside(path, |node| self.add_file(node, Some(Format::Node)))
     }
@@ -177,7 +183,7 @@ impl Source<PointBatch> {
         Ok(())
     }
 
-    /// What was read so far.
+    /// Returns the counts so far.
     #[must_use]
     pub fn counts(&self) -> InputCounts {
         InputCounts {
@@ -186,56 +192,63 @@ impl Source<PointBatch> {
         }
     }
 
-    /// The sum of the file sizes; `None` if an input has none, as a pipe.
+    /// Returns the sum of the file sizes; `None` if an input has no size, for instance a pipe.
     #[must_use]
     pub fn total_bytes(&self) -> Option<u64> {
         self.total_bytes
     }
 
-    /// How many points are still to come, as far as the inputs' beginnings tell: raw f64 by the file's size, LAS, LAZ,
-    /// `.node` and `.poly` by their headers. `None` if an input tells nothing, as text, GeoJSON, and raw f64 from a stream or gzip.
+    /// Returns the number of points that remain, as estimated from the beginnings of the inputs:
+    /// for raw f64 from the file's size, for LAS, LAZ, `.node` and `.poly` from the header. Returns
+    /// `None` if an input gives no estimate: text, GeoJSON, and raw f64 from a stream or gzip.
     ///
-    /// An estimate, for plans and progress; 0 after an error. It is too high where records are withheld, filtered or invalid, and a header
-    /// may claim anything up to [`u64::MAX`]: allocate nothing by it.
+    /// This is an estimate for planning and progress, and 0 after an error. It is too high where
+    /// records are withheld, filtered or invalid. A header may claim any number up to [`u64::MAX`],
+    /// so do not allocate memory according to it.
     #[must_use]
     pub fn expected_points(&self) -> Option<u64> {
         self.expected()
     }
 
-    /// About `count` points from all over the inputs, in input order, valid and normalized; the same for the same inputs.
-    /// They are runs of some 16 neighbours, evenly spread over the records of all inputs, what was read already included.
+    /// Returns about `count` points from all parts of the inputs, in input order, valid and
+    /// normalized. The same inputs give the same points. They are runs of about 16 neighbours,
+    /// evenly spread over the records of all inputs, including records that were already read.
     ///
-    /// The stream is left as it is: the files are opened again, and at most some 4 MiB are read from them, so that very
-    /// large counts (from 262144 on for pairs of f64) are not reached. Invalid points are left out without an error, as
-    /// are those that the options leave out, so that there are fewer points, or none, where these are many.
+    /// The position of the stream does not change: this opens the files again and reads at most
+    /// about 4 MiB from them. Very large counts (from 262144 on for pairs of f64) are therefore not
+    /// reached. Invalid points and points that the options exclude are left out without an error,
+    /// so there are fewer points, or none, where these are many.
     ///
-    /// Empty unless every input can be read in any order, since a sample of some inputs would mislead. Raw f64 and LAS can;
-    /// text, GeoJSON, `.node`, `.poly`, LAZ, gzip and streams cannot.
+    /// The result is empty unless every input can be read in any order, since a sample of only some
+    /// inputs would mislead. Raw f64 and LAS can be read in any order; text, GeoJSON, `.node`,
+    /// `.poly`, LAZ, gzip and streams cannot.
     ///
     /// # Errors
-    /// A file that can no longer be opened or read.
+    /// Fails if a file can no longer be opened or read.
     pub fn sample(&self, count: usize) -> Result<Vec<Point>, InputError> {
         let files = self.random_access.iter().flatten();
         sample(files.map(|(path, access)| (&**path, access)), count)
     }
 
-    /// A text that tells these inputs and the options from others, so that work on them can be resumed: the options, and
-    /// of each file its absolute path, size in bytes and time of modification in nanoseconds since 1970, as at open.
-    /// `None` if an input is not a regular file. Only to be compared: what it looks like may change with the version.
+    /// Returns a text that identifies these inputs and the options, so that work on them can be
+    /// resumed. It contains the options and, for each file, its absolute path, size in bytes and
+    /// time of modification in nanoseconds since 1970, as at open. Returns `None` if an input is
+    /// not a regular file. Use the text only for comparison: its form may change between versions.
     #[must_use]
     pub fn identity(&self) -> Option<String> {
         self.total_bytes?;
         let mut identity = format!("{:?}", self.options);
         for (path, stamp) in &self.stamps {
             let path = std::path::absolute(path).ok()?;
-            // Quoted, a path with line breaks in it cannot pass for two.
+            // The path is quoted, so that a path with line breaks cannot look like two paths.
             write!(identity, "\n{path:?} {} {}", stamp.length, stamp.modified).ok()?;
         }
         Some(identity)
     }
 
-    /// The coordinate reference system as the first input tells it that has one: WKT or `EPSG:…` from LAS, the name in
-    /// the former `crs` member of GeoJSON. Nothing is computed from it. It may be known only when that input is done.
+    /// Returns the coordinate reference system of the first input that has one: WKT or `EPSG:…`
+    /// from LAS, the name in the former `crs` member of GeoJSON. The library does not interpret it.
+    /// It may become known only when that input ends.
     #[must_use]
     pub fn crs(&self) -> Option<&str> {
         self.crs.as_deref()

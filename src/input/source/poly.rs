@@ -1,18 +1,19 @@
 //! The segments and the hole points of Triangle's `.poly` files.
 //!
-//! In: the path of a file that [`PointSource`](crate::input::PointSource) reads the points of. Out: [`SegmentBatch`]es of segments
-//! by record numbers, then the hole points. The file is read twice, so it cannot be a pipe.
+//! In: the path of a file whose points a [`PointSource`](crate::input::PointSource) reads. Out:
+//! [`SegmentBatch`]es of segments given by record numbers, then the hole points. The file is read
+//! twice, so it cannot be a pipe.
 
 use crate::geometry::Point;
 use crate::input::bytes::ByteInput;
-use crate::input::error::{InputError, Place, RecordKind};
+use crate::input::error::{InputError, Location, RecordKind};
 use crate::input::flaw::Flaw;
 use crate::input::formats::node::{Vertices, fields, whole_number};
 use crate::input::formats::poly::{Section, open_node_beside};
 use crate::input::formats::text_lines::{Lines, number};
 use crate::input::lines::SegmentBatch;
+use crate::input::point_z::PointZ;
 use crate::input::reader::FULL;
-use crate::input::spot::Spot;
 use crate::input::watch::{FileStamp, Reading, Watch, Watched, note};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -21,8 +22,9 @@ use std::sync::Arc;
 /// The segments and the hole points of one `.poly` file.
 ///
 /// **Record numbers** count the points of this file (or of the `.node` file beside it) from 0, as a
-/// [`PointSource`](crate::input::PointSource) that has no other input does. Where it has others before this one, their
-/// records are to be added. Segments are numbered from 0 in this file.
+/// [`PointSource`](crate::input::PointSource) with no other input does. If the point source has
+/// other inputs before this file, add the number of their records. Segments are numbered from 0 in
+/// this file.
 ///
 /// ```
 /// use delaunay_tiles::input::{PolySource, SegmentBatch};
@@ -46,13 +48,13 @@ pub struct PolySource {
     lines: Lines,
     watch: Arc<Watch>,
     stamps: Vec<(PathBuf, FileStamp)>,
-    /// The number of points, and the index of the first one.
+    /// The number of points, and the index of the first point.
     points: u64,
     base: u64,
     segments: Section,
 }
 
-/// The lines of a regular file.
+/// Opens a regular file as lines.
 fn open_lines(path: &Path, reading: &Reading) -> Result<(Lines, Arc<Watch>), InputError> {
     let file = Watched::open(path, reading, None)?;
     let watch = Arc::clone(&file.watch);
@@ -60,8 +62,8 @@ fn open_lines(path: &Path, reading: &Reading) -> Result<(Lines, Arc<Watch>), Inp
         let hint = "a .poly file is read twice, for its points and for its segments";
         return Err(InputError::malformed(
             path,
-            Place::File,
-            "this is no regular file",
+            Location::File,
+            "this is not a regular file",
             hint,
         ));
     }
@@ -70,11 +72,12 @@ fn open_lines(path: &Path, reading: &Reading) -> Result<(Lines, Arc<Watch>), Inp
 }
 
 impl PolySource {
-    /// Opens a file and passes over its points.
+    /// Opens a file and skips its points.
     ///
     /// # Errors
-    /// A file that does not exist, is no regular file, or is broken up to its segments; the same for a `.node` file beside it.
-    /// Whether the points' coordinates are valid is not looked at.
+    /// Fails if the file does not exist, is not a regular file, or is broken before the rows of
+    /// its segments; likewise for a `.node` file beside it. Does not check
+    /// whether the points' coordinates are valid.
     pub fn open(path: &Path) -> Result<Self, InputError> {
         let (reading, mut stamps) = (Reading::default(), Vec::new());
         let (lines, watch) = open_lines(path, &reading)?;
@@ -114,36 +117,37 @@ impl PolySource {
         })
     }
 
-    /// How far the reading is, and the way to stop it.
+    /// Returns the [`Reading`], which shows the progress and stops the reading.
     #[must_use]
     pub fn reading(&self) -> &Reading {
         &self.watch.reading
     }
 
-    /// The file, and the `.node` file beside it if that has the points, as they were when they were
-    /// looked at.
+    /// Returns the stamps at opening of the file, and of the `.node` file beside it if that has the
+    /// points.
     #[must_use]
     pub fn stamps(&self) -> &[(PathBuf, FileStamp)] {
         &self.stamps
     }
 
-    /// The number of points that the file (or the `.node` file beside it) claims.
+    /// Returns the number of points that the file (or the `.node` file beside it) claims.
     #[must_use]
     pub fn points(&self) -> u64 {
         self.points
     }
 
-    /// Segments so far.
+    /// Returns the number of segments read so far.
     #[must_use]
     pub fn segments(&self) -> u64 {
         self.segments.read
     }
 
-    /// Clears the batch and fills it with the next segments, at most 8192; false if there are none left.
+    /// Clears the batch and fills it with the next segments, at most 8192. Returns false if no
+    /// segments are left.
     ///
     /// # Errors
-    /// A row that is no segment, or has an index of no point; a file that is cut short or cannot be read. An error ends the
-    /// segments.
+    /// Fails if a row is not a segment or has an index of no point, or if the file is cut short or
+    /// cannot be read. After an error there are no more segments.
     pub fn next_batch(&mut self, batch: &mut SegmentBatch) -> Result<bool, InputError> {
         batch.clear();
         let first = self.segments.read;
@@ -165,11 +169,12 @@ impl PolySource {
         Ok(())
     }
 
-    /// The points inside holes: valid and normalized. Passes over the segments that are left, and reads the file to its end.
+    /// Returns the points inside holes, valid and normalized. Skips the remaining segments and
+    /// reads the file to its end.
     ///
     /// # Errors
-    /// As for [`Self::next_batch`]; a hole that is no valid point; rows behind the last one; a file
-    /// that has changed since it was opened.
+    /// As for [`Self::next_batch`]. Also fails if a hole is not a valid point, if rows follow the
+    /// last section, or if the file has changed since it was opened.
     pub fn holes(mut self) -> Result<Vec<Point>, InputError> {
         let watch = Arc::clone(&self.watch);
         let holes = self.read_holes().map_err(|error| watch.explain(error))?;
@@ -194,7 +199,7 @@ impl PolySource {
         Ok(holes)
     }
 
-    /// The records of the segment at hand.
+    /// Returns the record numbers of the current segment.
     fn segment(&self) -> Result<[u64; 2], InputError> {
         let mut fields = fields(self.lines.text()).map(whole_number);
         let (Some(Some(_)), Some(Some(from)), Some(Some(to))) = (fields.next(), fields.next(), fields.next()) else {
@@ -204,7 +209,7 @@ impl PolySource {
         Ok([self.record(from)?, self.record(to)?])
     }
 
-    /// The record of the point of this index.
+    /// Returns the record number of the point with this index.
     fn record(&self, index: u64) -> Result<u64, InputError> {
         let record = index.checked_sub(self.base).filter(|record| *record < self.points);
         record.ok_or_else(|| match self.points.checked_sub(1) {
@@ -222,22 +227,22 @@ impl PolySource {
             path: self.path.clone(),
             kind: RecordKind::Segment,
             number: self.segments.read - 1,
-            place: Place::Line(self.lines.row()),
+            location: Location::Line(self.lines.row()),
             found: flaw.to_string(),
         }
     }
 
-    /// The point of the hole at hand, which is this one.
+    /// Returns the point of the current hole, which has the number `hole`.
     fn hole(&self, hole: u64) -> Result<Point, InputError> {
         let mut fields = fields(self.lines.text()).skip(1).map(number);
-        let spot = match (fields.next(), fields.next()) {
-            (Some(Some(x)), Some(Some(y))) => Spot::new(x, y, None),
+        let point_z = match (fields.next(), fields.next()) {
+            (Some(Some(x)), Some(Some(y))) => PointZ::new(x, y, None),
             _ => Err(Flaw::PolyHole {
                 row: self.lines.excerpt(),
             }),
         };
         let hint = "a hole is given by a point in it";
-        let point = spot.map(|spot| spot.point);
+        let point = point_z.map(|point_z| point_z.point);
         point.map_err(|flaw| self.lines.malformed(format!("hole {hole}: {flaw}"), hint))
     }
 }

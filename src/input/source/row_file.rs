@@ -1,4 +1,4 @@
-//! Rows of a text file, for callers whose rows are no points: what a program is asked, say.
+//! The rows of a text file, for callers whose rows are not points, for example files of queries.
 
 use crate::input::bytes::ByteInput;
 use crate::input::error::InputError;
@@ -8,11 +8,11 @@ use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The rows of one text file, which may be gzip'd: its lines, but for those that are blank or begin
-/// with `#`.
+/// The rows of one text file, which may be compressed with gzip: the lines that are neither blank
+/// nor begin with `#`.
 ///
-/// No row is longer than 1 MiB, and a file that changes while it is read is an error, as with all
-/// sources.
+/// No row is longer than 1 MiB. As with all sources, a file that changes while it is read is an
+/// error.
 ///
 /// ```
 /// use delaunay_tiles::input::RowFile;
@@ -38,7 +38,7 @@ impl RowFile {
     /// Opens a file.
     ///
     /// # Errors
-    /// A file that cannot be opened or read, or is no text.
+    /// Fails if the file cannot be opened or read, or if it is not text.
     pub fn open(path: &Path) -> Result<Self, InputError> {
         let file = Watched::open(path, &Reading::default(), None)?;
         let watch = Arc::clone(&file.watch);
@@ -49,11 +49,12 @@ impl RowFile {
         })
     }
 
-    /// The next row, without blanks around it, and the number of its line, from 1; `None` behind
-    /// the last one.
+    /// Returns the next row, without surrounding blanks, and its line number, counted from 1;
+    /// `None` after the last row.
     ///
     /// # Errors
-    /// A row that is too long, a file that cannot be read or has changed since it was opened.
+    /// Fails if a row is too long, or if the file cannot be read or has changed since it was
+    /// opened.
     pub fn next_row(&mut self) -> Result<Option<(&[u8], u64)>, InputError> {
         if !self.lines.next_row().map_err(|error| self.watch.explain(error))? {
             self.watch.check()?;
@@ -62,7 +63,7 @@ impl RowFile {
         Ok(Some((self.lines.text().trim_ascii(), self.lines.row())))
     }
 
-    /// The error of the row given last.
+    /// Returns the error `problem`, with the advice `hint`, at the row that was returned last.
     #[must_use]
     pub fn wrong_row(&self, problem: String, hint: &'static str) -> InputError {
         self.lines.malformed(problem, hint)

@@ -1,8 +1,9 @@
-//! Sites from files: points with an id, among which queries find the nearest.
+//! The source of sites: points with an id, among which queries find the nearest.
 //!
-//! Without the features `text` and `geojson` there is no format.
+//! Without the features `text` and `geojson`, no format is available.
 //!
-//! **Memory**: a batch, and one row of text or one feature's positions, since the id may come behind them.
+//! **Memory**: a batch, and one row of text or the positions of one feature, since the id may
+//! follow them.
 
 use crate::input::bytes::ByteInput;
 use crate::input::error::{InputError, RecordKind};
@@ -18,23 +19,26 @@ use std::path::{Path, PathBuf};
 
 /// A blocking stream of the sites of several files.
 ///
-/// | suffix | what |
+/// | suffix | contents |
 /// |---|---|
 /// | `.csv` and the like | rows `x,y` or `x,y,id`, or the columns that a header names (for x, y and z as with points) |
-/// | `.geojson` and the like | each position of a Point or MultiPoint; other geometries are passed over, and a note tells how many |
+/// | `.geojson` and the like | each position of a Point or MultiPoint; other geometries are skipped, and a note tells how many |
 ///
-/// Both may be gzip'd. **The id** is, if a field is chosen:
+/// Both may be compressed with gzip. **The id**, if a field is selected, is:
 ///
-/// - text: the column of that name in the header, capitals notwithstanding, or else of that number from 1;
-/// - GeoJSON: the feature's property of that name, or, if it is `id` and there is no such property (or it is null), the
-///   feature's member `id`. All positions of a feature have the same id.
+/// - in text, the column with that name in the header, ignoring case, otherwise the column with
+///   that number, counted from 1;
+/// - in GeoJSON, the feature's property with that name. If the name is `id` and that property is
+///   missing or null, the id is the feature's member `id`. All positions of a feature have the same
+///   id.
 ///
-/// Without a choice it is text's column named `id`, or its third one if that has no name (there is no header, or the
-/// header's third field is empty); else, and in GeoJSON, the number of the site from 0 over all files. A record without the id
-/// that is due is an error. That ids differ is not checked.
+/// If no field is selected, the id in text is the column named `id`, otherwise the third column if
+/// that has no name (there is no header, or the header's third field is empty). In all other cases,
+/// and always in GeoJSON, the id is the number of the site, counted from 0 over all files. A record
+/// without the expected id is an error. Whether ids are distinct is not checked.
 ///
-/// **z** is known at open, by the header or the first position of each file. If any file has z,
-/// sites without one have NaN; if none has, z that comes later is left out.
+/// **z** is known at open, from the header or the first position of each file. If any file has z,
+/// sites without z have NaN. If no file has z at open, z that appears later is dropped.
 ///
 /// ```
 /// use delaunay_tiles::input::{SiteBatch, SiteId, SiteSource};
@@ -54,7 +58,7 @@ use std::path::{Path, PathBuf};
 /// ```
 pub type SiteSource = Source<SiteBatch>;
 
-/// How a file with sites is written.
+/// The format of a file with sites.
 #[derive(Clone, Copy)]
 pub enum SiteFormat {
     Text,
@@ -99,16 +103,18 @@ impl Records for SiteBatch {
 }
 
 impl Source<SiteBatch> {
-    /// Opens files with sites, and looks at each one's beginning. The id comes from the field of this name, if one is given.
+    /// Opens files with sites and examines the beginning of each. With `id_field`, the id is read
+    /// from the field of that name.
     ///
     /// # Errors
-    /// A file that does not exist, whose name tells no format, that is broken at its beginning, or a text without a column for the id.
+    /// Fails if a file does not exist, its name does not indicate a format or it is broken at its
+    /// beginning, or if a text has no column for the id.
     pub fn open(paths: &[PathBuf], id_field: Option<&str>) -> Result<Self, InputError> {
         let id_field = id_field.map(str::to_owned);
         Self::of_files(paths, id_field, SiteFormat::from_path, RecordKind::Site)
     }
 
-    /// Sites so far.
+    /// Returns the number of sites read so far.
     #[must_use]
     pub fn sites(&self) -> u64 {
         self.records

@@ -1,8 +1,8 @@
-//! The stream of batches over all inputs, whatever kind of record they have.
+//! The stream of batches over all inputs, for records of any kind.
 //!
-//! State on open: every file was looked at (header or first record) and closed again, but the first one and those that
-//! can be read only once (standard input, pipes), which wait opened. State while reading: one reader, and the inputs
-//! that are left. A failure ends the stream.
+//! After open, every file was examined (header or first record) and closed again, except the first
+//! file and those that can be read only once (standard input, pipes); these stay open. While
+//! reading, the state is one reader and the remaining inputs. An error ends the stream.
 
 use crate::input::bytes::ByteInput;
 use crate::input::error::{InputError, RecordKind};
@@ -16,21 +16,23 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Records of one kind, by the formats that they are read from.
+/// The records of one kind, and the formats from which they are read.
 pub trait Records: Batch {
-    /// How a file is written.
+    /// The format of a file.
     type Format: Copy;
 
-    /// Whether a batch may have records of several files.
+    /// Whether a batch may contain records of several files.
     const SPANS_FILES: bool;
 
-    /// Whether a file of the format that begins as gzip does is gzip. Of formats but raw numbers no file can begin so.
+    /// Returns whether a file of this format that begins with gzip's magic number is gzip. Only
+    /// files of raw numbers can begin so without being gzip.
     fn may_be_gzip(format: Self::Format) -> bool;
 
-    /// Starts the reader of bytes, which were unzipped.
+    /// Starts the reader of `input`, which is decompressed.
     fn start(format: Self::Format, input: ByteInput, options: &Self::Options) -> Started<Self>;
 
-    /// Starts the reader of a file; other than [`start`](Self::start) for formats in which a reader has to seek.
+    /// Starts the reader of a file. Differs from [`start`](Self::start) for formats whose reader
+    /// has to seek.
     fn start_file(format: Self::Format, file: Watched<Arc<File>>, options: &Self::Options) -> Started<Self> {
         start_stream(format, file, options)
     }
@@ -49,9 +51,9 @@ pub fn start_stream<B: Records>(
 pub struct Input<B: Records> {
     pub path: Arc<Path>,
     format: B::Format,
-    /// What it was when it was looked at; `None` of streams.
+    /// The stamp of the file when it was examined; `None` for streams.
     stamp: Option<FileStamp>,
-    /// The records that it claimed when it was looked at.
+    /// The number of records that the file claimed when it was examined.
     expected: Option<u64>,
     opened: Option<Opened<B>>,
 }
@@ -72,12 +74,13 @@ impl<B: Records> Input<B> {
         }
     }
 
-    /// Its length in bytes, if it is a regular file.
+    /// Returns the length in bytes of a regular file.
     fn size(&self) -> Option<u64> {
         self.stamp.map(|stamp| stamp.length)
     }
 
-    /// Opens the file and starts its reader. If it was open before, it must not have changed since.
+    /// Opens the file and starts its reader. If it was opened before, it must not have changed
+    /// since.
     pub fn open(&mut self, options: &B::Options, reading: &Reading) -> Result<Opened<B>, InputError> {
         let file = Watched::open(&self.path, reading, self.stamp)?;
         let watch = Arc::clone(&file.watch);
@@ -102,36 +105,37 @@ impl<B: Records> Input<B> {
     }
 }
 
-/// A blocking stream of the records of several files: [`PointSource`](crate::input::PointSource),
-/// [`SegmentSource`](crate::input::SegmentSource) and [`SiteSource`](crate::input::SiteSource) tell what they read.
+/// A blocking stream of the records of several files. See
+/// [`PointSource`](crate::input::PointSource), [`SegmentSource`](crate::input::SegmentSource) and
+/// [`SiteSource`](crate::input::SiteSource) for what they read.
 pub struct Source<B: Records> {
-    /// The inputs that are left.
+    /// The inputs that remain to be read.
     inputs: VecDeque<Input<B>>,
     /// All inputs.
     pub(super) all: Vec<(Arc<Path>, B::Format)>,
     pub(super) options: B::Options,
     pub(super) totals: B::Totals,
-    /// Records handed out.
+    /// The number of records handed out.
     pub(super) records: u64,
     has_z: bool,
     pub(super) crs: Option<String>,
     notes: Vec<String>,
-    /// The sum of the files' sizes, if all inputs are regular files.
+    /// The sum of the file sizes, if all inputs are regular files.
     pub(super) total_bytes: Option<u64>,
-    /// All inputs, if each one can be read in any order.
+    /// The access to all inputs, if each of them can be read in any order.
     pub(super) random_access: Option<Vec<(Arc<Path>, RandomAccess)>>,
     pub(super) stamps: Vec<(PathBuf, FileStamp)>,
     pub(super) reading: Reading,
     bytes_read: u64,
-    /// Bytes and records of the inputs that are done.
+    /// The number of bytes and of records of the inputs that have ended.
     done_bytes: u64,
     done_records: u64,
-    /// Name and records of each input that is done.
+    /// The name and the number of records of each input that has ended.
     pub(super) done: Vec<(String, u64)>,
 }
 
 impl<B: Records> Source<B> {
-    /// A source without inputs.
+    /// Creates a source without inputs.
     pub(super) fn new(options: B::Options) -> Self {
         Self {
             inputs: VecDeque::new(),
@@ -153,7 +157,8 @@ impl<B: Records> Source<B> {
         }
     }
 
-    /// A source of files whose formats their names tell, by this function. Looks at each one's beginning.
+    /// Opens files whose formats `format` derives from their names, and examines the beginning of
+    /// each.
     pub(super) fn of_files(
         paths: &[PathBuf],
         options: B::Options,
@@ -175,7 +180,7 @@ impl<B: Records> Source<B> {
         Ok(source)
     }
 
-    /// Looks at a file, which comes behind those that were added before.
+    /// Opens and examines a file, and adds it after the inputs that were added before.
     pub(super) fn add_file(&mut self, path: &Path, format: B::Format) -> Result<(), InputError> {
         let mut input = Input::new(path, format);
         let opened = input.open(&self.options, &self.reading)?;
@@ -183,7 +188,7 @@ impl<B: Records> Source<B> {
         Ok(())
     }
 
-    /// Adds an input that was looked at.
+    /// Adds an input that was examined.
     pub(super) fn add(&mut self, mut input: Input<B>, opened: Opened<B>) {
         self.has_z |= opened.reader.has_z();
         self.total_bytes = self.total_bytes.zip(input.size()).map(|(sum, size)| sum + size);
@@ -194,14 +199,14 @@ impl<B: Records> Source<B> {
             _ => self.random_access = None,
         }
         input.expected = opened.reader.expected();
-        // What can be read only once stays open.
+        // An input that can be read only once stays open.
         let keep = self.inputs.is_empty() || input.stamp.is_none();
         input.opened = keep.then_some(opened);
         self.all.push((input.path.clone(), input.format));
         self.inputs.push_back(input);
     }
 
-    /// Notes a file, if it is one, as it was when it was looked at.
+    /// Records the stamp of a file as it was when it was examined, if it is a regular file.
     pub(super) fn note_stamp(&mut self, opened: &Opened<B>) {
         note(&mut self.stamps, &opened.watch);
     }
@@ -212,11 +217,13 @@ impl<B: Records> Source<B> {
         }
     }
 
-    /// Clears the batch and fills it with the next records, 8192 or less; false if there are none left.
+    /// Clears the batch and fills it with the next records, at most 8192. Returns false if no
+    /// records are left.
     ///
     /// # Errors
-    /// A record that is not what it should be, unless the options pass over it; a file that is broken, cannot be read or
-    /// has changed since it was opened. An error ends the stream: what comes after it is false.
+    /// Fails if a record is invalid, unless the options skip such records, or if a file is broken,
+    /// cannot be read or has changed since it was opened. An error ends the stream: later calls
+    /// return false.
     pub fn next_batch(&mut self, batch: &mut B) -> Result<bool, InputError> {
         batch.clear();
         let filled = self.fill(batch);
@@ -244,7 +251,7 @@ impl<B: Records> Source<B> {
                 before: self.records,
             });
             let taken = opened.watch.taken();
-            // A reader that seeks may take some bytes twice, and need not take all.
+            // A reader that seeks may read some bytes twice, and need not read all bytes.
             self.bytes_read = self.done_bytes + input.size().map_or(taken, |size| size.min(taken));
             let has_more = filled.map_err(|error| opened.watch.explain(error))?;
             self.totals.add(batch, &opened.reader.tally());
@@ -262,7 +269,7 @@ impl<B: Records> Source<B> {
         Ok(())
     }
 
-    /// Sums up an input that is done; `in_batch` records were not handed out yet.
+    /// Adds up the counts of an input that has ended; `in_batch` records were not handed out yet.
     fn end_file(&mut self, input: &Input<B>, opened: &Opened<B>, in_batch: usize) {
         self.done_bytes += input.size().unwrap_or(opened.watch.taken());
         self.bytes_read = self.done_bytes;
@@ -277,7 +284,8 @@ impl<B: Records> Source<B> {
         self.notes.extend(self.totals.notes(&input.path));
     }
 
-    /// How many records are still to come, as far as the inputs' beginnings tell; `None` if one tells nothing.
+    /// Returns the number of records that remain, as estimated from the beginnings of the inputs;
+    /// `None` if an input gives no estimate.
     pub(super) fn expected(&self) -> Option<u64> {
         let left = |input: &Input<B>| match &input.opened {
             Some(opened) => opened.reader.expected(),
@@ -288,38 +296,41 @@ impl<B: Records> Source<B> {
             .try_fold(0u64, |sum, input| Some(sum.saturating_add(left(input)?)))
     }
 
-    /// Whether the batches have z: if any input has, by its header or its first record.
+    /// Returns whether the batches have z. They do if any input has z according to its header or
+    /// first record.
     #[must_use]
     pub fn has_z(&self) -> bool {
         self.has_z
     }
 
-    /// The inputs that are done, in order: the name of each, without its folder, and how many records it had. Of
-    /// segments these are lines.
+    /// Returns the inputs that have ended, in order: the file name of each, without its folder, and
+    /// its number of records. For segments this is the number of lines.
     #[must_use]
     pub fn sources(&self) -> &[(String, u64)] {
         &self.done
     }
 
-    /// What a person should know about the inputs that are done, such as which columns were not read.
+    /// Returns notes for the user about the inputs that have ended, for instance which columns were
+    /// not read.
     #[must_use]
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// Bytes taken from the inputs so far, for progress: of compressed files the compressed ones.
+    /// Returns the number of bytes taken from the inputs so far, for progress. In a compressed
+    /// file, compressed bytes count.
     #[must_use]
     pub fn bytes_read(&self) -> u64 {
         self.bytes_read
     }
 
-    /// How far the reading is, and the way to stop it.
+    /// Returns the [`Reading`], which shows the progress and stops the reading.
     #[must_use]
     pub fn reading(&self) -> &Reading {
         &self.reading
     }
 
-    /// The regular files among the inputs, as they were when they were looked at.
+    /// Returns the regular files among the inputs, with their stamps when they were examined.
     #[must_use]
     pub fn stamps(&self) -> &[(PathBuf, FileStamp)] {
         &self.stamps

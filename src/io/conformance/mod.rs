@@ -1,4 +1,5 @@
-//! What every backend promises, run for each of them. A backend is added to the end of this file.
+//! The promises of every backend, tested for each of them. New backends are added at the end of
+//! this file.
 
 mod reads;
 mod shared;
@@ -18,10 +19,10 @@ use crate::io::threads::ThreadsFile;
 trait Subject: Default {
     type File: ReadAt + Clone + 'static;
 
-    /// A file with these bytes, opened to read it.
+    /// Creates a file with these bytes, opened for reading.
     fn holding(&self, bytes: &[u8]) -> Self::File;
 
-    /// Where the file lies that [`holding`](Self::holding) made last, if on disk.
+    /// Returns the path of the file that [`holding`](Self::holding) made last, if it is on disk.
     fn path(&self) -> Option<PathBuf> {
         None
     }
@@ -29,11 +30,11 @@ trait Subject: Default {
 
 /// A backend that writes.
 trait Writing: Subject<File: WriteAt> {
-    /// A new, empty file, to write and read.
+    /// Creates a new, empty file for writing and reading.
     fn create(&self) -> Self::File;
 }
 
-/// Bytes that are different everywhere.
+/// Returns bytes in which no two parts are equal.
 fn pattern(length: usize) -> Vec<u8> {
     let word = |i: usize| (i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15).to_le_bytes();
     let mut bytes: Vec<u8> = (0..length.div_ceil(8)).flat_map(word).collect();
@@ -41,7 +42,7 @@ fn pattern(length: usize) -> Vec<u8> {
     bytes
 }
 
-/// Awaits without any runtime.
+/// Awaits a future without any runtime.
 fn wait<T>(future: impl Future<Output = T>) -> T {
     futures::executor::block_on(future)
 }
@@ -68,7 +69,7 @@ struct Folder(TempDir);
 
 impl Default for Folder {
     fn default() -> Self {
-        // Not in the folder for temporary files, which may be one that lies in memory.
+        // Not in the folder for temporary files, which may be in memory.
         let target = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("target");
         Self(
             fs::create_dir_all(&target)
@@ -134,7 +135,7 @@ impl Writing for Uring {
     }
 }
 
-/// Objects in memory, as of any store.
+/// Objects in memory, standing for those of any store.
 #[cfg(feature = "object-store")]
 #[derive(Default)]
 struct Object;
@@ -155,7 +156,7 @@ impl Subject for Object {
     }
 }
 
-/// A test for each promise, unless the system has no such backend.
+/// Defines a test for each promise. The tests are skipped if the system has no such backend.
 macro_rules! promises {
     ($subject:ty, if $available:expr, $($part:ident: $promise:ident,)*) => {
         $(#[test]
@@ -169,36 +170,36 @@ macro_rules! promises {
     };
 }
 
-/// The suite for a backend that reads.
+/// Defines the suite for a backend that reads.
 macro_rules! reading {
     ($subject:ty, if $available:expr) => {
         promises! {
             $subject, if $available,
             reads: ranges_are_read_exactly,
-            reads: no_bytes_are_there_wherever_they_are_asked_for,
-            reads: what_is_not_there_takes_no_memory,
+            reads: an_empty_range_reads_nothing_at_any_offset,
+            reads: ranges_beyond_the_end_fail_without_allocation,
             reads: long_ranges_are_read_whole,
             reads: answers_come_in_the_order_of_the_ranges,
             reads: a_short_file_is_read_to_its_last_byte,
-            shared: thousands_of_reads_at_once,
+            shared: thousands_of_reads_run_at_once,
             shared: dropped_reads_disturb_no_others,
-            shared: runtimes_come_and_go,
+            shared: reads_work_in_any_runtime,
             shared: bytes_outlive_their_file,
-            shared: an_open_file_stays_what_it_was,
+            shared: an_open_file_keeps_its_bytes_when_its_name_is_replaced,
         }
     };
 }
 
-/// The suite for a backend that writes.
+/// Defines the suite for a backend that writes.
 macro_rules! writing {
     ($subject:ty, if $available:expr) => {
         promises! {
             $subject, if $available,
             writes: files_grow_as_they_are_written,
             writes: gaps_read_as_zeros,
-            writes: impossible_places_are_errors,
-            writes: many_writers_at_once,
-            writes: a_dropped_write_is_done_all_the_same,
+            writes: impossible_offsets_are_errors,
+            writes: many_writes_run_at_once,
+            writes: a_dropped_write_is_still_performed,
         }
     };
 }

@@ -1,11 +1,11 @@
-//! Reads give what is there.
+//! Reads return exactly the bytes of the file.
 
 use std::io::ErrorKind;
 
 use crate::io::conformance::{Subject, pattern, wait};
 use crate::io::file::ReadAt;
 
-/// The range as the file has it, compared with what it was made of.
+/// Compares a range, read from the file, with the bytes that the file was made of.
 fn check(file: &impl ReadAt, bytes: &[u8], from: usize, to: usize) {
     let read = wait(file.read_at(from as u64..to as u64)).unwrap();
     assert!(read == bytes[from..to], "{from}..{to}");
@@ -15,33 +15,33 @@ pub(super) fn ranges_are_read_exactly(subject: &impl Subject) {
     let bytes = pattern(100_001);
     let file = subject.holding(&bytes);
     assert_eq!(file.length(), 100_001);
-    // Around the borders of blocks, aligned and not, and the end of the file.
-    let places = [
+    // Offsets around the boundaries of disk blocks, aligned and not, and at the end of the file.
+    let offsets = [
         0, 1, 511, 512, 4095, 4096, 4097, 8191, 8192, 12_345, 98_304, 100_000, 100_001,
     ];
-    for (number, &from) in places.iter().enumerate() {
-        for &to in &places[number..] {
+    for (number, &from) in offsets.iter().enumerate() {
+        for &to in &offsets[number..] {
             check(&file, &bytes, from, to);
         }
     }
 }
 
-pub(super) fn no_bytes_are_there_wherever_they_are_asked_for(subject: &impl Subject) {
+pub(super) fn an_empty_range_reads_nothing_at_any_offset(subject: &impl Subject) {
     for file in [subject.holding(&pattern(10)), subject.holding(&[])] {
-        for place in [0, 5, 10, 11, 1 << 40, u64::MAX] {
-            assert!(wait(file.read_at(place..place)).unwrap().is_empty(), "{place}");
+        for offset in [0, 5, 10, 11, 1 << 40, u64::MAX] {
+            assert!(wait(file.read_at(offset..offset)).unwrap().is_empty(), "{offset}");
         }
     }
 }
 
-pub(super) fn what_is_not_there_takes_no_memory(subject: &impl Subject) {
+pub(super) fn ranges_beyond_the_end_fail_without_allocation(subject: &impl Subject) {
     let file = subject.holding(&pattern(10_000));
     let beyond = [
         9_999..10_001,
         10_000..10_001,
         0..10_001,
         4096..20_000,
-        // More than any machine has.
+        // This is more than any machine has.
         0..1 << 60,
         5..u64::MAX,
         1 << 40..(1 << 40) + 1,
@@ -61,7 +61,7 @@ pub(super) fn what_is_not_there_takes_no_memory(subject: &impl Subject) {
 pub(super) fn long_ranges_are_read_whole(subject: &impl Subject) {
     let bytes = pattern((20 << 20) + 123);
     let file = subject.holding(&bytes);
-    // Buffers are used again for ranges that are somewhat longer or shorter.
+    // Buffers are reused for ranges that are somewhat longer or shorter.
     for length in [
         (1 << 20) + 1,
         1 << 20,
@@ -84,7 +84,7 @@ pub(super) fn long_ranges_are_read_whole(subject: &impl Subject) {
 pub(super) fn answers_come_in_the_order_of_the_ranges(subject: &impl Subject) {
     let bytes = pattern(1 << 20);
     let file = subject.holding(&bytes);
-    // Long ones before short ones, backwards, overlapping, and twice.
+    // Long ranges before short ones, backwards, overlapping, and repeated.
     let mut ranges: Vec<_> = (0..60u64).rev().map(|i| i * 1000..i * 1000 + (i + 1) * 7000).collect();
     ranges.extend([5..5, 0..1 << 20, 17..18, 17..18]);
     let answers = wait(file.read_many(&ranges)).unwrap();

@@ -1,4 +1,4 @@
-//! Files are used by many, who come and go.
+//! Files are shared by many threads and runtimes, which start and end.
 
 use std::fs;
 
@@ -8,7 +8,7 @@ use tokio::runtime::Builder;
 use crate::io::conformance::{Subject, pattern, wait};
 use crate::io::file::ReadAt;
 
-pub(super) fn thousands_of_reads_at_once(subject: &impl Subject) {
+pub(super) fn thousands_of_reads_run_at_once(subject: &impl Subject) {
     let bytes = pattern(1 << 20);
     let file = subject.holding(&bytes);
     let ranges = || (0..5000u64).map(|i| i * 181..i * 181 + i % 97 * 50 + 1);
@@ -25,7 +25,7 @@ pub(super) fn dropped_reads_disturb_no_others(subject: &impl Subject) {
         for i in 0..50u64 {
             let read = file.read_at(i * 1000..i * 1000 + (1 << 20));
             match i % 3 {
-                // Never looked at, looked at once, and awaited.
+                // Never polled, polled once, and awaited.
                 0 => drop(read),
                 1 => drop(read.now_or_never()),
                 _ => assert_eq!(wait(read).unwrap()[0], bytes[i as usize * 1000], "{round}"),
@@ -35,7 +35,7 @@ pub(super) fn dropped_reads_disturb_no_others(subject: &impl Subject) {
     assert!(wait(file.read_at(0..4 << 20)).unwrap() == bytes);
 }
 
-pub(super) fn runtimes_come_and_go(subject: &impl Subject) {
+pub(super) fn reads_work_in_any_runtime(subject: &impl Subject) {
     let bytes = pattern(2 << 20);
     let file = subject.holding(&bytes);
     for workers in 1..4 {
@@ -47,12 +47,12 @@ pub(super) fn runtimes_come_and_go(subject: &impl Subject) {
         let reads: Vec<_> = reads.collect();
         let first = runtime.block_on(async { reads.into_iter().next().unwrap().await });
         assert!(first.unwrap().unwrap() == bytes[..1 << 20]);
-        // The others go with their runtime, finished or not.
+        // The other reads end with their runtime, finished or not.
         runtime.shutdown_background();
     }
     let runtimes = [(); 2].map(|()| Builder::new_current_thread().build().unwrap());
     let read = || file.read_at(5..2 << 20);
-    // A future of one runtime is awaited in another.
+    // A future that one runtime started is awaited in another.
     let started = {
         let _within = runtimes[0].enter();
         read()
@@ -74,7 +74,7 @@ pub(super) fn bytes_outlive_their_file(subject: &impl Subject) {
     );
 }
 
-pub(super) fn an_open_file_stays_what_it_was(subject: &impl Subject) {
+pub(super) fn an_open_file_keeps_its_bytes_when_its_name_is_replaced(subject: &impl Subject) {
     let old = pattern(300_000);
     let file = subject.holding(&old);
     let Some(path) = subject.path() else {

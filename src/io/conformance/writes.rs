@@ -1,4 +1,4 @@
-//! Writes are seen by the reads after them.
+//! Writes are visible to the reads after them.
 
 use bytes::Bytes;
 use futures::future::{FutureExt, try_join_all};
@@ -22,7 +22,7 @@ pub(super) fn files_grow_as_they_are_written(subject: &impl Writing) {
         assert!(wait(file.read_at(0..end as u64 + 1)).is_err());
     }
     wait(file.sync()).unwrap();
-    // What was there is written over, and what is around it stays.
+    // The old bytes are overwritten, and those around them stay.
     wait(file.write_at(100, Bytes::from_static(&[0; 50]))).unwrap();
     let read = wait(file.read_at(0..end as u64)).unwrap();
     assert!(read[..100] == bytes[..100] && read[100..150] == [0; 50] && read[150..] == bytes[150..end]);
@@ -38,7 +38,7 @@ pub(super) fn gaps_read_as_zeros(subject: &impl Writing) {
     assert!(wait(file.read_at(0..10_004)).is_err(), "no bytes make no file longer");
 }
 
-pub(super) fn impossible_places_are_errors(subject: &impl Writing) {
+pub(super) fn impossible_offsets_are_errors(subject: &impl Writing) {
     let file = subject.create();
     wait(file.write_at(0, Bytes::from_static(b"abc"))).unwrap();
     for offset in [(1 << 63) - 2, (1 << 63) - 1, 1 << 63, u64::MAX - 1, u64::MAX] {
@@ -51,7 +51,7 @@ pub(super) fn impossible_places_are_errors(subject: &impl Writing) {
     assert!(wait(file.read_at(0..4)).is_err());
 }
 
-pub(super) fn many_writers_at_once(subject: &impl Writing) {
+pub(super) fn many_writes_run_at_once(subject: &impl Writing) {
     const PIECE: usize = 3001;
     let file = subject.create();
     let bytes = Bytes::from(pattern(400 * PIECE));
@@ -61,15 +61,15 @@ pub(super) fn many_writers_at_once(subject: &impl Writing) {
     assert!(wait(file.read_at(0..bytes.len() as u64)).unwrap() == bytes);
 }
 
-pub(super) fn a_dropped_write_is_done_all_the_same(subject: &impl Writing) {
+pub(super) fn a_dropped_write_is_still_performed(subject: &impl Writing) {
     let file = subject.create();
     let bytes = Bytes::from(pattern(1 << 20));
-    // Asked once whether they are done, or never.
+    // One future is polled once, the other never.
     let _ = file.write_at(0, bytes.clone()).now_or_never();
     drop(file.write_at(bytes.len() as u64, bytes.clone()));
     let end = 2 * bytes.len() as u64;
     let both = [&bytes[..], &bytes[..]].concat();
-    // It is not said when it is done.
+    // Nothing reports when the writes are done.
     while !wait(file.read_at(0..end)).is_ok_and(|read| read == both) {
         std::thread::yield_now();
     }

@@ -1,7 +1,7 @@
-//! A client that takes no more of a server's error than a message needs.
+//! An HTTP client that reads only the part of a server's error that a message needs.
 //!
-//! Crate `object_store` gathers the body of every error in memory, however long it is. What a
-//! request for a range gets is counted where it is [gathered](crate::io::Object).
+//! The crate `object_store` gathers the body of every error in memory, however long it is. The
+//! answer to a request for a range is bounded where it is [gathered](crate::io::object::Object).
 
 use std::fmt;
 
@@ -11,10 +11,10 @@ use object_store::client::{
     HttpClient, HttpConnector, HttpError, HttpRequest, HttpResponse, HttpService, ReqwestConnector,
 };
 
-/// Bytes of an error that are read.
+/// The number of bytes of an error that are read.
 const LONGEST_ERROR: usize = 4 << 10;
 
-/// Connects guarded clients.
+/// A connector of guarded clients.
 #[derive(Debug)]
 pub(super) struct Guard;
 
@@ -28,7 +28,8 @@ impl fmt::Debug for Guarded {
 
 impl HttpConnector for Guard {
     fn connect(&self, options: &ClientOptions) -> object_store::Result<HttpClient> {
-        // The first provider of cryptography of a process stays; if the program has chosen one, it is that.
+        // The first cryptography provider installed in a process stays. If the program has chosen
+        // one, that one is used.
         let _ = rustls::crypto::ring::default_provider().install_default();
         let client = ReqwestConnector::default().connect(options)?;
         Ok(HttpClient::new(Guarded(client)))
@@ -44,7 +45,7 @@ impl HttpService for Guarded {
         }
         let (parts, body) = answer.into_parts();
         let (mut text, mut body) = (Vec::new(), body.bytes_stream());
-        // An error within an error is no news.
+        // An error while the body of an error is read is ignored.
         while let Some(Ok(part)) = body.next().await
             && text.len() < LONGEST_ERROR
         {

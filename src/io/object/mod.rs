@@ -1,12 +1,13 @@
 //! A file in an object store, or on a web server, read by byte range.
 //!
-//! Opening asks for the first bytes, and so learns the length and the version (the ETag); they are kept, since whoever opens a
-//! file reads its beginning. Every request after that is for this version only: an object that changed is an error, and never
-//! a mixture of two. What is read at once and lies close together is one request. Requests run on a thread of their own: the
-//! connections of a client live in the runtime that they were made in.
+//! Opening requests the first bytes, and so learns the length and the version (the ETag). These
+//! bytes are kept, since every user of a file reads its beginning. Every later request is for this
+//! version only: an object that changed is an error, never a mixture of two versions. Ranges that
+//! are read at once and are close together become one request. Requests run on a thread of their
+//! own, because the connections of a client belong to the runtime in which they were made.
 
+mod address;
 mod guard;
-mod place;
 
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
@@ -26,18 +27,18 @@ use crate::io::file::{ReadAt, length_of};
 use crate::io::start::start_thread;
 use crate::shown;
 
-/// Bytes that are asked for when a file is opened: its superblocks.
+/// The number of bytes requested when a file is opened: its superblocks.
 const BEGINNING: u64 = 8192;
-/// What the addresses of FlatBuffers in memory are multiples of, as their offsets are.
+/// The alignment of FlatBuffers in memory, which is also that of their offsets in the file.
 const ALIGNMENT: usize = 8;
-/// How long a request may take.
+/// The time that a request may take.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// Characters of what a server says that a message has.
+/// The number of characters of a server's text that a message quotes.
 const LONGEST_ANSWER: usize = 400;
-/// Bytes that are made room for before any have come.
+/// The number of bytes allocated before any have arrived.
 const TRUSTED: usize = 1 << 20;
 
-/// A file in an object store, to read. Clones share it.
+/// A file in an object store, for reading. Clones share it.
 #[derive(Clone)]
 pub struct ObjectFile {
     object: Arc<Object>,
@@ -49,10 +50,10 @@ pub struct ObjectFile {
 struct Object {
     store: Arc<dyn ObjectStore>,
     path: Path,
-    /// For errors.
+    /// The name for errors.
     name: String,
     length: u64,
-    /// What names the version that was opened, if the store has such.
+    /// The tag of the version that was opened, if the store has tags.
     e_tag: Option<String>,
 }
 
@@ -63,30 +64,32 @@ impl fmt::Debug for ObjectFile {
 }
 
 impl ObjectFile {
-    /// Opens what lies at `http://…`, `https://…` or `s3://bucket/…`. Credentials for S3, and its endpoint if it is another
-    /// one, come from the environment, as `AWS_ACCESS_KEY_ID` and so on.
+    /// Opens the object at `http://…`, `https://…` or `s3://bucket/…`. Credentials for S3, and its
+    /// endpoint if it differs from the default, come from environment variables such as
+    /// `AWS_ACCESS_KEY_ID`.
     ///
     /// # Errors
-    /// If the address is none of these, or what the server says.
+    /// Fails if the address is none of these, or with the server's error.
     pub async fn open(url: &str) -> io::Result<Self> {
         Self::open_within(url, PATIENCE).await
     }
 
-    /// The same, with the time that a request may take, from its start to the last byte of its
-    /// answer; [`open`](Self::open) has 30 seconds. Within as much again a request that failed is
-    /// made anew, at most three times.
+    /// Opens an object as [`open`](Self::open) does, with a time limit for each request, from its
+    /// start to the last byte of its answer; [`open`](Self::open) uses 30 seconds. A request that
+    /// failed is repeated within the same time again, at most three times.
     ///
     /// # Errors
     /// As for [`open`](Self::open).
+    /// As for [`open`](Self::open).
     pub async fn open_within(url: &str, timeout: Duration) -> io::Result<Self> {
-        let (store, path) = place::find(url, timeout)?;
+        let (store, path) = address::resolve(url, timeout)?;
         Self::open_named(store, path, shown::text(url).into_owned()).await
     }
 
     /// Opens an object of any store.
     ///
     /// # Errors
-    /// What the store says.
+    /// Fails with the store's error.
     pub async fn open_in(store: Arc<dyn ObjectStore>, path: &str) -> io::Result<Self> {
         let name = format!("{store}: {path}");
         let path = Path::parse(path).map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))?;
@@ -101,7 +104,7 @@ impl ObjectFile {
             };
             let answer = match store.get_opts(&path, options).await {
                 Ok(answer) => Ok(answer),
-                // No range lies within an empty object.
+                // An empty object satisfies no range request.
                 Err(error) => match store.head(&path).await {
                     Ok(meta) if meta.size == 0 => Err(meta),
                     _ => return Err(explained(&name, error)),
@@ -122,7 +125,7 @@ impl ObjectFile {
             Ok((Arc::new(object), beginning))
         };
         let (object, beginning) = on_runtime(opened).await?;
-        let note = "the server names no versions, so a change while reading may be noticed late";
+        let note = "the server sends no version tags, so a change while reading may be noticed late";
         Ok(Self {
             note: object.e_tag.is_none().then(|| note.into()),
             object,
@@ -132,7 +135,7 @@ impl ObjectFile {
 }
 
 impl Object {
-    /// Asks for a range of the version that was opened.
+    /// Requests a range of the version that was opened.
     async fn fetch(&self, range: Range<u64>) -> io::Result<Bytes> {
         if range.is_empty() {
             return Ok(Bytes::new());
@@ -146,15 +149,16 @@ impl Object {
         };
         let answer = self.store.get_opts(&self.path, options).await;
         let answer = answer.map_err(|error| explained(&self.name, error))?;
-        // Some servers do not look at conditions.
+        // Some servers ignore conditions.
         if answer.meta.size != self.length || self.e_tag.is_some() && answer.meta.e_tag != self.e_tag {
             return Err(changed(&self.name));
         }
         self.collect(answer, range).await
     }
 
-    /// The bytes of an answer, at an address that is as aligned as the beginning of the range in the file. No more memory is
-    /// taken than bytes have come, but for [`TRUSTED`].
+    /// Gathers the bytes of an answer, at an address with the same alignment as the beginning of
+    /// the range in the file. Allocates no more memory than bytes have arrived, apart from
+    /// [`TRUSTED`].
     async fn collect(&self, answer: GetResult, range: Range<u64>) -> io::Result<Bytes> {
         let length = length_of(&range)?;
         let ahead = (range.start % ALIGNMENT as u64) as usize;
@@ -178,7 +182,7 @@ impl Object {
     }
 
     fn wrong_length(&self, range: &Range<u64>) -> io::Error {
-        let message = format!("{}: the answer has not the length of bytes {range:?}", self.name);
+        let message = format!("{}: the answer does not have the length of bytes {range:?}", self.name);
         io::Error::new(io::ErrorKind::UnexpectedEof, message)
     }
 
@@ -223,7 +227,7 @@ impl ReadAt for ObjectFile {
         }
         let (object, ranges) = (Arc::clone(&self.object), ranges.to_vec());
         on_runtime(async move {
-            // Empty ranges may lie anywhere.
+            // Empty ranges may be at any offset, so they are not requested.
             let asked: Vec<_> = ranges.iter().filter(|range| !range.is_empty()).cloned().collect();
             let fetch = |range| {
                 let object = Arc::clone(&object);
@@ -241,7 +245,7 @@ impl ReadAt for ObjectFile {
     }
 }
 
-/// Runs where the connections live, from any runtime or none.
+/// Runs a request on the runtime of the connections, from any runtime or none.
 fn on_runtime<T: Send + 'static>(
     request: impl Future<Output = io::Result<T>> + Send + 'static,
 ) -> BoxFuture<'static, io::Result<T>> {
@@ -262,11 +266,11 @@ fn on_runtime<T: Send + 'static>(
 }
 
 fn changed(name: &str) -> io::Error {
-    let message = format!("{name} was changed since it was opened; open it anew");
+    let message = format!("{name} has changed since it was opened; open it again");
     io::Error::new(io::ErrorKind::StaleNetworkFileHandle, message)
 }
 
-/// What a store says, with the object's name.
+/// Returns a store's error with the object's name.
 fn explained(name: &str, error: Error) -> io::Error {
     let (kind, what) = match &error {
         Error::Precondition { .. } => return changed(name),
@@ -283,16 +287,16 @@ fn explained(name: &str, error: Error) -> io::Error {
     )
 }
 
-/// An error and what is behind it, each said once.
+/// Returns the text of an error and of its sources, each text once.
 fn whole(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
-    let mut behind = error.source();
-    while let Some(error) = behind {
+    let mut source = error.source();
+    while let Some(error) = source {
         let more = error.to_string();
         if !text.contains(&more) {
             text += &format!(": {more}");
         }
-        behind = error.source();
+        source = error.source();
     }
     text
 }

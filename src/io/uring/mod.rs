@@ -1,9 +1,10 @@
-//! A file on disk, read and written through an io_uring.
+//! Files on disk, read and written through an io_uring.
 //!
-//! All files of the process share one ring, which a thread of its own drives (`ring`); what is asked of it comes by channel,
-//! with all that the operation needs, and the answer goes back by a channel of its own. Reads go past the page cache
-//! (`O_DIRECT`) where the file system says that it can, straight into the memory that tiles are read in. Files that are written
-//! keep to the page cache: what is appended to them begins and ends anywhere.
+//! All files of the process share one ring, which has its own thread (`ring`). Requests go to it by
+//! a channel, with everything that the operation needs, and each answer comes back by a channel of
+//! its own. Reads bypass the page cache (`O_DIRECT`) if the file system supports this, directly
+//! into the memory in which tiles are used. Files that are written use the page cache, since
+//! appended data begins and ends at any offset.
 
 mod pages;
 pub(crate) mod ring;
@@ -26,7 +27,7 @@ use pages::{ALIGNMENT, PagePool};
 pub(super) use ring::Ring;
 use ring::{Operation, gone};
 
-/// A file on disk. Clones share it.
+/// A file on disk that an io_uring reads and writes. Clones share it.
 #[derive(Clone, Debug)]
 pub struct UringFile {
     shared: Arc<Shared>,
@@ -35,11 +36,11 @@ pub struct UringFile {
 #[derive(Debug)]
 struct Shared {
     ring: Arc<Ring>,
-    /// By which the ring knows the file.
+    /// The number that identifies the file in the ring.
     number: u64,
     file: File,
     length: u64,
-    /// Whether reads go past the page cache.
+    /// Whether reads bypass the page cache.
     is_direct: bool,
     pool: PagePool,
 }
@@ -51,27 +52,28 @@ impl Drop for Shared {
 }
 
 impl UringFile {
-    /// Opens a file to read it.
+    /// Opens a file for reading.
     ///
     /// # Errors
-    /// What the system says of the file or of a ring, and [`io::ErrorKind::IsADirectory`].
+    /// Fails with [`io::ErrorKind::IsADirectory`] for a folder, and with the system's error for the
+    /// file or for a ring.
     pub fn open(path: &Path) -> io::Result<Self> {
         Self::open_on(Ring::shared()?, path)
     }
 
-    /// Opens a file to read it through this ring.
+    /// Opens a file for reading through `ring`.
     pub(super) fn open_on(ring: Arc<Ring>, path: &Path) -> io::Result<Self> {
         let (file, _) = open_regular(path, File::options().read(true))?;
-        // A file system that says it can may still refuse; then we do without.
+        // A file system that claims support may still refuse; then reads use the page cache.
         let is_direct = can_be_direct(&file)
             && fcntl_getfl(&file).is_ok_and(|flags| fcntl_setfl(&file, flags | OFlags::DIRECT).is_ok());
         Self::new(ring, file, is_direct)
     }
 
-    /// Makes a new, empty file to write and read.
+    /// Creates a new, empty file for writing and reading.
     ///
     /// # Errors
-    /// What the system says of the file or of a ring.
+    /// Fails with the system's error for the file or for a ring.
     pub fn create(path: &Path) -> io::Result<Self> {
         let ring = Ring::shared()?;
         let file = File::options()
@@ -97,13 +99,13 @@ impl UringFile {
         })
     }
 
-    /// Whether reads go past the page cache.
+    /// Returns whether reads bypass the page cache.
     #[must_use]
     pub fn is_direct(&self) -> bool {
         self.shared.is_direct
     }
 
-    /// Asks the ring for an operation. The file stays open until it is answered.
+    /// Requests an operation of the ring. The file stays open until the answer has come.
     fn ask<T: Send + 'static>(
         &self,
         operation: impl FnOnce(oneshot::Sender<io::Result<T>>) -> Operation,
@@ -122,7 +124,8 @@ impl UringFile {
     }
 }
 
-/// Whether reads that are aligned to [`ALIGNMENT`] may go past the page cache. Linux before 6.1 does not tell.
+/// Returns whether reads that are aligned to [`ALIGNMENT`] may bypass the page cache. Linux before
+/// 6.1 does not report this.
 fn can_be_direct(file: &File) -> bool {
     let Ok(status) = statx(file, "", AtFlags::EMPTY_PATH, StatxFlags::DIOALIGN) else {
         return false;
@@ -143,7 +146,7 @@ impl ReadAt for UringFile {
     }
 
     fn note(&self) -> Option<&str> {
-        (!self.shared.is_direct).then_some("through the page cache, since this file cannot be read past it")
+        (!self.shared.is_direct).then_some("through the page cache, since this file cannot be read directly")
     }
 
     fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {
@@ -152,7 +155,7 @@ impl ReadAt for UringFile {
             Ok(length) => length,
             Err(error) => return ready(Err(error)).boxed(),
         };
-        // No buffer is made for what is not there.
+        // No buffer is allocated for bytes that do not exist.
         if let Err(error) = check_within(&range, self.shared.length, &self.shared.file) {
             return ready(Err(error)).boxed();
         }

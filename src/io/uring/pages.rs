@@ -1,7 +1,9 @@
-//! Memory that is read into past the page cache: whole pages, huge ones for much, kept to be used again.
+//! Memory for reads that bypass the page cache: whole pages, huge pages for long reads, kept for
+//! reuse.
 //!
-//! A disk is handed memory page by page, some hundred at a time. So huge pages make reads faster: blocks of 1 MiB of one file on a
-//! virtual disk came with 3.7 GB/s into huge pages and with 1.3 into others, at any queue depth.
+//! A disk gets memory page by page, a few hundred pages at a time, so huge pages make reads faster:
+//! blocks of 1 MiB of one file on a virtual disk arrived at 3.7 GB/s in huge pages and at 1.3 GB/s
+//! in others, at any queue depth.
 
 use std::io;
 use std::ops::Range;
@@ -10,17 +12,17 @@ use bytes::Bytes;
 use memmap2::{Advice, MmapMut};
 use tokio_uring::buf::{IoBuf, IoBufMut};
 
-use crate::io::buffers::{Kept, SMALL, rounded};
+use crate::io::buffers::{FreeList, SMALL, rounded};
 use crate::io::file::{HUGE_PAGE, in_huge_pages};
 
-/// What reads past the page cache ask of memory and offsets, at most, in bytes.
+/// The alignment in bytes of memory and offsets that suffices for reads that bypass the page cache.
 pub(super) const ALIGNMENT: usize = 4096;
 
-/// Memory that nobody reads just now, the oldest first. Clones share it.
+/// The memory that is not in use, oldest first. Clones share it.
 #[derive(Clone, Debug)]
-pub(super) struct PagePool(Kept<MmapMut>);
+pub(super) struct PagePool(FreeList<MmapMut>);
 
-/// Memory, and where in it what is aligned to [`ALIGNMENT`] begins.
+/// Memory, and the position in it where the part aligned to [`ALIGNMENT`] begins.
 #[derive(Debug)]
 pub(super) struct Pages {
     memory: Memory,
@@ -29,18 +31,18 @@ pub(super) struct Pages {
 
 #[derive(Debug)]
 enum Memory {
-    /// What is short is not kept.
+    /// Short memory, which is not kept for reuse.
     Short(Vec<u8>),
     Long(MmapMut),
 }
 
 impl PagePool {
-    /// Keeps no more than so many.
+    /// Creates a pool that keeps at most `kept` mappings.
     pub(super) fn keeping(kept: usize) -> Self {
-        Self(Kept::new(kept))
+        Self(FreeList::new(kept))
     }
 
-    /// Memory of which so many bytes are aligned, whatever they are.
+    /// Returns memory with `length` aligned bytes of arbitrary content.
     pub(super) fn take(&self, length: usize) -> io::Result<Pages> {
         if length < SMALL {
             let bytes = vec![0; length + ALIGNMENT];
@@ -60,7 +62,7 @@ impl PagePool {
         let address = memory.as_mut_ptr().addr();
         let start = address.next_multiple_of(alignment) - address;
         if huge > 0 {
-            // Where there are none, the others have to do.
+            // If no huge pages are available, other pages are used.
             let _ = memory.advise_range(Advice::HugePage, start, huge);
         }
         Ok(Pages {
@@ -69,7 +71,8 @@ impl PagePool {
         })
     }
 
-    /// Bytes for others to read, from the aligned ones; the memory is kept when the last of these drops its part.
+    /// Returns `part` of the aligned bytes for reading. The memory is kept for reuse when the last
+    /// part of these bytes is dropped.
     pub(super) fn freeze(&self, pages: Pages, part: Range<usize>) -> Bytes {
         let part = pages.start + part.start..pages.start + part.end;
         assert!(
@@ -79,7 +82,7 @@ impl PagePool {
         );
         match pages.memory {
             Memory::Short(bytes) => Bytes::from(bytes).slice(part),
-            Memory::Long(memory) => Bytes::from_owner(Lent {
+            Memory::Long(memory) => Bytes::from_owner(LentPages {
                 memory: Some(memory),
                 part,
                 pool: self.clone(),
@@ -87,7 +90,7 @@ impl PagePool {
         }
     }
 
-    /// Gives back what is kept.
+    /// Releases the kept memory.
     pub(super) fn clear(&self) {
         self.0.clear();
     }
@@ -101,14 +104,14 @@ impl Pages {
         }
     }
 
-    /// Where what is aligned begins.
+    /// Returns the position where the aligned part begins.
     pub(super) fn start(&self) -> usize {
         self.start
     }
 }
 
-// SAFETY: the bytes stay where they are when the value moves, since they lie on the heap or in a mapping of their own; and all of them
-// have a value from the beginning.
+// SAFETY: the bytes do not move when the value moves, since they are on the heap or in a mapping of
+// their own, and all of them are initialized.
 #[allow(unsafe_code, reason = "the ring reads into memory by its address")]
 unsafe impl IoBuf for Pages {
     fn stable_ptr(&self) -> *const u8 {
@@ -124,7 +127,8 @@ unsafe impl IoBuf for Pages {
     }
 }
 
-// SAFETY: as above; there is nothing to note of what was read, as all bytes have a value already.
+// SAFETY: as above. There is nothing to record about what was read, as all bytes are already
+// initialized.
 #[allow(unsafe_code, reason = "the ring reads into memory by its address")]
 unsafe impl IoBufMut for Pages {
     fn stable_mut_ptr(&mut self) -> *mut u8 {
@@ -137,20 +141,20 @@ unsafe impl IoBufMut for Pages {
     unsafe fn set_init(&mut self, _: usize) {}
 }
 
-/// A part of memory that goes back to where it came from.
-struct Lent {
+/// A part of memory that goes back to its pool when it is dropped.
+struct LentPages {
     memory: Option<MmapMut>,
     part: Range<usize>,
     pool: PagePool,
 }
 
-impl AsRef<[u8]> for Lent {
+impl AsRef<[u8]> for LentPages {
     fn as_ref(&self) -> &[u8] {
         self.memory.as_ref().map_or(&[], |memory| &memory[self.part.clone()])
     }
 }
 
-impl Drop for Lent {
+impl Drop for LentPages {
     fn drop(&mut self) {
         if let Some(memory) = self.memory.take() {
             self.pool.0.give_back(memory);
@@ -165,13 +169,13 @@ mod tests {
     const LONG: usize = 3_400_000;
 
     #[test]
-    fn memory_is_aligned_and_comes_back_once_nobody_reads_it() {
+    fn memory_is_aligned_and_is_reused_once_no_reader_is_left() {
         let pool = PagePool::keeping(2);
         for length in [1, SMALL - 1, SMALL, LONG] {
             let mut pages = pool.take(length).unwrap();
             let start = pages.start();
-            let place = pages.bytes().as_ptr();
-            assert!(place.addr().wrapping_add(start).is_multiple_of(ALIGNMENT));
+            let address = pages.bytes().as_ptr();
+            assert!(address.addr().wrapping_add(start).is_multiple_of(ALIGNMENT));
             assert!(start + length <= pages.bytes().len());
             match &mut pages.memory {
                 Memory::Short(bytes) => bytes[start] = 9,
@@ -182,15 +186,15 @@ mod tests {
             let part = bytes.slice(0..1);
             drop(bytes);
             if length >= SMALL {
-                assert_ne!(pool.take(length).unwrap().bytes().as_ptr(), place, "a part is in use");
+                assert_ne!(pool.take(length).unwrap().bytes().as_ptr(), address, "a part is in use");
                 drop(part);
-                assert_eq!(pool.take(length).unwrap().bytes().as_ptr(), place);
+                assert_eq!(pool.take(length).unwrap().bytes().as_ptr(), address);
             }
         }
     }
 
     #[test]
-    fn little_is_kept_and_nothing_that_is_much_too_large() {
+    fn the_pool_keeps_a_limited_number_and_no_memory_that_is_much_too_large() {
         let pool = PagePool::keeping(4);
         let frozen = |length| pool.freeze(pool.take(length).unwrap(), 0..length);
         drop((0..9).map(|_| frozen(SMALL)).collect::<Vec<_>>());

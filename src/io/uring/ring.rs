@@ -1,8 +1,9 @@
-//! The thread that owns the ring, and nothing else.
+//! The thread that owns the ring and runs nothing else.
 //!
-//! Its runtime hands operations to the kernel when it has nothing left to do. So nothing that computes may run there: it would
-//! stall the I/O of all files. What comes in is a request by channel; what goes out is the answer, by another. Operations in
-//! flight stay below what the ring holds; what comes on top waits in the channel, without a buffer.
+//! The thread's runtime submits operations to the kernel only when it has nothing left to do.
+//! Computations must not run there: they would stall the I/O of all files. Requests come in by a
+//! channel, and each answer goes out by another. The number of operations in flight stays below the
+//! size of the ring; further requests wait in the channel, without a buffer.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -22,21 +23,24 @@ use crate::io::start::start_thread;
 use crate::io::uring::pages::PagePool;
 use crate::io::uring::transfer;
 
-/// Entries of the ring.
+/// The number of entries of the ring.
 const ENTRIES: u32 = 256;
-/// Operations in flight at once: below the entries, and enough for the queue of any one disk.
+/// The limit on operations in flight: below the number of entries, and enough for the queue of any
+/// one disk.
 const IN_FLIGHT: usize = 128;
-/// Files that the process may open yet, at least, when a ring is made: half of them are for the ring and its runtime.
+/// The number of files that the process must still be able to open when a ring is made. Half of
+/// them are for the ring and its runtime.
 const DESCRIPTORS: usize = 24;
-/// How long a new ring may take to answer. Some sandboxes let a ring be made, but nothing be handed to it.
+/// How long a new ring may take to answer. Some sandboxes permit making a ring, but not submitting
+/// anything to it.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Where an answer goes. Whoever asked may have gone away; then nobody needs it.
+/// The channel for an answer. If the receiver was dropped, nobody needs the answer.
 type Reply<T> = oneshot::Sender<io::Result<T>>;
 
-/// What a ring does with a file.
+/// An operation of a ring on a file.
 pub(super) enum Operation {
-    /// Reads so many bytes, all or none, into memory of this pool.
+    /// Reads all of `length` bytes, or none, into memory of `pool`.
     Read {
         offset: u64,
         length: usize,
@@ -46,18 +50,18 @@ pub(super) enum Operation {
     },
     /// Writes all the bytes.
     Write { offset: u64, data: Bytes, reply: Reply<()> },
-    /// Brings all that was written onto the medium.
+    /// Brings everything written before onto the medium.
     Sync { reply: Reply<()> },
 }
 
-/// What comes to the thread of a ring; files go by number.
+/// A request to the thread of a ring. Files are identified by number.
 enum Request {
     Open(u64, File),
     Close(u64),
     Do(u64, Operation),
 }
 
-/// A ring, driven by a thread of its own, which ends when nobody has the ring any more.
+/// A ring, driven by a thread of its own. The thread ends when the ring is dropped.
 #[derive(Debug)]
 pub(in crate::io) struct Ring {
     requests: UnboundedSender<Request>,
@@ -65,26 +69,27 @@ pub(in crate::io) struct Ring {
 }
 
 impl Ring {
-    /// The ring that all files of the process share; it is made when it is asked for first, and anew if its thread is gone.
+    /// Returns the ring that all files of the process share. It is made at the first call, and
+    /// again if its thread has ended.
     ///
     /// # Errors
-    /// What the system says when it refuses a ring, as it does within many containers.
+    /// Fails with the system's error if it refuses a ring, as in many containers.
     pub(in crate::io) fn shared() -> io::Result<Arc<Self>> {
-        static SHARED: LazyLock<Mutex<Made>> = LazyLock::new(Mutex::default);
+        static SHARED: LazyLock<Mutex<SharedRing>> = LazyLock::new(Mutex::default);
         let mut shared = SHARED.lock();
-        if let Made::Ring(ring) = &*shared
+        if let SharedRing::Ring(ring) = &*shared
             && !ring.requests.is_closed()
         {
             return Ok(Arc::clone(ring));
         }
-        if let Made::Silent = *shared {
+        if let SharedRing::Silent = *shared {
             return Err(silent());
         }
         let ring = Self::start();
         match &ring {
-            Ok(ring) => *shared = Made::Ring(Arc::clone(ring)),
-            // Nobody waits for such a ring twice.
-            Err(error) if error.kind() == io::ErrorKind::TimedOut => *shared = Made::Silent,
+            Ok(ring) => *shared = SharedRing::Ring(Arc::clone(ring)),
+            // No caller waits for such a ring twice.
+            Err(error) if error.kind() == io::ErrorKind::TimedOut => *shared = SharedRing::Silent,
             Err(_) => (),
         }
         ring
@@ -94,7 +99,8 @@ impl Ring {
         let (requests, incoming) = unbounded_channel();
         let (ready, started) = sync_channel(1);
         start_thread("tile-ring", move || {
-            // `start` would panic where a ring is refused, and the runtime where a descriptor is.
+            // `start` would panic where a ring is refused, and the runtime where a descriptor is
+            // refused.
             if let Err(error) = descriptors() {
                 return drop(ready.send(Err(error)));
             }
@@ -122,20 +128,20 @@ impl Ring {
         }))
     }
 
-    /// Hands over a file; gives the number that it goes by.
+    /// Hands over a file; returns the number that identifies it.
     pub(super) fn open(&self, file: File) -> io::Result<u64> {
         let number = self.opened.fetch_add(1, Ordering::Relaxed);
         self.send(Request::Open(number, file))?;
         Ok(number)
     }
 
-    /// Closes a file, when its last operation is done.
+    /// Closes a file when its last operation is done.
     pub(super) fn close(&self, number: u64) {
-        // Without the thread there is no file either.
+        // If the thread has ended, its files are closed too.
         let _ = self.send(Request::Close(number));
     }
 
-    /// Asks for an operation on a file.
+    /// Requests an operation on a file.
     pub(super) fn ask(&self, number: u64, operation: Operation) -> io::Result<()> {
         self.send(Request::Do(number, operation))
     }
@@ -145,17 +151,17 @@ impl Ring {
     }
 }
 
-/// The ring of the process.
+/// The state of the ring that the process shares.
 #[derive(Default)]
-enum Made {
+enum SharedRing {
     #[default]
-    Not,
+    NotMade,
     Ring(Arc<Ring>),
-    /// One was made, but did not answer.
+    /// A ring was made, but did not answer.
     Silent,
 }
 
-/// The error where the thread of the ring ended early.
+/// Returns the error for the case that the thread of the ring ended early.
 pub(super) fn gone() -> io::Error {
     io::Error::other("the thread that drives the io_uring is gone")
 }
@@ -168,7 +174,7 @@ fn silent() -> io::Error {
     io::Error::new(io::ErrorKind::TimedOut, message)
 }
 
-/// Fails unless the process may open enough files for a ring beside others.
+/// Fails unless the process can open enough files for a ring beside others.
 fn descriptors() -> io::Result<()> {
     (0..DESCRIPTORS)
         .map(|_| File::open("/"))
@@ -176,7 +182,7 @@ fn descriptors() -> io::Result<()> {
         .map(drop)
 }
 
-/// Does what comes in, until nobody can send any more and all is done.
+/// Performs requests until no sender is left and all operations are done.
 async fn serve(mut incoming: UnboundedReceiver<Request>) {
     let mut files = HashMap::new();
     let slots = Arc::new(Semaphore::new(IN_FLIGHT));
@@ -192,7 +198,7 @@ async fn serve(mut incoming: UnboundedReceiver<Request>) {
             }
             Request::Do(number, operation) => (number, operation),
         };
-        // Whoever asks has the file open.
+        // A file that receives a request is still open.
         let Some(file) = files.get(&number).map(Rc::clone) else {
             continue;
         };
@@ -216,7 +222,7 @@ async fn perform(file: &tokio_uring::fs::File, operation: Operation) {
             pool,
             reply,
         } => {
-            // Nobody can tell whether a read that nobody waits for was done.
+            // Nobody can observe whether a read without a receiver was done.
             if !reply.is_closed() {
                 let _ = reply.send(transfer::read(file, offset, length, is_direct, &pool).await);
             }

@@ -1,4 +1,4 @@
-//! One read or write, in as many operations of the ring as the system makes of it.
+//! A read or a write, split into as many operations of the ring as the system needs.
 
 use std::io;
 
@@ -8,11 +8,12 @@ use tokio_uring::fs::File;
 
 use crate::io::uring::pages::{ALIGNMENT, PagePool};
 
-/// Bytes of one operation at most: a multiple of the alignment, and what its 32 bits and the system's limit hold.
+/// The limit on the bytes of one operation: a multiple of the alignment that fits into its 32 bits
+/// and the system's limit.
 const LARGEST: usize = 1 << 30;
 
-/// Reads so many bytes from `offset` on, or fails. Past the page cache what is read begins and ends at multiples of
-/// [`ALIGNMENT`], in the file and in memory.
+/// Reads all of `length` bytes from `offset` on, or fails. With `is_direct`, reads begin and end at
+/// multiples of [`ALIGNMENT`], in the file and in memory.
 pub(super) async fn read(
     file: &File,
     offset: u64,
@@ -39,7 +40,8 @@ pub(super) async fn read(
             Err(error) => return Err(error),
         }
         if done < needed {
-            // Goes on from an aligned place; at the end of the file that is where it was before.
+            // Continue at an aligned offset. At the end of the file, that is the same offset as
+            // before.
             done -= done % alignment;
             if done <= before {
                 return Err(io::ErrorKind::UnexpectedEof.into());

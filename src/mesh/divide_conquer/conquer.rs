@@ -1,6 +1,6 @@
-//! Cuts the points into parts, and makes the result of what merging them gives.
+//! Cuts the points into parts, triangulates and merges them, and converts the result.
 
-use super::arrays::{Arrays, GHOST, Hull, Side};
+use super::arrays::{Arrays, BitHalfEdge, GHOST, Hull};
 use super::merge::{Axis, xy_less, yx_less};
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::mesh::engine::Engine;
@@ -9,18 +9,18 @@ use crate::mesh::triangulation::Triangulation;
 /// The divide-and-conquer engine, with the memory that it keeps between calls.
 #[derive(Default)]
 pub(in crate::mesh) struct DivideConquer {
-    /// For each vertex the index of its point in the caller's array, in the bits of `index_mask`, below as much of the
-    /// point's [Morton key](MortonSquare::key) as there is room for.
+    /// For each vertex, the index of its point in the caller's array, in the bits of `index_mask`.
+    /// The bits above hold as much of the point's [Morton key](MortonSquare::key) as fits.
     keyed: Vec<u64>,
     index_mask: u64,
     arrays: Arrays,
     /// The ghosts of the result.
-    ghosts: Vec<Side>,
+    ghosts: Vec<BitHalfEdge>,
 }
 
 impl Engine for DivideConquer {
     fn triangulate(&mut self, points: &[Point], mesh: &mut Triangulation) {
-        assert!(points.len() < 1 << 29, "side handles hold fewer than 2^29 points");
+        assert!(points.len() < 1 << 29, "the kernel takes fewer than 2^29 points");
         if points.len() < 2 {
             mesh.set_collinear(points);
             return;
@@ -31,10 +31,10 @@ impl Engine for DivideConquer {
         self.arrays.points.clear();
         self.arrays.points.extend_from_slice(points);
         mesh.clear();
-        // In the memory of the result.
+        // The kernel works in the memory of the result.
         std::mem::swap(&mut self.arrays.corners, &mut mesh.triangles);
         let twins = std::mem::take(&mut mesh.neighbours).into_iter();
-        self.arrays.twins = twins.map(|_| [Side::UNSET; 3]).collect();
+        self.arrays.twins = twins.map(|_| [BitHalfEdge::UNSET; 3]).collect();
         self.arrays.corners.reserve(2 * points.len());
         self.arrays.twins.reserve(2 * points.len());
         let hull = self.conquer(points, 0, points.len());
@@ -47,8 +47,8 @@ impl Engine for DivideConquer {
 }
 
 impl DivideConquer {
-    /// Triangulates the points `from..to`, two at least: cuts, conquers both parts, merges. They are sorted by key, or
-    /// their keys are equal.
+    /// Triangulates the points `from..to`, at least two of them: cuts them, conquers both parts,
+    /// and merges these. The points are sorted by key, or their keys are equal.
     fn conquer(&mut self, points: &[Point], from: usize, to: usize) -> Hull {
         if to - from <= 3 {
             return self.conquer_few(from, to);
@@ -56,11 +56,13 @@ impl DivideConquer {
         if self.keyed[from] ^ self.keyed[to - 1] <= self.index_mask {
             self.sort(points, from, to);
         }
-        // The highest bit in which keys differ says where the smallest cell around the points is halved.
+        // The highest bit in which the keys differ says where the smallest cell around the points
+        // is halved.
         let bit = (self.keyed[from] ^ self.keyed[to - 1]).ilog2();
         let axis = if bit % 2 == 1 { Axis::X } else { Axis::Y };
         let mut cut = from + self.keyed[from..to].partition_point(|key| key >> bit & 1 == 0);
-        // A part has two points at least: a lone one gets the one next to the cut from the other side.
+        // A part has at least two points: a single point gets the one next to the cut from the
+        // other part.
         if cut - from == 1 {
             let next = (cut..to).reduce(|a, b| if self.comes_before(axis, b, a) { b } else { a });
             let next = next.expect("three points are left");
@@ -81,8 +83,9 @@ impl DivideConquer {
 
     /// Sorts the points `from..to` along the Morton curve over a square around them.
     ///
-    /// The first key differs from the last one then. As there is room for 35 bits of it, and the square shrinks to
-    /// 2⁻¹⁷ at each call for the points of one cell, there are few calls within calls, whatever the distribution.
+    /// Afterwards, the first key differs from the last one. As there is room for 35 bits of the
+    /// key, and the square shrinks to 2⁻¹⁷ at each call for the points of one cell, calls nest
+    /// only a few levels deep, whatever the distribution.
     fn sort(&mut self, points: &[Point], from: usize, to: usize) {
         let (keyed, ordered) = (&mut self.keyed[from..to], &mut self.arrays.points[from..to]);
         let square = MortonSquare::around(Rect::around(ordered.iter().copied()));
@@ -104,7 +107,7 @@ impl DivideConquer {
         }
     }
 
-    /// Two points or three.
+    /// Triangulates two or three points.
     fn conquer_few(&mut self, from: usize, to: usize) -> Hull {
         let mut order = |i: usize, j: usize| {
             if xy_less(self.arrays.points[j], self.arrays.points[i]) {
@@ -121,7 +124,7 @@ impl DivideConquer {
         self.arrays.three(from as u32)
     }
 
-    /// Takes the ghosts out and puts everything into the caller's terms.
+    /// Removes the ghosts, and converts the result to the caller's indices.
     fn finish(&mut self, hull: Hull, mesh: &mut Triangulation) {
         self.ghosts.clear();
         let mut ghost = hull.min;
@@ -141,20 +144,22 @@ impl DivideConquer {
         for corner in self.arrays.corners.as_flattened_mut() {
             *corner = (keyed[*corner as usize] & mask) as u32;
         }
-        // This stays where it is in memory.
+        // Collecting reuses the same memory.
         let twins = std::mem::take(&mut self.arrays.twins).into_iter();
-        mesh.neighbours = twins.map(|of_triangle| of_triangle.map(Side::packed)).collect();
+        mesh.neighbours = twins.map(|of_triangle| of_triangle.map(BitHalfEdge::packed)).collect();
     }
 
-    /// Moves triangles into the places of ghosts, until the first `count` are no ghosts. The ghosts are lost.
+    /// Moves triangles to the slots of ghosts until the first `count` slots hold no ghosts. The
+    /// ghosts are lost.
     fn move_ghosts_behind(&mut self, count: usize) {
         let mut behind = count;
         for i in 0..self.ghosts.len() {
             let ghost = self.ghosts[i];
             let inner = self.arrays.twin(ghost);
-            // A chain has ghosts on both sides; then the other one was here before.
-            if inner != Side::UNSET {
-                self.arrays.twins[inner.triangle()][inner.corner()] = Side::UNSET;
+            // A chain has ghosts on both sides. Then the other ghost may have unset this twin
+            // before.
+            if inner != BitHalfEdge::UNSET {
+                self.arrays.twins[inner.triangle()][inner.corner()] = BitHalfEdge::UNSET;
             }
             if ghost.triangle() >= count {
                 continue;
@@ -162,19 +167,19 @@ impl DivideConquer {
             while self.arrays.corners[behind].contains(&GHOST) {
                 behind += 1;
             }
-            let place = ghost.triangle();
-            self.arrays.corners[place] = self.arrays.corners[behind];
-            self.arrays.twins[place] = self.arrays.twins[behind];
-            for (corner, twin) in (0..).zip(self.arrays.twins[place]) {
-                if twin != Side::UNSET {
-                    self.arrays.twins[twin.triangle()][twin.corner()] = Side::new(place as u32, corner);
+            let slot = ghost.triangle();
+            self.arrays.corners[slot] = self.arrays.corners[behind];
+            self.arrays.twins[slot] = self.arrays.twins[behind];
+            for (corner, twin) in (0..).zip(self.arrays.twins[slot]) {
+                if twin != BitHalfEdge::UNSET {
+                    self.arrays.twins[twin.triangle()][twin.corner()] = BitHalfEdge::new(slot as u32, corner);
                 }
             }
             behind += 1;
         }
     }
 
-    /// The caller's index of a vertex.
+    /// Returns the caller's index of a vertex.
     fn index(&self, vertex: u32) -> u32 {
         (self.keyed[vertex as usize] & self.index_mask) as u32
     }

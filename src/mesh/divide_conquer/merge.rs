@@ -1,12 +1,12 @@
 //! Joins two triangulations along a cut.
 
-use super::arrays::{Arrays, GHOST, Hull, Side};
+use super::arrays::{Arrays, BitHalfEdge, GHOST, Hull};
 use crate::geometry::{Point, in_circle};
 
 /// A vertex of a hull and the ghost of the hull edge that leaves it.
-type End = (u32, Side);
+type End = (u32, BitHalfEdge);
 
-/// The axis that a cut halves.
+/// The axis whose extent a cut halves.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Axis {
     X,
@@ -18,13 +18,20 @@ impl Arrays {
     ///
     /// On entry, either hull is a ring of ghosts. On exit, there is one ring around both.
     ///
+    /// The base edge l → r rises from the lower tangent to the upper one. At each step one of the
+    /// hull edges that face the cut, l → l1 or r1 → r, gets a triangle with the base. Before
+    /// that, the inner triangles whose circle contains a point of the other part become ghosts
+    /// again.
+    ///
     /// ```text
-    ///      l'───────r'  upper tangent        The base edge l → r rises from the lower tangent to the upper one. At
-    ///     /│╲      ╱│╲                       each step one of the hull edges that face the cut, l → l1 or r1 → r, gets
-    ///    / l1 ╲  ╱  r1                       a triangle with the base, after those inner triangles that lose their
-    ///    ╲ │   ╲╱   │ ╱                      empty circle by the other side's points became ghosts again.
-    ///     ╲l────────r╱  lower tangent        (For a cut across Y the picture is turned clockwise.)
+    ///      l'───────r'  upper tangent
+    ///     /│╲      ╱│╲
+    ///    / l1 ╲  ╱  r1
+    ///    ╲ │   ╲╱   │ ╱
+    ///     ╲l────────r╱  lower tangent
     /// ```
+    ///
+    /// For a cut across Y the picture is turned clockwise.
     pub(super) fn merge(&mut self, left: Hull, right: Hull, axis: Axis) -> Hull {
         let ends_left = [left.min, left.max].map(|ghost| (self.dest(ghost), ghost));
         let ends_right = [right.min, right.max].map(|ghost| (self.dest(ghost), ghost));
@@ -32,7 +39,7 @@ impl Arrays {
         let (mut l, mut r) = (self.dest(ghost_left), self.origin(ghost_right));
         let lowest_left = l;
 
-        let bottom = Side::new(self.new_triangle([r, l, GHOST]), 0);
+        let bottom = BitHalfEdge::new(self.new_triangle([r, l, GHOST]), 0);
         let before = self.twin(ghost_left.next());
         let after = self.twin(ghost_right.prev());
         self.link(bottom.next(), before);
@@ -77,19 +84,19 @@ impl Arrays {
             }
         }
 
-        let top = Side::new(self.new_triangle([l, r, GHOST]), 0);
+        let top = BitHalfEdge::new(self.new_triangle([l, r, GHOST]), 0);
         self.link(top, base);
         self.link(top.next(), ghost_right.prev());
         self.link(top.prev(), ghost_left.next());
 
-        // New hull edges leave the left part at the lower tangent and the right part at the upper one. Every other
-        // vertex of the hull keeps the ghost of the edge that leaves it.
+        // New hull edges leave the left part at the lower tangent and the right part at the upper
+        // one. Every other vertex of the hull keeps the ghost of the edge that leaves it.
         let leaving_left = |(vertex, ghost): End| (vertex, if vertex == lowest_left { bottom } else { ghost });
         let leaving_right = |(vertex, ghost): End| (vertex, if vertex == r { top } else { ghost });
         self.joined_hull(ends_left.map(leaving_left), ends_right.map(leaving_right))
     }
 
-    /// The hull of two parts, from the smallest and the largest vertex of each.
+    /// Returns the hull of two joined parts, from the smallest and the largest vertex of each.
     fn joined_hull(&self, [left_min, left_max]: [End; 2], [right_min, right_max]: [End; 2]) -> Hull {
         let smaller = |a: End, b: End| self.point(a.0).lex_cmp(self.point(b.0)).is_lt();
         let pick = |first: bool, a: End, b: End| if first { a.1 } else { b.1 };
@@ -99,10 +106,11 @@ impl Arrays {
         }
     }
 
-    /// The lower tangent l → r, as the ghosts of the hull edges that leave l and that arrive at r.
+    /// Returns the lower tangent l → r, as the ghosts of the hull edges that leave l and that
+    /// arrive at r.
     ///
-    /// Of several vertices on the tangent line, the ones next to the cut are taken.
-    fn lower_tangent(&self, left: Hull, right: Hull, axis: Axis) -> (Side, Side) {
+    /// If several vertices lie on the tangent line, the ones next to the cut are taken.
+    fn lower_tangent(&self, left: Hull, right: Hull, axis: Axis) -> (BitHalfEdge, BitHalfEdge) {
         let (mut leaves_l, mut leaves_r) = match axis {
             Axis::X => (left.max, right.min),
             Axis::Y => (
@@ -123,16 +131,16 @@ impl Arrays {
         }
     }
 
-    /// Goes counter-clockwise along a hull as long as `better(here, next)`.
-    fn climb(&self, mut leaves: Side, better: impl Fn(Point, Point) -> bool) -> Side {
+    /// Walks counter-clockwise along a hull while `better(here, next)` holds.
+    fn climb(&self, mut leaves: BitHalfEdge, better: impl Fn(Point, Point) -> bool) -> BitHalfEdge {
         while better(self.point(self.dest(leaves)), self.point(self.origin(leaves))) {
             leaves = self.hull_next(leaves);
         }
         leaves
     }
 
-    /// Makes ghosts of the triangles (l, l1, a) behind the hull edge l → l1 for which the circle through l, r and l1
-    /// contains a. The ghost at l stays where it is.
+    /// Turns triangles (l, l1, a) inside the hull edge l → l1 into ghosts, while the circle
+    /// through l, r and l1 contains a. The ghost at l keeps its number.
     ///
     /// ```text
     ///      l1                    l1
@@ -141,7 +149,7 @@ impl Arrays {
     ///     ╲ │                   ╲   ghost
     ///       l ──── r              l ──── r
     /// ```
-    fn expose_left(&mut self, ghost: Side, pl: Point, pr: Point) {
+    fn expose_left(&mut self, ghost: BitHalfEdge, pl: Point, pr: Point) {
         loop {
             let inner = self.twin(ghost);
             let (l1, a) = (self.origin(ghost), self.origin(inner.prev()));
@@ -159,9 +167,10 @@ impl Arrays {
         }
     }
 
-    /// The mirror image of [`expose_left`](Self::expose_left): triangles (r1, r, a) behind the hull edge r1 → r.
+    /// The mirror image of [`expose_left`](Self::expose_left), for triangles (r1, r, a) inside the
+    /// hull edge r1 → r.
     #[inline(always)]
-    fn expose_right(&mut self, ghost: Side, pl: Point, pr: Point) {
+    fn expose_right(&mut self, ghost: BitHalfEdge, pl: Point, pr: Point) {
         loop {
             let inner = self.twin(ghost);
             let (r1, a) = (self.dest(ghost), self.origin(inner.prev()));
@@ -180,12 +189,12 @@ impl Arrays {
     }
 }
 
-/// Whether `a` comes before `b` by x, then by y.
+/// Returns whether `a` comes before `b` by x, then by y.
 pub(super) fn xy_less(a: Point, b: Point) -> bool {
     (a.x < b.x) | ((a.x == b.x) & (a.y < b.y))
 }
 
-/// Whether `a` comes before `b` by y, then by x.
+/// Returns whether `a` comes before `b` by y, then by x.
 pub(super) fn yx_less(a: Point, b: Point) -> bool {
     (a.y < b.y) | ((a.y == b.y) & (a.x < b.x))
 }

@@ -1,5 +1,6 @@
-//! Constrained triangulations are proven: all pieces and nothing else are constraints, and every other edge is locally
-//! Delaunay by the tie rule. That makes a triangulation the one that there is (Lee and Lin 1986, and the tie rule).
+//! Proves constrained triangulations: exactly the subsegments are constraints, and every other edge
+//! is locally Delaunay by the tie rule. Only one triangulation has these properties (Lee and Lin
+//! 1986, and the tie rule).
 
 use std::collections::BTreeSet;
 
@@ -14,8 +15,8 @@ fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// The pieces between the vertices on a segment, by brute force.
-fn pieces(points: &[Point], [from, to]: [u32; 2]) -> Vec<[u32; 2]> {
+/// Returns the subsegments between the vertices on a segment, by brute force.
+fn subsegments(points: &[Point], [from, to]: [u32; 2]) -> Vec<[u32; 2]> {
     let [a, b] = [from, to].map(|v| points[v as usize]);
     let between = |p: Point| p.lex_cmp(a) != p.lex_cmp(b) || p == a || p == b;
     let on_it = |&(p, _): &(Point, u32)| orient2d(a, b, p) == Orientation::Collinear && between(p);
@@ -27,20 +28,21 @@ fn pieces(points: &[Point], [from, to]: [u32; 2]) -> Vec<[u32; 2]> {
     on_it.windows(2).map(|pair| ordered([pair[0].1, pair[1].1])).collect()
 }
 
-/// Whether two pieces cross within both.
+/// Returns whether two subsegments cross in the interior of both.
 fn cross(points: &[Point], [a, b]: [u32; 2], [c, d]: [u32; 2]) -> bool {
-    let side = |p: u32, q: u32, r: u32| orient2d(points[p as usize], points[q as usize], points[r as usize]) as i8 - 1;
-    side(a, b, c) * side(a, b, d) < 0 && side(c, d, a) * side(c, d, b) < 0
+    let side_of =
+        |p: u32, q: u32, r: u32| orient2d(points[p as usize], points[q as usize], points[r as usize]) as i8 - 1;
+    side_of(a, b, c) * side_of(a, b, d) < 0 && side_of(c, d, a) * side_of(c, d, b) < 0
 }
 
-/// Those segments that cross none before, and all their pieces.
+/// Returns the segments that cross no segment before them, and all their subsegments.
 fn without_crossings(points: &[Point], segments: &[[u32; 2]]) -> (Vec<[u32; 2]>, BTreeSet<[u32; 2]>) {
     let mut all = BTreeSet::new();
     let mut kept = Vec::new();
     for &segment in segments {
-        let its = pieces(points, segment);
-        if its.iter().all(|&p| all.iter().all(|&q| !cross(points, p, q))) {
-            all.extend(its);
+        let own = subsegments(points, segment);
+        if own.iter().all(|&p| all.iter().all(|&q| !cross(points, p, q))) {
+            all.extend(own);
             kept.push(segment);
         }
     }
@@ -65,27 +67,28 @@ fn constraints(mesh: &Constrained) -> BTreeSet<[u32; 2]> {
     set
 }
 
-/// Proves it.
-fn prove(points: &[Point], mesh: &Constrained, pieces: &BTreeSet<[u32; 2]>) {
+/// Proves that `mesh` is the triangulation of `points` that is constrained by `subsegments`.
+fn prove(points: &[Point], mesh: &Constrained, subsegments: &BTreeSet<[u32; 2]>) {
     let topology = mesh.mesh();
     check_topology(points, topology);
     let point = |v: VertexIndex| points[v.index()];
-    for side in topology.half_edges() {
-        let [a, b, c] = [side, side.next(), side.prev()].map(|s| point(topology.origin(s)));
+    for edge in topology.half_edges() {
+        let [a, b, c] = [edge, edge.next(), edge.prev()].map(|s| point(topology.origin(s)));
         assert_eq!(orient2d(a, b, c), Orientation::CounterClockwise);
-        let Some(twin) = topology.twin(side).half_edge() else {
+        let Some(twin) = topology.twin(edge).half_edge() else {
             continue;
         };
-        assert_eq!(mesh.is_constraint(side), mesh.is_constraint(twin));
-        if !mesh.is_constraint(side) {
+        assert_eq!(mesh.is_constraint(edge), mesh.is_constraint(twin));
+        if !mesh.is_constraint(edge) {
             let d = point(topology.apex(twin));
             assert!(!in_circle(a, b, c, d), "an edge is not locally Delaunay");
         }
     }
-    assert_eq!(&constraints(mesh), pieces);
+    assert_eq!(&constraints(mesh), subsegments);
 }
 
-/// Proves the triangulation with these segments, and that it is the same in any order and direction.
+/// Proves the triangulation with `segments`, and that it does not depend on their order and
+/// direction.
 fn check(points: &[Point], segments: &[[u32; 2]]) {
     let (kept, expected) = without_crossings(points, segments);
     let mesh = constrained(points, &kept);
@@ -112,17 +115,17 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 600, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn small_grids((points, segments) in with_segments(on_grid(5, 20), 20)) {
+    fn segments_on_small_grids_become_constraints((points, segments) in with_segments(on_grid(5, 20), 20)) {
         check(&points, &segments);
     }
 
     #[test]
-    fn larger_grids((points, segments) in with_segments(on_grid(14, 90), 60)) {
+    fn segments_on_larger_grids_become_constraints((points, segments) in with_segments(on_grid(14, 90), 60)) {
         check(&points, &segments);
     }
 
     #[test]
-    fn general_position((points, segments) in with_segments(
+    fn segments_in_general_position_become_constraints((points, segments) in with_segments(
         prop::collection::vec((-1.0..1.0, -1.0..1.0).prop_map(|(x, y)| Point::new(x, y)), 0..60).prop_map(distinct), 40,
     )) {
         check(&points, &segments);
@@ -134,14 +137,14 @@ proptest! {
         let mut mesh = constrained(&points, &kept);
         let mut inserter = Inserter::default();
         for segment in segments {
-            let its = pieces(&points, segment);
-            let crossed = |edge: [u32; 2]| its.iter().any(|&piece| cross(&points, piece, edge));
+            let own = subsegments(&points, segment);
+            let crossed = |edge: [u32; 2]| own.iter().any(|&subsegment| cross(&points, subsegment, edge));
             match inserter.insert(&points, &mut mesh, segment) {
                 Ok(()) => prop_assert!(!all.iter().any(|&edge| crossed(edge)), "{segment:?}"),
                 Err(error) => {
                     prop_assert_eq!(error.segment, segment);
                     prop_assert!(crossed(error.edge), "{:?}", error);
-                    // What went in before the crossing would be in the way of those to come.
+                    // The part that was inserted before the crossing would block later segments.
                     mesh = constrained(&points, &kept);
                 }
             }
@@ -149,7 +152,7 @@ proptest! {
     }
 }
 
-/// A random number below `n` for each call.
+/// Returns a generator of random numbers. Each call returns a number below its argument.
 fn random() -> impl FnMut(u32) -> u32 {
     let mut state = 7u64;
     move |n| {
@@ -160,7 +163,8 @@ fn random() -> impl FnMut(u32) -> u32 {
     }
 }
 
-/// Adds the ends of lines to random points in a square, and joins them.
+/// Returns `count` random points in a square with the vertices of `lines`, and the segments of the
+/// lines.
 fn lines_among_points(count: u32, lines: &[Vec<(f64, f64)>]) -> (Vec<Point>, Vec<[u32; 2]>) {
     let mut random = random();
     let mut points: Vec<Point> = (0..count)
@@ -176,9 +180,9 @@ fn lines_among_points(count: u32, lines: &[Vec<(f64, f64)>]) -> (Vec<Point>, Vec
     (points, segments)
 }
 
-/// Long and crooked things, whose cavities are long too.
+/// Long and crooked lines have long cavities.
 #[test]
-fn stars_spirals_combs_and_long_segments() {
+fn stars_spirals_combs_and_long_segments_become_constraints() {
     let turn = |i: u32, n: u32| f64::from(i) / f64::from(n) * std::f64::consts::TAU;
     let star: Vec<Vec<_>> = (0..300)
         .map(|i| turn(i, 300).sin_cos())
@@ -200,20 +204,20 @@ fn stars_spirals_combs_and_long_segments() {
             )
         })
         .collect();
-    let across: Vec<Vec<_>> = (0..200)
+    let long: Vec<Vec<_>> = (0..200)
         .map(|i| 0.005 * f64::from(i) + 0.001)
         .map(|y| vec![(0.001, y), (0.999, 0.999 * y + 0.0003)])
         .collect();
-    for lines in [star, vec![spiral], vec![comb], across] {
+    for lines in [star, vec![spiral], vec![comb], long] {
         let (points, segments) = lines_among_points(3_000, &lines);
         let expected = segments.iter().map(|&segment| ordered(segment)).collect();
         prove(&points, &constrained(&points, &segments), &expected);
     }
 }
 
-/// Thousands of segments end in one vertex, in any order.
+/// Thousands of segments end in one vertex. They are inserted in random order.
 #[test]
-fn a_wheel_of_ten_thousand_spokes() {
+fn ten_thousand_segments_from_one_vertex_become_constraints() {
     let mut random = random();
     let rim = (0..10_000).map(|i| f64::from(i) / 10_000.0 * std::f64::consts::TAU);
     let mut points: Vec<Point> = rim.map(|a| Point::new(a.cos(), a.sin())).collect();
@@ -227,9 +231,10 @@ fn a_wheel_of_ten_thousand_spokes() {
     prove(&points, &constrained(&points, &segments), &expected);
 }
 
-/// A cavity of a hundred thousand triangles whose vertices lie on a circle: one apex after the other would take hours.
+/// A cavity of a hundred thousand triangles with cocircular vertices. Choosing one apex after the
+/// other would take hours.
 #[test]
-fn a_diameter_of_a_circle_of_many_points() {
+fn a_diameter_of_a_circle_of_many_points_becomes_a_constraint() {
     let n = 100_000;
     let rim = (0..n).map(|i| f64::from(i) / f64::from(n) * std::f64::consts::TAU);
     let mut points: Vec<Point> = rim.map(|a| Point::new(a.cos(), a.sin())).collect();
@@ -238,12 +243,12 @@ fn a_diameter_of_a_circle_of_many_points() {
     prove(
         &points,
         &constrained(&points, &[segment]),
-        &pieces(&points, segment).into_iter().collect(),
+        &subsegments(&points, segment).into_iter().collect(),
     );
 }
 
 #[test]
-fn points_on_a_line() {
+fn segments_between_collinear_points_become_constraints() {
     let points: Vec<Point> = [3, 0, 4, 1, 5, 2]
         .map(|i| Point::new(f64::from(i), f64::from(2 * i)))
         .into();
@@ -258,7 +263,8 @@ mod beside_spade {
 
     use super::*;
 
-    /// The triangles of spade's constrained triangulation, whose ties are then put right by flips.
+    /// Returns the triangles of spade's constrained triangulation, with its ties made canonical by
+    /// flips.
     fn by_spade(points: &[Point], segments: &[[u32; 2]]) -> Vec<[u32; 3]> {
         let vertices = points.iter().map(|p| Point2::new(p.x, p.y)).collect();
         let edges = segments
@@ -278,13 +284,13 @@ mod beside_spade {
             .map(|edge| ordered(edge.vertices().map(|v| index(v.position()))))
             .collect();
         let point = |v: u32| points[v as usize];
-        // By brute force: any pair of triangles on an edge that is no constraint.
+        // By brute force: examines any pair of triangles at an edge that is not a constraint.
         'again: loop {
             for t in 0..triangles.len() {
                 for s in 0..3 {
                     let [a, b, c] = [0, 1, 2].map(|i| triangles[t][(s + i) % 3]);
-                    let across = |u: &[u32; 3]| (0..3).find(|&i| u[i] == b && u[(i + 1) % 3] == a);
-                    let Some((u, i)) = triangles.iter().enumerate().find_map(|(n, u)| Some((n, across(u)?))) else {
+                    let twin_in = |u: &[u32; 3]| (0..3).find(|&i| u[i] == b && u[(i + 1) % 3] == a);
+                    let Some((u, i)) = triangles.iter().enumerate().find_map(|(n, u)| Some((n, twin_in(u)?))) else {
                         continue;
                     };
                     let d = triangles[u][(i + 2) % 3];
@@ -306,7 +312,7 @@ mod beside_spade {
         #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
         #[test]
-        fn spade_gives_the_same((points, segments) in with_segments(on_grid(12, 60), 40)) {
+        fn spade_gives_the_same_triangles((points, segments) in with_segments(on_grid(12, 60), 40)) {
             let (kept, _) = without_crossings(&points, &segments);
             let mesh = constrained(&points, &kept);
             if !mesh.mesh().triangles.is_empty() {

@@ -1,4 +1,5 @@
-//! Stars and walks against brute force: over all half-edges, on whole triangulations, parts of them and nonsense.
+//! Compares stars and walks with brute force over all half-edges, on whole triangulations, on parts
+//! of them, and on contradictory ones.
 
 use proptest::prelude::*;
 
@@ -7,19 +8,19 @@ use crate::geometry::{Orientation, VertexIndex, orient2d};
 use crate::mesh::tests::{distinct, on_grid};
 use crate::mesh::{EndlessWalk, EngineKind, Mesh, Triangulation, Walk, WalkEnd};
 
-/// A triangulation of which every `gone`-th triangle is elsewhere; all are there if that is 0.
-struct Part<'a> {
+/// A triangulation in which every `gone`-th triangle is elsewhere. If `gone` is 0, none is.
+struct PartialMesh<'a> {
     whole: Mesh<'a>,
     gone: u32,
 }
 
-impl Part<'_> {
+impl PartialMesh<'_> {
     fn has(&self, half_edge: HalfEdge) -> bool {
         self.gone == 0 || !(half_edge.triangle().0 + 1).is_multiple_of(self.gone)
     }
 }
 
-impl Topology for Part<'_> {
+impl Topology for PartialMesh<'_> {
     fn triangle_count(&self) -> u32 {
         self.whole.triangle_count()
     }
@@ -36,7 +37,7 @@ impl Topology for Part<'_> {
     }
 }
 
-impl Embedded for Part<'_> {
+impl Embedded for PartialMesh<'_> {
     fn point(&self, vertex: VertexIndex) -> Point {
         self.whole.point(vertex)
     }
@@ -48,14 +49,15 @@ fn triangulated(points: &[Point]) -> Triangulation {
     triangulation
 }
 
-/// The half-edge from one vertex to another, looked for among all.
-fn between(part: &Part<'_>, from: VertexIndex, to: VertexIndex) -> Option<HalfEdge> {
+/// Returns the half-edge from one vertex to another, found by a search of all half-edges.
+fn between(part: &PartialMesh<'_>, from: VertexIndex, to: VertexIndex) -> Option<HalfEdge> {
     let mut all = part.half_edges().filter(|&half_edge| part.has(half_edge));
     all.find(|&half_edge| part.origin(half_edge) == from && part.destination(half_edge) == to)
 }
 
-/// Counter-clockwise from a half-edge, by its end points alone: the next one starts where the last triangle ends.
-fn star_by_ends(part: &Part<'_>, first: HalfEdge) -> (Vec<HalfEdge>, StarEnd) {
+/// Returns the star of `first`, found by end points alone: the next half-edge leads to the apex of
+/// the last triangle.
+fn star_by_ends(part: &PartialMesh<'_>, first: HalfEdge) -> (Vec<HalfEdge>, StarEnd) {
     let (mut star, centre) = (vec![first], part.origin(first));
     loop {
         let left = part.apex(star[star.len() - 1]);
@@ -63,7 +65,7 @@ fn star_by_ends(part: &Part<'_>, first: HalfEdge) -> (Vec<HalfEdge>, StarEnd) {
         match between(part, centre, left) {
             Some(next) if next == first => return (star, StarEnd::Closed),
             Some(next) => star.push(next),
-            None if between(&Part { gone: 0, ..*part }, centre, left).is_some() => {
+            None if between(&PartialMesh { gone: 0, ..*part }, centre, left).is_some() => {
                 return (star, StarEnd::Elsewhere(arriving));
             }
             None => return (star, StarEnd::Hull(arriving)),
@@ -71,7 +73,7 @@ fn star_by_ends(part: &Part<'_>, first: HalfEdge) -> (Vec<HalfEdge>, StarEnd) {
     }
 }
 
-fn check_stars(part: &Part<'_>) {
+fn check_stars(part: &PartialMesh<'_>) {
     for first in part.half_edges().filter(|&half_edge| part.has(half_edge)) {
         let (expected, end) = star_by_ends(part, first);
         let mut star = part.star(first);
@@ -100,8 +102,9 @@ fn check_stars(part: &Part<'_>) {
     }
 }
 
-/// Walks to a point from every triangle, on through parts that are elsewhere, and compares where it lies with what each triangle says.
-fn check_walks(part: &Part<'_>, target: Point) {
+/// Walks to a point from every half-edge, on through triangles that are elsewhere. Compares the end
+/// of the walk with the orientations of the point in each triangle.
+fn check_walks(part: &PartialMesh<'_>, target: Point) {
     let turn = |half_edge| {
         let [from, to] = [part.origin(half_edge), part.destination(half_edge)].map(|vertex| part.point(vertex));
         orient2d(from, to, target)
@@ -146,9 +149,9 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn stars_are_what_the_ends_of_half_edges_say(points in on_grid(6, 24), gone in prop::sample::select(vec![0u32, 2, 3, 5])) {
+    fn stars_agree_with_the_ends_of_half_edges(points in on_grid(6, 24), gone in prop::sample::select(vec![0u32, 2, 3, 5])) {
         let triangulation = triangulated(&points);
-        check_stars(&Part { whole: Mesh { triangulation: &triangulation, points: &points }, gone });
+        check_stars(&PartialMesh { whole: Mesh { triangulation: &triangulation, points: &points }, gone });
     }
 
     #[test]
@@ -158,7 +161,7 @@ proptest! {
         targets in prop::collection::vec((-2i32..14, -2i32..14), 12),
     ) {
         let triangulation = triangulated(&points);
-        let part = Part { whole: Mesh { triangulation: &triangulation, points: &points }, gone };
+        let part = PartialMesh { whole: Mesh { triangulation: &triangulation, points: &points }, gone };
         for (x, y) in targets {
             check_walks(&part, Point::new(f64::from(x) / 2.0, f64::from(y) / 2.0));
         }
@@ -170,17 +173,17 @@ proptest! {
         targets in prop::collection::vec((-1.2..1.2, -1.2..1.2), 6),
     ) {
         let triangulation = triangulated(&points);
-        let part = Part { whole: Mesh { triangulation: &triangulation, points: &points }, gone: 0 };
+        let part = PartialMesh { whole: Mesh { triangulation: &triangulation, points: &points }, gone: 0 };
         for (x, y) in targets {
             check_walks(&part, Point::new(x, y));
         }
     }
 }
 
-/// Two triangles whose half-edges are said to lie beside whichever they like.
-struct Nonsense([Twin; 6]);
+/// Two triangles with arbitrary twins.
+struct Contradictory([Twin; 6]);
 
-impl Topology for Nonsense {
+impl Topology for Contradictory {
     fn triangle_count(&self) -> u32 {
         2
     }
@@ -194,29 +197,29 @@ impl Topology for Nonsense {
     }
 }
 
-impl Embedded for Nonsense {
+impl Embedded for Contradictory {
     fn point(&self, vertex: VertexIndex) -> Point {
         [Point::new(0.0, 0.0), Point::new(1.0, 0.0), Point::new(0.0, 1.0)][vertex.index()]
     }
 }
 
 #[test]
-fn what_contradicts_itself_ends_too() {
-    // Whoever turns counter-clockwise from the first triangle stays in the second for ever.
+fn stars_and_walks_of_a_contradictory_topology_end() {
+    // A walk counter-clockwise from the first triangle stays in the second triangle for ever.
     let to_second = Twin::HalfEdge(HalfEdge(3));
-    let nonsense = Nonsense([to_second; 6]);
-    let mut star = nonsense.star(HalfEdge(0));
+    let contradictory = Contradictory([to_second; 6]);
+    let mut star = contradictory.star(HalfEdge(0));
     assert_eq!(star.by_ref().count(), 2);
     assert_eq!(star.end(), Some(StarEnd::Endless));
-    assert_eq!(nonsense.rewind(HalfEdge(0)).1, StarEnd::Endless);
-    let looked_for = nonsense.arriving_from(HalfEdge(0), |_| false);
-    assert_eq!(looked_for, Err(StarError::Endless { vertex: VertexIndex(0) }));
+    assert_eq!(contradictory.rewind(HalfEdge(0)).1, StarEnd::Endless);
+    let arriving = contradictory.arriving_from(HalfEdge(0), |_| false);
+    assert_eq!(arriving, Err(StarError::Endless { vertex: VertexIndex(0) }));
     let mut walk = Walk::new(Point::new(5.0, 5.0), 2);
-    assert_eq!(walk.run(&nonsense, HalfEdge(0)), Err(EndlessWalk));
+    assert_eq!(walk.run(&contradictory, HalfEdge(0)), Err(EndlessWalk));
 
-    // To the hull on one side, in circles on the other.
+    // The star reaches the hull in one direction, and goes in circles in the other.
     let mut twins = [Twin::HalfEdge(HalfEdge(5)); 6];
     twins[2] = Twin::Hull;
-    let looked_for = Nonsense(twins).arriving_from(HalfEdge(0), |_| false);
-    assert_eq!(looked_for, Err(StarError::Endless { vertex: VertexIndex(0) }));
+    let arriving = Contradictory(twins).arriving_from(HalfEdge(0), |_| false);
+    assert_eq!(arriving, Err(StarError::Endless { vertex: VertexIndex(0) }));
 }

@@ -1,7 +1,9 @@
-//! From all points and segments to the file, phase by phase: prepare, open, run, publish, summarise.
+//! From all points and segments to the file, phase by phase: prepare, open, run, publish,
+//! summarise.
 //!
-//! Prepare decides who gets how much memory and which blocks are left; open makes files and what the threads share; run
-//! conquers and writes; publish completes the file and gives it its name.
+//! Prepare divides the memory and finds the blocks that are left to do. Open creates the files and
+//! the state that the threads share. Run conquers the blocks and writes them. Publish completes the
+//! file and gives it its name.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,11 +12,11 @@ use std::time::Instant;
 
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::memory::MemoryPlan;
+use crate::pipeline::context::{BuildContext, Given};
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::intake::Points;
 use crate::pipeline::options::BuildOptions;
 use crate::pipeline::summary::BuildSummary;
-use crate::pipeline::terms::{Given, Terms};
 use crate::pipeline::work_folder::WorkFolder;
 
 mod open;
@@ -22,7 +24,7 @@ mod prepare;
 mod publish;
 mod run;
 
-/// Makes a file of what came.
+/// Makes a file from the input of a build.
 pub(crate) struct Assembly {
     options: Arc<BuildOptions>,
     folder: Arc<WorkFolder>,
@@ -34,15 +36,15 @@ pub(crate) struct Assembly {
 }
 
 impl Assembly {
-    /// Of what a build was told, and what came.
-    pub(crate) fn new(terms: &Terms, output: &Path, mut given: Given, began: Instant) -> Self {
+    /// Creates the assembly from the settings and the input of a build.
+    pub(crate) fn new(context: &BuildContext, output: &Path, mut given: Given, began: Instant) -> Self {
         given.site_count = given.site_ids.len() as u64;
         Self {
-            memory: terms.memory,
-            options: Arc::clone(&terms.options),
-            folder: Arc::clone(&terms.folder),
+            memory: context.memory,
+            options: Arc::clone(&context.options),
+            folder: Arc::clone(&context.folder),
             output: output.to_owned(),
-            first_end: terms.first_end.load(Ordering::Relaxed),
+            first_end: context.first_end.load(Ordering::Relaxed),
             given,
             began,
         }
@@ -55,8 +57,8 @@ impl Assembly {
         segments: SegmentSpool,
         is_resumed: bool,
     ) -> Result<BuildSummary, BuildError> {
-        let parts = self.prepare(points, segments, is_resumed).await?;
-        let mut work = self.open(parts)?;
+        let prepared = self.prepare(points, segments, is_resumed).await?;
+        let mut work = self.open(prepared)?;
         let ran = self.run(&mut work).await?;
         let written = self.publish(work, &ran).await?;
         Ok(self.summarise(written, &ran))

@@ -1,4 +1,4 @@
-//! Open: the files that a build writes, and what its threads share.
+//! Open: creates the files that a build writes and the state that its threads share.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use crate::constraints::segments::blocks::BlockSegments;
 use crate::io::{Buffers, ThreadsFile};
 use crate::memory::Shares;
 use crate::pipeline::assembly::Assembly;
-use crate::pipeline::assembly::prepare::Parts;
+use crate::pipeline::assembly::prepare::PreparedBuild;
 pub(crate) use crate::pipeline::conquer::conquest::{Conquest, ConquestLimits};
 use crate::pipeline::conquer::deferral::Deferral;
 use crate::pipeline::conquer::leaf::LeafRules;
@@ -24,11 +24,11 @@ use crate::pipeline::plan::Block;
 use crate::pipeline::resume::journal::FinishedBlocks;
 use crate::store::KdTree;
 
-/// A build in work.
-pub(crate) struct InWork {
+/// A build whose files are open.
+pub(crate) struct OpenedBuild {
     pub(crate) conquest: Arc<Conquest>,
     pub(crate) output: Output,
-    /// The file, which has no name yet.
+    /// Path of the file in the work folder. It has not been given its name yet.
     pub(crate) path: PathBuf,
     pub(crate) blocks: Arc<Vec<Block>>,
     pub(crate) segments: Arc<BlockSegments>,
@@ -38,12 +38,12 @@ pub(crate) struct InWork {
     pub(crate) shares: Shares,
     /// The cuts above the blocks.
     pub(crate) tree: KdTree,
-    /// The first tile and the first block that are not finished.
+    /// The first unfinished tile and the first unfinished block.
     pub(crate) first_tile: u32,
     pub(crate) first_block: u32,
-    /// Bytes of runs: written, written again, and read for that.
+    /// Bytes of runs: written, rewritten, and read for rewriting.
     pub(crate) spilled: [u64; 3],
-    /// Whoever drops this stops the threads too.
+    /// Stops the threads on drop.
     pub(crate) stop: StopOnDrop,
 }
 
@@ -57,9 +57,9 @@ impl Drop for StopOnDrop {
 }
 
 impl Assembly {
-    /// Opens all files, behind what a build before has finished.
-    pub(crate) fn open(&self, parts: Parts) -> Result<InWork, BuildError> {
-        let Parts {
+    /// Opens all files, positioned after the data of an earlier build's finished blocks.
+    pub(crate) fn open(&self, prepared: PreparedBuild) -> Result<OpenedBuild, BuildError> {
+        let PreparedBuild {
             plan,
             store,
             segments,
@@ -67,7 +67,7 @@ impl Assembly {
             shares,
             finished,
             has_journal,
-        } = parts;
+        } = prepared;
         let path = self.folder.file();
         let file = ThreadsFile::from(Arc::new(open(&path, finished.file_length, "make the file")?));
         let log_file = open(&self.folder.borders(), finished.log_length, "make the border log")?;
@@ -89,7 +89,7 @@ impl Assembly {
         };
         let conquest = Arc::new(self.conquest(&plan.tree, limits, &shares, rules, log));
         let (first_tile, first_block) = (finished.cores.len() as u32, finished.blocks);
-        Ok(InWork {
+        Ok(OpenedBuild {
             stop: StopOnDrop(Arc::clone(&conquest)),
             conquest,
             output: Output::new(file, path.clone(), finished.cores, journal, first_block),
@@ -106,7 +106,7 @@ impl Assembly {
         })
     }
 
-    /// What the threads share.
+    /// Creates the state that the threads share.
     fn conquest(
         &self,
         tree: &KdTree,
@@ -121,7 +121,7 @@ impl Assembly {
             memory: self.memory,
             spill: self.folder.spill().to_owned(),
             log: Mutex::new(log),
-            found: Mutex::default(),
+            state: Mutex::default(),
             limits,
             buffers: Buffers::keeping(shares.threads.div_ceil(2)),
             holes: HoleRules {
@@ -151,7 +151,8 @@ impl Assembly {
     }
 }
 
-/// Opens a file to write behind its first `length` bytes, and to read; what comes after those goes away.
+/// Opens a file for reading and for writing after its first `length` bytes. Truncates it to
+/// `length` bytes.
 fn open(path: &Path, length: u64, what: &'static str) -> Result<File, BuildError> {
     let mut options = File::options();
     options.read(true).write(true).create(true).truncate(false);

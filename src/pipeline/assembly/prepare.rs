@@ -1,4 +1,5 @@
-//! Prepare: who gets how much memory, what is left to do, and which segments go to which block.
+//! Prepare: divides the memory, finds the work that is left to do, and distributes segments to
+//! blocks.
 
 use std::sync::Arc;
 
@@ -15,12 +16,12 @@ use crate::pipeline::ingest::intake::Points;
 use crate::pipeline::ingest::point_store::PointStore;
 use crate::pipeline::ingest::spill::resplit::check_runs;
 use crate::pipeline::options::DuplicateRule;
-use crate::pipeline::plan::Plan;
+use crate::pipeline::plan::BlockPlan;
 use crate::pipeline::resume::journal::{FinishedBlocks, SavedPlan};
 
-/// What a build is made of, once all points are there.
-pub(crate) struct Parts {
-    pub(crate) plan: Plan,
+/// The parts of a build, once all points have arrived.
+pub(crate) struct PreparedBuild {
+    pub(crate) plan: BlockPlan,
     pub(crate) store: Option<PointStore>,
     pub(crate) segments: Arc<BlockSegments>,
     pub(crate) rules: LeafRules,
@@ -30,16 +31,17 @@ pub(crate) struct Parts {
 }
 
 impl Assembly {
-    /// Shares out the memory, finds what an interrupted build has left to do, and distributes segments to blocks.
+    /// Divides the memory, finds the blocks that an interrupted build left to do, and distributes
+    /// segments to blocks.
     pub(crate) async fn prepare(
         &mut self,
         points: Points,
         segments: SegmentSpool,
         is_resumed: bool,
-    ) -> Result<Parts, BuildError> {
+    ) -> Result<PreparedBuild, BuildError> {
         let (plan, store) = match points {
             Points::Memory(store) => (
-                Plan::in_memory(store.items.len() as u64, store.attributes.has_z()),
+                BlockPlan::in_memory(store.items.len() as u64, store.attributes.has_z()),
                 Some(store),
             ),
             Points::Runs(plan) => (plan, None),
@@ -50,7 +52,7 @@ impl Assembly {
         let shares = self.shares(&plan, store.as_ref(), segments.len(), is_resumed)?;
         tracing::info!(plan = %self.memory, %shares, "memory");
         let rules = self.leaf_rules(!segments.is_empty());
-        // What regions are made of stands in no journal, nor do segments.
+        // The journal holds neither segments nor the data that regions are computed from.
         let has_journal = store.is_none() && self.options.resumable.is_some() && !rules.has_regions;
         let mut finished = FinishedBlocks::default();
         if is_resumed {
@@ -74,7 +76,7 @@ impl Assembly {
         let distributed = blocking(move || segments.distribute(&tree, memory)).await;
         let cannot = |error| BuildError::io(self.folder.spill(), "distribute segments in", error);
         let segments = Arc::new(distributed.map_err(cannot)??);
-        Ok(Parts {
+        Ok(PreparedBuild {
             plan,
             store,
             segments,
@@ -87,7 +89,7 @@ impl Assembly {
 
     fn shares(
         &self,
-        plan: &Plan,
+        plan: &BlockPlan,
         store: Option<&PointStore>,
         segments: u64,
         is_resumed: bool,
@@ -115,8 +117,8 @@ impl Assembly {
         }
     }
 
-    /// Writes down the plan of blocks, for a build that goes on.
-    fn save_plan(&self, plan: &Plan) -> Result<(), BuildError> {
+    /// Saves the plan of blocks, so that the build can be resumed.
+    fn save_plan(&self, plan: &BlockPlan) -> Result<(), BuildError> {
         let saved = SavedPlan {
             identity: self.options.identity(),
             description: self.given.description.clone(),
@@ -131,7 +133,7 @@ impl Assembly {
         Ok(())
     }
 
-    /// What leaves go by.
+    /// Returns the rules for leaves.
     fn leaf_rules(&mut self, has_regions: bool) -> LeafRules {
         LeafRules {
             duplicates: DuplicateRule {

@@ -1,4 +1,5 @@
-//! Publish: the directory, segments that were put off, the name; and the summary.
+//! Publish: writes the directory, inserts deferred segments, gives the file its name, and
+//! summarises.
 
 use std::fs::File;
 use std::path::Path;
@@ -11,9 +12,9 @@ use crate::input::MissingZ;
 use crate::io::{Backend, ThreadsFile, WriteAt};
 use crate::memory::peak_memory;
 use crate::pipeline::assembly::Assembly;
-use crate::pipeline::assembly::open::InWork;
-use crate::pipeline::assembly::run::Ran;
-pub(crate) use crate::pipeline::conquer::conquest::Found;
+use crate::pipeline::assembly::open::OpenedBuild;
+use crate::pipeline::assembly::run::RunResult;
+pub(crate) use crate::pipeline::conquer::conquest::ConquestState;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::finish::borders::RegionTotals;
 use crate::pipeline::records::{GENERATION, TileState};
@@ -22,17 +23,18 @@ use crate::store::{
     CompactError, Directory, Extent, KdTree, Metadata, OpenOptions, TileEntry, TileReader, hull_edges, this_program,
 };
 
-/// A file is written anew if more than one of so many parts of it was, for segments that were put off.
+/// Deferred segments: the file is compacted if more than 1/`UNUSED_SHARE` of it was rewritten to
+/// insert them.
 const UNUSED_SHARE: u64 = 8;
 
-/// The file that was written, and what there is to tell of it.
+/// A file that was written, and the counts for the summary.
 pub(crate) struct Published {
     metadata: Metadata,
     tiles: u64,
     file_bytes: u64,
     border_triangles: u64,
     deferred: u64,
-    found: Found,
+    state: ConquestState,
     waits: Waits,
     blocks: u64,
     resumed_blocks: u64,
@@ -43,8 +45,8 @@ pub(crate) struct Published {
 
 impl Assembly {
     /// Completes the file and gives it its name.
-    pub(crate) async fn publish(&mut self, work: InWork, ran: &Ran) -> Result<Published, BuildError> {
-        let InWork {
+    pub(crate) async fn publish(&mut self, work: OpenedBuild, ran: &RunResult) -> Result<Published, BuildError> {
+        let OpenedBuild {
             conquest,
             output,
             path,
@@ -57,9 +59,9 @@ impl Assembly {
             stop,
             ..
         } = work;
-        let found = std::mem::take(&mut *conquest.found.lock());
-        let trees: Vec<KdTree> = found.blocks.iter().map(|block| block.tree.clone()).collect();
-        let ends = found.blocks.iter().map(|block| block.ends).sum();
+        let state = std::mem::take(&mut *conquest.state.lock());
+        let trees: Vec<KdTree> = state.blocks.iter().map(|block| block.tree.clone()).collect();
+        let ends = state.blocks.iter().map(|block| block.ends).sum();
         let (cores, borders) = output.extents();
         let tree = tree.with_leaves_cut(&trees);
         let directory = self.directory(tree, &ran.tiles, cores, borders, ends, &ran.regions);
@@ -72,7 +74,7 @@ impl Assembly {
         let border_triangles = conquest.log.lock().triangle_count();
         let waits = Waits {
             computing_for_blocks: conquest.board.starved(),
-            computing_for_writing: found.waited_to_write,
+            computing_for_writing: state.waited_to_write,
             blocks_for_computing: ran.prefetched.waited,
         };
         // An edit needs all the memory.
@@ -94,7 +96,7 @@ impl Assembly {
             file_bytes,
             border_triangles,
             deferred: deferred_count,
-            found,
+            state,
             waits,
             blocks: blocks.len() as u64,
             resumed_blocks: first_block.into(),
@@ -103,7 +105,8 @@ impl Assembly {
         })
     }
 
-    /// Gives the file its name, unless something is against that by now.
+    /// Gives the file its name, unless the build was cancelled, an obstacle is inside out, or the
+    /// output has come into existence.
     fn give_name(&self) -> Result<(), BuildError> {
         if let Some(inverted) = self.given.inverted_if_uncrossed {
             return Err(BuildError::Inverted(inverted));
@@ -117,9 +120,9 @@ impl Assembly {
         self.folder.publish()
     }
 
-    /// What there is to tell.
-    pub(crate) fn summarise(&self, written: Published, ran: &Ran) -> BuildSummary {
-        let Published { metadata, found, .. } = written;
+    /// Returns the summary of a build.
+    pub(crate) fn summarise(&self, written: Published, ran: &RunResult) -> BuildSummary {
+        let Published { metadata, state, .. } = written;
         BuildSummary {
             points: metadata.points,
             duplicates: metadata.duplicates,
@@ -135,23 +138,23 @@ impl Assembly {
             regions: metadata.regions,
             hole_regions: metadata.hole_regions,
             hole_triangles: metadata.hole_triangles,
-            inverted_regions: self.given.put_right.parts,
-            first_inverted: self.given.put_right.inverted.map(|inverted| inverted.first),
-            held_triangles: found.blocks.iter().map(|block| block.held_triangles).sum(),
+            inverted_regions: self.given.repair.parts,
+            first_inverted: self.given.repair.inverted.map(|inverted| inverted.first),
+            held_triangles: state.blocks.iter().map(|block| block.held_triangles).sum(),
             deferred_segments: written.deferred,
-            without_z: found.without_z.count,
+            without_z: state.without_z.count,
             tiles: written.tiles,
             file_bytes: written.file_bytes,
             blocks: written.blocks,
             resumed_blocks: written.resumed_blocks,
             waits: written.waits,
             phases: phases(self.began, &ran.began, written.bytes_read, written.bytes_written),
-            levels: levels(&found),
+            levels: levels(&state),
             peak_memory: peak_memory(),
         }
     }
 
-    /// Inserts the segments that were put off into the file, which has no name yet.
+    /// Inserts the deferred segments into the file, which has not been given its name yet.
     async fn insert(&self, path: &Path, segments: Vec<Segment>) -> Result<EditSummary, BuildError> {
         let _span = tracing::debug_span!("insert", segments = segments.len()).entered();
         let (progress, folder) = (Arc::clone(&self.options.progress), Arc::clone(&self.folder));
@@ -172,7 +175,7 @@ impl Assembly {
         };
         let mut edited = edit(Target::lock(path)?, work, self.memory.total(), is_cancelled).await?;
         if edited.bytes_appended > edited.file_bytes / UNUSED_SHARE {
-            // What was just written is in the page cache, which a ring may read past.
+            // The file is in the page cache, which a ring may bypass.
             let options = OpenOptions::default()
                 .memory(self.memory.rest())
                 .backend(Backend::Threads);
@@ -192,7 +195,7 @@ impl Assembly {
         Ok(edited)
     }
 
-    /// The directory of a file whose extents are all written.
+    /// Returns the directory of a file whose extents are all written.
     fn directory(
         &mut self,
         tree: KdTree,
@@ -246,10 +249,10 @@ impl Assembly {
     }
 }
 
-/// The levels of the merge tree, those of all blocks together and those above.
-fn levels(found: &Found) -> Vec<LevelSummary> {
+/// Returns the levels of the merge tree: those of all blocks summed, and those above the blocks.
+fn levels(state: &ConquestState) -> Vec<LevelSummary> {
     let mut levels: Vec<LevelSummary> = Vec::new();
-    for of_part in found.blocks.iter().map(|block| &block.levels).chain([&found.levels]) {
+    for of_part in state.blocks.iter().map(|block| &block.levels).chain([&state.levels]) {
         levels.resize_with(levels.len().max(of_part.len()), LevelSummary::default);
         let pairs = levels.iter_mut().zip(of_part);
         pairs.for_each(|(level, part)| level.add(*part));

@@ -1,4 +1,4 @@
-//! Run: blocks are read, conquered and written at the same time.
+//! Run: reads, conquers and writes blocks at the same time.
 
 use std::io;
 use std::sync::Arc;
@@ -9,10 +9,10 @@ use tokio::sync::{mpsc, oneshot};
 use crate::io::start_thread;
 use crate::memory::Shares;
 use crate::pipeline::assembly::Assembly;
-use crate::pipeline::assembly::open::InWork;
+use crate::pipeline::assembly::open::OpenedBuild;
 use crate::pipeline::conquer::conquest::Conquest;
 use crate::pipeline::conquer::prefetch;
-use crate::pipeline::conquer::prefetch::{Coming, Prefetched};
+use crate::pipeline::conquer::prefetch::{Prefetched, UnreadBlocks};
 use crate::pipeline::conquer::schedule::BlockPoints;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::finish::borders::RegionTotals;
@@ -22,8 +22,8 @@ use crate::pipeline::records::TileState;
 use crate::pipeline::resume::journal::JournalReader;
 use crate::pipeline::run::{Began, Computed, run};
 
-/// What came of running.
-pub(crate) struct Ran {
+/// The result of running.
+pub(crate) struct RunResult {
     pub(crate) tiles: Vec<TileState>,
     pub(crate) regions: RegionTotals,
     pub(crate) began: Began,
@@ -32,10 +32,10 @@ pub(crate) struct Ran {
 
 impl Assembly {
     /// Conquers all blocks and writes cores and borders.
-    pub(crate) async fn run(&self, work: &mut InWork) -> Result<Ran, BuildError> {
+    pub(crate) async fn run(&self, work: &mut OpenedBuild) -> Result<RunResult, BuildError> {
         let (sender, extents) = mpsc::channel(work.shares.threads);
         let computed = self.start_computing(work, sender)?;
-        let coming = Coming {
+        let unread = UnreadBlocks {
             blocks: &work.blocks,
             segments: &work.segments,
             first: work.first_block as usize,
@@ -43,7 +43,7 @@ impl Assembly {
         };
         let (conquest, output) = (&work.conquest, &mut work.output);
         let feed = async {
-            let fed = self.feed(conquest, work.store.take(), coming, work.shares).await;
+            let fed = self.feed(conquest, work.store.take(), unread, work.shares).await;
             fed.unwrap_or_else(|error| {
                 conquest.fail(error);
                 Prefetched::default()
@@ -52,7 +52,8 @@ impl Assembly {
         let write = async {
             let written = output.write_all(extents).await;
             if written.is_err() {
-                // The channel is closed now, which stops the threads that send. The others, and the feeding, stop here.
+                // The channel is closed now, which stops the threads that send. The others, and the
+                // feeding, stop here.
                 conquest.board.stop();
             }
             written
@@ -60,10 +61,10 @@ impl Assembly {
         let (prefetched, written) = future::join(feed, write).await;
         let gone = || BuildError::Internal("the building thread is gone".to_owned());
         let computed = computed.await.unwrap_or_else(|_| Err(gone()));
-        // If nothing can be written, computing stops for that reason.
+        // If writing failed, computing was stopped because of it, so the write error is the cause.
         written?;
         let (tiles, regions, began) = computed?;
-        Ok(Ran {
+        Ok(RunResult {
             tiles,
             regions,
             began,
@@ -71,8 +72,9 @@ impl Assembly {
         })
     }
 
-    /// Starts the thread that starts those that compute. The reply comes when all have ended.
-    fn start_computing(&self, work: &InWork, sender: Sender) -> Result<oneshot::Receiver<Computed>, BuildError> {
+    /// Starts the thread that starts the computing threads. The receiver gets the result once all
+    /// have ended.
+    fn start_computing(&self, work: &OpenedBuild, sender: Sender) -> Result<oneshot::Receiver<Computed>, BuildError> {
         let (reply, computed) = oneshot::channel();
         // The thread holds the folder's lock too: it may outlive this future.
         let (theirs, folder) = (Arc::clone(&work.conquest), Arc::clone(&self.folder));
@@ -80,7 +82,7 @@ impl Assembly {
         let compute = move || {
             let computed = run(&theirs, first_tile, threads, &sender);
             drop((sender, folder));
-            // If nobody waits for the answer any more, nobody needs it.
+            // The receiver may have been dropped.
             let _ = reply.send(computed);
         };
         let started = start_thread("tile-build", compute);
@@ -88,12 +90,13 @@ impl Assembly {
         Ok(computed)
     }
 
-    /// Gives the board its blocks: that in memory, those that were finished before, those that must be read.
+    /// Gives the board its blocks: the block in memory, or the seams of blocks finished earlier and
+    /// then the blocks that must be read.
     async fn feed(
         &self,
         conquest: &Arc<Conquest>,
         store: Option<PointStore>,
-        coming: Coming<'_>,
+        unread: UnreadBlocks<'_>,
         shares: Shares,
     ) -> Result<Prefetched, BuildError> {
         if let Some(store) = store {
@@ -101,7 +104,7 @@ impl Assembly {
                 conquest.board.add(BlockPoints {
                     number: 0,
                     store,
-                    segments: coming
+                    segments: unread
                         .segments
                         .take(0)
                         .map_err(|error| BuildError::io(self.folder.spill(), "read segments in", error))?,
@@ -111,11 +114,11 @@ impl Assembly {
             }
             return Ok(Prefetched::default());
         }
-        if coming.first > 0 {
+        if unread.first > 0 {
             let path = self.folder.journal();
             let cannot = |error| BuildError::io(&path, "read", error);
             let mut reader = JournalReader::open(&path).map_err(cannot)?;
-            for _ in 0..coming.first {
+            for _ in 0..unread.first {
                 let entry = reader.next().map_err(cannot)?;
                 let (block, seam) = entry.ok_or_else(|| cannot(io::ErrorKind::InvalidData.into()))?;
                 conquest.restore(block, seam);
@@ -123,7 +126,7 @@ impl Assembly {
         }
         prefetch::feed(
             &conquest.board,
-            coming,
+            unread,
             self.folder.spill(),
             shares.blocks,
             conquest.limits.has_journal,

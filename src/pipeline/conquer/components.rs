@@ -1,40 +1,41 @@
 //! The components of a tile's core: triangles that are connected without passing a constraint.
 //!
-//! Those with a side at which the core ends are *open*: what they belong to is known after the root only. The others are closed:
-//! each is a region of its own, and only how many obstacles cover it depends on the rest. That is told by its *anchor*, an open
-//! component that is connected with it across constraints, and by how much deeper it lies than that.
+//! A component with a boundary half-edge is *open*: its region is known only after the root. The
+//! others are closed: each is a region of its own, and only the number of obstacles that cover it
+//! depends on the rest. Its *anchor* tells that number: an open component that is connected with it
+//! across constraints, and how much deeper it is than that one.
 
 use crate::geometry::HalfEdge;
 use crate::mesh::NONE;
-use crate::pipeline::records::{Anchor, OpenSide};
+use crate::pipeline::records::{Anchor, BoundaryEdge};
 use crate::store::format::components::joined;
 use crate::store::{CoreDraft, EdgeSource};
 
 /// The components of a core, open ones first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Components {
-    /// That of each triangle.
+    /// The component of each triangle.
     pub(crate) of_triangles: Vec<u32>,
     pub(crate) count: u32,
     pub(crate) open: u32,
-    /// Of each component, where there are obstacles at all.
+    /// The anchor of each component; empty if there are no obstacles.
     pub(crate) anchors: Vec<Anchor>,
 }
 
-/// Two components side by side, and how much deeper the first lies by the edge between them.
-struct Link {
-    sides: [u32; 2],
+/// Two adjacent components, and how much deeper the first is by the edge between them.
+struct ComponentLink {
+    components: [u32; 2],
     change: i32,
     source: EdgeSource,
 }
 
 impl Components {
-    /// Finds them.
-    pub(crate) fn of(core: &CoreDraft, open_sides: &[OpenSide]) -> Self {
+    /// Finds the components of a core.
+    pub(crate) fn of(core: &CoreDraft, boundary_edges: &[BoundaryEdge]) -> Self {
         let (mut of_triangles, found) = joined(core);
         let mut is_open = vec![false; found as usize];
-        for side in open_sides {
-            is_open[of_triangles[side.side.triangle().index()] as usize] = true;
+        for edge in boundary_edges {
+            is_open[of_triangles[edge.half_edge.triangle().index()] as usize] = true;
         }
         let mut numbers = vec![NONE; found as usize];
         let (open, closed): (Vec<usize>, Vec<usize>) = (0..found as usize).partition(|&component| is_open[component]);
@@ -52,24 +53,29 @@ impl Components {
         }
     }
 
-    /// Anchors every component. The sources are those of the constraint edges within the core, by a side of each, in order.
+    /// Anchors every component. `sources` holds the sources of the constraint edges within the
+    /// core, each with a half-edge of its edge, sorted.
     ///
-    /// An error is a ring that does not close: around it one side would be deeper than itself.
+    /// # Errors
+    /// Returns a source of the edge at which a ring does not close: going round it, a component
+    /// would be deeper than itself.
     pub(crate) fn anchor(&mut self, core: &CoreDraft, sources: &[(u32, EdgeSource)]) -> Result<(), EdgeSource> {
-        let link = |of_side: &[(u32, EdgeSource)]| {
-            let (side, source) = of_side[0];
-            let twin = core.neighbours.as_flattened()[side as usize];
-            Link {
-                sides: [HalfEdge(side).triangle().0, twin.triangle_or_more()]
+        let link = |of_edge: &[(u32, EdgeSource)]| {
+            let (half_edge, source) = of_edge[0];
+            let twin = core.neighbours.as_flattened()[half_edge as usize];
+            ComponentLink {
+                components: [HalfEdge(half_edge).triangle().0, twin.triangle_or_more()]
                     .map(|triangle| self.of_triangles[triangle as usize]),
-                change: of_side.iter().map(|(_, source)| source.depth_change()).sum(),
+                change: of_edge.iter().map(|(_, source)| source.depth_change()).sum(),
                 source,
             }
         };
-        let links: Vec<Link> = sources.chunk_by(|a, b| a.0 == b.0).map(link).collect();
+        let links: Vec<ComponentLink> = sources.chunk_by(|a, b| a.0 == b.0).map(link).collect();
         let both = links.iter().flat_map(
-            |&Link {
-                 sides: [a, b], change, ..
+            |&ComponentLink {
+                 components: [a, b],
+                 change,
+                 ..
              }| [(a, b, change), (b, a, -change)],
         );
         let mut steps: Vec<(u32, u32, i32)> = both.collect();
@@ -102,7 +108,7 @@ impl Components {
         let deeper = |component: u32| self.anchors[component as usize].deeper;
         let broken = links
             .iter()
-            .find(|link| deeper(link.sides[0]) - deeper(link.sides[1]) != link.change);
+            .find(|link| deeper(link.components[0]) - deeper(link.components[1]) != link.change);
         broken.map_or(Ok(()), |link| Err(link.source))
     }
 }

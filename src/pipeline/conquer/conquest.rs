@@ -1,4 +1,4 @@
-//! Conquer and merge: what threads do with the tasks of the board, and what is known of the tiles meanwhile.
+//! Conquer and merge: runs the board's tasks on threads, and collects the results of tiles.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -12,21 +12,21 @@ use crate::constraints::seeds::HoleRules;
 use crate::geometry::Rect;
 use crate::io::Buffers;
 use crate::memory::{HELD_WORK_BYTES, MemoryPlan, MemoryUse, SEAM_WORK_BYTES};
-use crate::pipeline::conquer::constrain::Final;
+pub(crate) use crate::pipeline::conquer::conquest_state::{ConquestLimits, ConquestState};
+use crate::pipeline::conquer::constrain::FinalOutput;
 use crate::pipeline::conquer::constrain::refusal::{Crossed, Overlaps, Refusal};
 use crate::pipeline::conquer::deferral::Deferral;
-pub(crate) use crate::pipeline::conquer::found::{ConquestLimits, Found};
 use crate::pipeline::conquer::leaf::{Leaf, LeafError, LeafInput, LeafRules, conquer};
 use crate::pipeline::conquer::merge::merge;
 use crate::pipeline::conquer::node::Workspace;
-use crate::pipeline::conquer::schedule::{BlockPoints, Board, Place, Task};
+use crate::pipeline::conquer::schedule::{BlockPoints, Board, NodeScope, Task};
 use crate::pipeline::error::BuildError;
-use crate::pipeline::ingest::missing_z::Firsts;
+use crate::pipeline::ingest::missing_z::FirstRecords;
 use crate::pipeline::options::{BuildOptions, Phase};
 use crate::pipeline::output::border_log::BorderLog;
 use crate::pipeline::output::ordered::{Closed, Ordered};
 use crate::pipeline::output::writer::{Sender, ToWrite};
-use crate::pipeline::records::{BlockFound, DoneEdge, GENERATION, Pending, Seam, TileState};
+use crate::pipeline::records::{BlockState, DoneEdge, GENERATION, Pending, Seam, TileState};
 use crate::pipeline::resume::journal::FinishedBlock;
 use crate::pipeline::summary::LevelSummary;
 use crate::store::TileId;
@@ -39,18 +39,18 @@ pub(crate) struct Conquest {
     /// The folder that the border log is spilled to.
     pub(crate) spill: PathBuf,
     pub(crate) log: Mutex<BorderLog>,
-    pub(crate) found: Mutex<Found>,
+    pub(crate) state: Mutex<ConquestState>,
     pub(crate) limits: ConquestLimits,
-    /// For the cores on their way to the file.
+    /// Buffers for the cores on their way to the file.
     pub(crate) buffers: Buffers,
     pub(crate) rules: LeafRules,
     pub(crate) holes: HoleRules,
-    /// Segments that are put off until the file is there.
+    /// Segments that are deferred until the file is complete.
     pub(crate) deferral: Arc<Deferral>,
 }
 
 impl Conquest {
-    /// One thread's work: tasks until there are no more.
+    /// Runs one thread's work: tasks until there are no more.
     pub(crate) fn work<F>(&self, cores: &Ordered<Bytes, F>, sender: &Sender)
     where
         F: FnMut(u32, Bytes) -> Result<(), Closed>,
@@ -78,52 +78,52 @@ impl Conquest {
             if self.options.progress.is_cancelled() {
                 self.fail(BuildError::Cancelled);
             }
-            let found = self.found.lock();
-            if found.failed.is_some() || done.is_err() && !found.has_refused() {
+            let state = self.state.lock();
+            if state.failed.is_some() || done.is_err() && !state.has_refused() {
                 self.board.stop();
                 cores.close();
-            } else if found.has_refused() {
-                // Leaves that are in work wait for others that do not come.
+            } else if state.has_refused() {
+                // Leaves in work would wait for others that will not come.
                 cores.close();
             }
         }
     }
 
-    /// Ends the work; the first reason counts.
+    /// Stops the work. The first error is kept.
     pub(crate) fn fail(&self, error: BuildError) {
-        self.found.lock().failed.get_or_insert(error);
+        self.state.lock().failed.get_or_insert(error);
         self.board.stop();
     }
 
-    pub(crate) fn add_block(&self, block: BlockFound) {
+    pub(crate) fn add_block(&self, block: BlockState) {
         self.log.lock().add_tiles(block.tiles.len() as u32);
-        self.note_block(&mut self.found.lock(), block);
+        self.note_block(&mut self.state.lock(), block);
     }
 
-    fn note_block(&self, found: &mut Found, block: BlockFound) {
-        found.blocks.push(block);
-        if found.conquer_began.is_none() {
-            found.conquer_began = Some(Instant::now());
+    fn note_block(&self, state: &mut ConquestState, block: BlockState) {
+        state.blocks.push(block);
+        if state.conquer_began.is_none() {
+            state.conquer_began = Some(Instant::now());
             self.options.progress.start(Phase::Conquer, self.limits.points);
         }
     }
 
-    /// Takes up a block that a build before has finished.
+    /// Restores a block that an earlier build finished.
     pub(crate) fn restore(&self, block: FinishedBlock, seam: Seam) {
         let FinishedBlock {
             number,
-            found: block,
+            state: block,
             chunks,
             ..
         } = block;
         let tiles = block.tiles.len() as u32;
         let points = seam.below + block.duplicates;
         self.log.lock().restore(tiles, chunks, block.late_triangles);
-        let mut found = self.found.lock();
-        found.points_done += points;
-        found.growth.observe(seam.below, seam.vertices.len() as u64);
-        self.note_block(&mut found, block);
-        drop(found);
+        let mut state = self.state.lock();
+        state.points_done += points;
+        state.growth.observe(seam.below, seam.vertices.len() as u64);
+        self.note_block(&mut state, block);
+        drop(state);
         self.options.progress.advance(points, 0);
         self.board.restore(number, tiles, seam);
     }
@@ -147,48 +147,51 @@ impl Conquest {
         let waited = began.elapsed();
         let _span = tracing::debug_span!("leaf", tile = tile.0).entered();
         let items = &block.store.items[points];
-        let place = self.board.place(node);
-        let of_block = tile.0 - self.found.lock().blocks[block.number as usize].first_tile;
+        let scope = self.board.scope(node);
+        let of_block = tile.0 - self.state.lock().blocks[block.number as usize].first_tile;
         let input = LeafInput {
             tile,
-            cell: place.cell,
+            cell: scope.cell,
             items,
             attributes: &block.store.attributes,
             segments: &block.segments,
-            its: block.of_leaves.get(of_block as usize).map_or(&[], |its| its),
+            segment_indices: block
+                .of_leaves
+                .get(of_block as usize)
+                .map_or(&[], |segment_indices| segment_indices),
         };
         let leaf = match conquer(workspace, input, &self.rules) {
             Ok(leaf) => leaf,
             Err(error) => return self.refuse(error),
         };
-        if place.cell == Rect::PLANE {
-            self.take_pieces(&leaf.seam.pending)?;
+        if scope.cell == Rect::PLANE {
+            self.take_subsegments(&leaf.seam.pending)?;
         }
         let core = workspace.core.encode(tile, GENERATION, &workspace.buffers);
         let counts = [workspace.core.points.len(), workspace.core.triangles.len()];
-        self.found.lock().waited_to_write += waited;
+        self.state.lock().waited_to_write += waited;
         self.note_leaf(tile, block.number, items.len(), counts, &leaf);
         let mut log = self.log.lock();
         let appended = log
-            .append_sides(tile, &leaf.open_sides)
+            .append_boundary_edges(tile, &leaf.boundary_edges)
             .and_then(|()| log.append_edges(&leaf.edges))
             .and_then(|()| log.append_anchors(tile, &leaf.components.anchors));
         drop(log);
         self.logged(appended)?;
         let began = Instant::now();
         cores.put(tile.0, core)?;
-        self.found.lock().waited_to_write += began.elapsed();
+        self.state.lock().waited_to_write += began.elapsed();
         let count = items.len() as u64;
         self.options.progress.advance(count, count);
-        self.hand_up(node, place, leaf.seam, 0, sender)
+        self.pass_up(node, scope, leaf.seam, 0, sender)
     }
 
-    /// Notes what came of a leaf: its vertices and the triangles that it settled.
+    /// Records the results of a leaf: its vertices and the triangles that it settled.
     fn note_leaf(&self, tile: TileId, block: u32, points: usize, [vertices, settled]: [usize; 2], leaf: &Leaf) {
-        let mut found = self.found.lock();
-        found.points_done += points as u64;
-        found.without_z.count += leaf.without_z;
-        let of_block = &mut found.blocks[block as usize];
+        let mut state = self.state.lock();
+        state.points_done += points as u64;
+        state.without_z.count += leaf.without_z;
+        let of_block = &mut state.blocks[block as usize];
         of_block.duplicates += leaf.duplicates;
         of_block.ends += leaf.ends;
         of_block.held_triangles += leaf.seam.pending.held.len() as u64;
@@ -200,56 +203,56 @@ impl Conquest {
             constraint_edges: leaf.constraint_edges,
             components: leaf.components.count,
             open_components: leaf.components.open,
-            // Known once its border is put together.
+            // Set when its border is assembled.
             border_triangles: 0,
             owned_triangles: 0,
         };
         let seeded = leaf.seeded.iter().map(|&component| (tile.0, component));
-        found.seeded.extend(seeded);
+        state.seeded.extend(seeded);
     }
 
     fn merge(&self, workspace: &mut Workspace, node: u32, seams: Vec<Seam>, sender: &Sender) -> Result<(), Closed> {
         let _span = tracing::debug_span!("merge", node, seams = seams.len()).entered();
-        let place = self.board.place(node);
+        let scope = self.board.scope(node);
         let vertices = seams.iter().map(|seam| seam.vertices.len()).sum();
         let bytes = seams.iter().map(Seam::byte_size).sum();
-        let merged = merge(workspace, seams, place.cell);
-        let (Final { triangles: late, edges }, seam) = match merged {
+        let merged = merge(workspace, seams, scope.cell);
+        let (FinalOutput { triangles: late, edges }, seam) = match merged {
             Ok(merged) => merged,
             Err(refusal) => return self.refuse(refusal.into()),
         };
-        if place.cell == Rect::PLANE {
-            self.take_pieces(&seam.pending)?;
+        if scope.cell == Rect::PLANE {
+            self.take_subsegments(&seam.pending)?;
         }
         let mut log = self.log.lock();
         let appended = log.append_triangles(&late).and_then(|()| log.append_edges(&edges));
         drop(log);
         self.logged(appended)?;
         {
-            let mut found = self.found.lock();
-            match place.block {
+            let mut state = self.state.lock();
+            match scope.block {
                 Some(block) => {
-                    let block = &mut found.blocks[block as usize];
+                    let block = &mut state.blocks[block as usize];
                     block.late_triangles += late.len() as u64;
                     count(&mut block.levels, vertices, late.len(), &seam);
                 }
-                None => count(&mut found.levels, vertices, late.len(), &seam),
+                None => count(&mut state.levels, vertices, late.len(), &seam),
             }
         }
-        self.hand_up(node, place, seam, bytes, sender)
+        self.pass_up(node, scope, seam, bytes, sender)
     }
 
-    /// Ends the work, since the segments cannot all be edges.
+    /// Stops the work because the segments cannot all become edges.
     fn refuse(&self, error: LeafError) -> Result<(), Closed> {
         match error {
-            // What there is to be told of it, the leaves that own the crossing points know.
+            // The leaves that own the crossing points report them.
             LeafError::Refused(Refusal::Crossed(crossed)) => {
-                self.found.lock().crossed = Some(crossed);
+                self.state.lock().crossed = Some(crossed);
                 self.board.only_divide();
             }
-            LeafError::Refused(Refusal::Overlaps(Overlaps { sources, place })) => {
+            LeafError::Refused(Refusal::Overlaps(Overlaps { sources, point })) => {
                 let needed = self.memory.sources_memory(sources);
-                let overlaps = MemoryUse::Overlaps { point: place };
+                let overlaps = MemoryUse::Overlaps { point };
                 self.fail(self.memory.shortage(overlaps, needed).into());
             }
             LeafError::OpenRing(source) => {
@@ -261,20 +264,21 @@ impl Conquest {
         Err(Closed)
     }
 
-    /// At the root all constraints are in, unless there are no triangles to have them as edges: then pieces are edges.
-    fn take_pieces(&self, pending: &Pending) -> Result<(), Closed> {
-        if pending.pieces.is_empty() {
+    /// Takes the subsegments that are pending at the root. There are none unless the input is
+    /// collinear: without triangles, the subsegments themselves become edges.
+    fn take_subsegments(&self, pending: &Pending) -> Result<(), Closed> {
+        if pending.subsegments.is_empty() {
             return Ok(());
         }
-        let edges = pending.pieces.iter().map(|piece| DoneEdge {
-            ends: piece.ends.map(|place| pending.vertices[place as usize]),
-            source: piece.source,
+        let edges = pending.subsegments.iter().map(|subsegment| DoneEdge {
+            ends: subsegment.ends.map(|index| pending.vertices[index as usize]),
+            source: subsegment.source,
         });
         let edges: Vec<DoneEdge> = edges.collect();
         let appended = self.log.lock().append_edges(&edges);
         self.logged(appended)?;
         let next_on_line = edges.iter().filter_map(|edge| edge.end_elsewhere());
-        self.found.lock().next_on_line.extend(next_on_line);
+        self.state.lock().next_on_line.extend(next_on_line);
         Ok(())
     }
 
@@ -285,10 +289,17 @@ impl Conquest {
         })
     }
 
-    /// Gives the board the seam of a node, and the journal that of a whole block.
-    fn hand_up(&self, node: u32, place: Place, seam: Seam, merged_bytes: u64, sender: &Sender) -> Result<(), Closed> {
-        if let Some(block) = place.block.filter(|_| place.is_block && self.limits.has_journal) {
-            let tiles = self.found.lock().blocks[block as usize].tile_range();
+    /// Passes the seam of a node to the board, and that of a whole block to the journal as well.
+    fn pass_up(
+        &self,
+        node: u32,
+        scope: NodeScope,
+        seam: Seam,
+        merged_bytes: u64,
+        sender: &Sender,
+    ) -> Result<(), Closed> {
+        if let Some(block) = scope.block.filter(|_| scope.is_block && self.limits.has_journal) {
+            let tiles = self.state.lock().blocks[block as usize].tile_range();
             let chunks = self.log.lock().finish_block(tiles);
             let chunks = match chunks {
                 Ok(chunks) => chunks,
@@ -296,7 +307,7 @@ impl Conquest {
             };
             let finished = FinishedBlock {
                 number: block,
-                found: self.found.lock().blocks[block as usize].clone(),
+                state: self.state.lock().blocks[block as usize].clone(),
                 cores: Vec::new(),
                 chunks,
             };
@@ -306,9 +317,9 @@ impl Conquest {
         let below = seam.below;
         let seam_vertices = seam.vertices.len() as u64;
         let load = self.board.done(node, seam, merged_bytes);
-        let mut found = self.found.lock();
+        let mut state = self.state.lock();
         if seam_vertices > 0 {
-            found.growth.observe(below, seam_vertices);
+            state.growth.observe(below, seam_vertices);
         }
         let budget = self.memory.rest();
         let blocks = if load.blocks_in_memory {
@@ -318,19 +329,20 @@ impl Conquest {
         };
         let held = load.next_held * HELD_WORK_BYTES;
         let now = blocks + load.bytes + load.next_vertices * SEAM_WORK_BYTES + held;
-        // A fortieth of the points, and cells eight times as large as others, tell enough of the rest. If there is no going
-        // on anyway, less will do to say what it would take.
+        // A fortieth of the points, and cells eight times as large as others, suffice to
+        // extrapolate. If the build fails anyway, less suffices to estimate the memory that it
+        // would take.
         let is_over = now > budget;
-        let enough = is_over || found.points_done * 40 >= self.limits.points;
-        let root = found
+        let enough = is_over || state.points_done * 40 >= self.limits.points;
+        let root = state
             .growth
             .root_bytes(self.limits.points, if is_over { 1.5 } else { 7.0 });
         let needed = now.max(root.filter(|_| enough).unwrap_or(0));
-        let points_done = found.points_done;
-        drop(found);
+        let points_done = state.points_done;
+        drop(state);
         if needed > budget {
             self.fail(if held > now / 2 {
-                // All cells will have as many as those that are done.
+                // Assumes that all cells will hold as many triangles as those that are done.
                 let share = self.limits.points as f64 / points_done.max(1) as f64;
                 let needed = ((now as f64 * share) as u64).max(now);
                 self.memory.shortage(MemoryUse::Held, needed).into()
@@ -341,39 +353,39 @@ impl Conquest {
         Ok(())
     }
 
-    /// What is wrong, if something is.
+    /// Returns the error of the build, if there is one.
     pub(crate) fn outcome(&self) -> Result<(), BuildError> {
-        let mut found = self.found.lock();
-        if let Some(error) = found.failed.take() {
+        let mut state = self.state.lock();
+        if let Some(error) = state.failed.take() {
             return Err(error);
         }
-        if found.crossings.count() > 0 {
+        if state.crossings.count() > 0 {
             return Err(BuildError::Crossings {
-                first: found.crossings.first().to_vec(),
-                count: found.crossings.count(),
+                first: state.crossings.first().to_vec(),
+                count: state.crossings.count(),
             });
         }
-        let firsts = Firsts {
+        let firsts = FirstRecords {
             end: self.rules.duplicates.first_end,
             crossing: self.rules.first_crossing,
             site: self.rules.first_site,
         };
-        if let Some(first) = found.without_z.first(firsts) {
-            let count = found.without_z.count;
+        if let Some(first) = state.without_z.first(firsts) {
+            let count = state.without_z.count;
             return Err(BuildError::NoZ { first, count });
         }
-        match (found.first_duplicate, found.crossed) {
+        match (state.first_duplicate, state.crossed) {
             (Some((records, point)), _) => Err(BuildError::Duplicate { records, point }),
-            (_, Some(Crossed { piece, edge })) => Err(BuildError::Internal(format!(
-                "a piece from {:?} to {:?} crosses the constraint from {:?} to {:?}, and no segments cross there",
-                piece[0], piece[1], edge[0], edge[1]
+            (_, Some(Crossed { subsegment, edge })) => Err(BuildError::Internal(format!(
+                "a subsegment from {:?} to {:?} crosses the constraint from {:?} to {:?}, and no segments cross there",
+                subsegment[0], subsegment[1], edge[0], edge[1]
             ))),
             (None, None) => Ok(()),
         }
     }
 }
 
-/// Counts a node.
+/// Adds a node to the counts of its level.
 fn count(levels: &mut Vec<LevelSummary>, vertices: usize, settled: usize, seam: &Seam) {
     let level = seam.level - 1;
     if levels.len() <= level {

@@ -1,4 +1,4 @@
-//! Crossings in the leaves of a block, before any of them is conquered.
+//! Finds crossings in the leaves of a block, before any of them is conquered.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -13,15 +13,15 @@ use crate::geometry::{Orientation, Point, Rect, orient2d};
 use crate::io::start_scoped;
 use crate::pipeline::ingest::point_store::Item;
 
-/// A leaf.
+/// The points and segments of a leaf.
 pub(crate) struct LeafLines<'a> {
     pub(crate) cell: Rect,
     pub(crate) items: &'a [Item],
-    /// Which segments of the block may meet the cell.
-    pub(crate) its: &'a [u32],
+    /// Indices of the block's segments that may meet the cell.
+    pub(crate) segment_indices: &'a [u32],
 }
 
-/// Finds what crosses in any of the leaves, on so many threads.
+/// Finds the crossings in all leaves on up to `threads` threads.
 pub(crate) fn in_leaves(segments: &[Segment], leaves: &[LeafLines<'_>], threads: usize) -> FirstCrossings {
     let next = AtomicUsize::new(0);
     let all = Mutex::new(FirstCrossings::default());
@@ -34,7 +34,7 @@ pub(crate) fn in_leaves(segments: &[Segment], leaves: &[LeafLines<'_>], threads:
         }
     };
     thread::scope(|scope| {
-        // Fewer do as well.
+        // Works with fewer threads if some cannot be started.
         (1..threads.min(leaves.len())).all(|_| start_scoped(scope, "tile-crossings", work).is_ok());
         work();
     });
@@ -42,15 +42,19 @@ pub(crate) fn in_leaves(segments: &[Segment], leaves: &[LeafLines<'_>], threads:
 }
 
 fn in_leaf(segments: &[Segment], leaf: &LeafLines<'_>) -> FirstCrossings {
-    let its: Vec<Segment> = leaf.its.iter().map(|&segment| segments[segment as usize]).collect();
+    let segments: Vec<Segment> = leaf
+        .segment_indices
+        .iter()
+        .map(|&segment| segments[segment as usize])
+        .collect();
     let mut crossings = FirstCrossings::default();
     let mut vertices = None;
-    let done = find(&its, leaf.cell, &mut |one, other, point| {
-        let pair = [one, other].map(|segment| its[segment as usize]);
-        // Where a vertex lies on both, they meet in it.
+    let done = find(&segments, leaf.cell, &mut |one, other, point| {
+        let pair = [one, other].map(|segment| segments[segment as usize]);
+        // If a vertex is on both, the segments meet there and do not cross.
         let is_on = |segment: Segment| orient2d(segment.ends[0], segment.ends[1], point) == Orientation::Collinear;
         let is_vertex =
-            pair.into_iter().all(is_on) && vertices.get_or_insert_with(|| Places::of(leaf.items)).has(point);
+            pair.into_iter().all(is_on) && vertices.get_or_insert_with(|| PointSet::of(leaf.items)).has(point);
         if !is_vertex {
             crossings.push(Crossing::new(pair.map(|segment| segment.source), point));
         }
@@ -60,18 +64,18 @@ fn in_leaf(segments: &[Segment], leaf: &LeafLines<'_>) -> FirstCrossings {
     crossings
 }
 
-/// The places of points, each once.
-struct Places(Vec<Point>);
+/// The positions of points, each once.
+struct PointSet(Vec<Point>);
 
-impl Places {
+impl PointSet {
     fn of(items: &[Item]) -> Self {
-        let mut places: Vec<Point> = items.iter().map(|item| item.point).collect();
-        places.sort_unstable_by(|a, b| a.lex_cmp(*b));
-        places.dedup();
-        Self(places)
+        let mut points: Vec<Point> = items.iter().map(|item| item.point).collect();
+        points.sort_unstable_by(|a, b| a.lex_cmp(*b));
+        points.dedup();
+        Self(points)
     }
 
-    fn has(&self, place: Point) -> bool {
-        self.0.binary_search_by(|p| p.lex_cmp(place)).is_ok()
+    fn has(&self, point: Point) -> bool {
+        self.0.binary_search_by(|p| p.lex_cmp(point)).is_ok()
     }
 }

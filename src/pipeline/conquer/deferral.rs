@@ -1,7 +1,9 @@
-//! Segments that hold too much: they are put off until the file is there, and inserted then by an edit of it.
+//! Deferred segments: segments that hold too many triangles. An edit inserts them once the file is
+//! complete.
 //!
-//! In: what pieces and segments that cannot go in yet hold in a node. Out: those that wait no more; what they held is final. As a
-//! piece can go in at any time, that changes nothing in the end.
+//! In: the triangles that pending subsegments and segments hold in a node. Out: the segments that
+//! are deferred; the triangles that they held are final. As a subsegment can be inserted at any
+//! time, deferring it does not change the result.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,17 +15,17 @@ use crate::store::EdgeSource;
 
 type Key = ([[u64; 2]; 2], EdgeSource);
 
-/// Which segments are put off.
+/// The set of deferred segments.
 #[derive(Debug)]
 pub(crate) struct Deferral {
-    /// Triangles that may be held in a leaf, and in a node above.
+    /// Most triangles that may be held in a leaf, and in a node above.
     limits: [usize; 2],
     any: AtomicBool,
     segments: Mutex<HashMap<Key, (Segment, usize)>>,
 }
 
 impl Deferral {
-    /// With limits of the triangles that may be held in a leaf, and in a node above.
+    /// Creates an empty set with limits of the held triangles in a leaf, and in a node above.
     pub(crate) fn new(limits: [usize; 2]) -> Self {
         Self {
             limits,
@@ -32,27 +34,27 @@ impl Deferral {
         }
     }
 
-    /// Triangles that may be held in a leaf.
+    /// Returns the most triangles that may be held in a leaf.
     pub(crate) fn leaf_limit(&self) -> usize {
         self.limits[0]
     }
 
-    /// Triangles that may be held in a node above.
+    /// Returns the most triangles that may be held in a node above the leaves.
     pub(crate) fn node_limit(&self) -> usize {
         self.limits[1]
     }
 
-    /// Whether none is put off so far.
+    /// Returns whether no segment is deferred so far.
     pub(crate) fn is_empty(&self) -> bool {
         !self.any.load(Ordering::Acquire)
     }
 
-    /// Whether a segment is put off.
+    /// Returns whether a segment is deferred.
     pub(crate) fn has(&self, segment: &Segment) -> bool {
         !self.is_empty() && self.segments.lock().contains_key(&segment.key())
     }
 
-    /// Puts a segment off, which is there so many times.
+    /// Defers `copies` copies of a segment.
     pub(crate) fn add(&self, segment: Segment, copies: usize) {
         let mut segments = self.segments.lock();
         let (_, known) = segments.entry(segment.key()).or_insert((segment, 0));
@@ -60,7 +62,7 @@ impl Deferral {
         self.any.store(true, Ordering::Release);
     }
 
-    /// All that were put off, in order.
+    /// Takes all deferred segments, sorted.
     pub(crate) fn take(&self) -> Vec<Segment> {
         let mut segments: Vec<_> = std::mem::take(&mut *self.segments.lock()).into_values().collect();
         segments.sort_unstable_by_key(|(segment, _)| segment.key());
@@ -71,16 +73,16 @@ impl Deferral {
     }
 }
 
-/// Of those that hold so many triangles each, says which are put off, so that the others hold no more than `limit` together: those
-/// that hold most.
-pub(crate) fn put_off(held: &[usize], limit: usize) -> Vec<bool> {
+/// Chooses which segments to defer, given the number of triangles that each holds. Those that hold
+/// most are deferred, so that the others together hold at most `limit`.
+pub(crate) fn choose_deferred(held: &[usize], limit: usize) -> Vec<bool> {
     let mut order: Vec<usize> = (0..held.len()).collect();
-    order.sort_by_key(|&place| held[place]);
+    order.sort_by_key(|&index| held[index]);
     let mut sum = 0;
-    let mut is_off = vec![false; held.len()];
-    for place in order {
-        sum += held[place];
-        is_off[place] = sum > limit && held[place] > 0;
+    let mut is_deferred = vec![false; held.len()];
+    for index in order {
+        sum += held[index];
+        is_deferred[index] = sum > limit && held[index] > 0;
     }
-    is_off
+    is_deferred
 }

@@ -1,4 +1,4 @@
-//! Divides blocks into leaves, and looks there for what is wrong with the input.
+//! Divides blocks into leaves, and checks the input there.
 
 use crate::constraints::segments::cells::segments_of_leaves;
 use crate::geometry::Rect;
@@ -12,7 +12,7 @@ use crate::pipeline::ingest::divide::{Division, divide};
 use crate::pipeline::ingest::missing_z::FoundWithoutZ;
 use crate::pipeline::options::Duplicates;
 use crate::pipeline::output::ordered::Closed;
-use crate::pipeline::records::{BlockFound, TileState};
+use crate::pipeline::records::{BlockState, TileState};
 use crate::store::MAX_TILES;
 
 impl Conquest {
@@ -23,31 +23,31 @@ impl Conquest {
             let leaves = division.leaves.iter().map(|leaf| &block.store.items[leaf.clone()]);
             let first_end = self.rules.duplicates.first_end;
             let duplicates = leaves.filter_map(|items| first_duplicate(items, &block.store.attributes, first_end));
-            let mut found = self.found.lock();
-            let first = duplicates.chain(found.first_duplicate);
-            found.first_duplicate = first.min_by_key(|(records, _)| (records[1], records[0]));
-            if found.first_duplicate.is_some() {
-                // There is no file to come; but the blocks that are left may have one that comes before it.
-                drop(found);
+            let mut state = self.state.lock();
+            let first = duplicates.chain(state.first_duplicate);
+            state.first_duplicate = first.min_by_key(|(records, _)| (records[1], records[0]));
+            if state.first_duplicate.is_some() {
+                // The build will fail, but the remaining blocks may have an earlier duplicate.
+                drop(state);
                 self.board.only_divide();
             }
         }
-        self.look_for_missing_z(&block, &division);
+        self.find_missing_z(&block, &division);
         let tiles = division.leaves.len();
         let tree = division.tree.clone();
         if !block.segments.is_empty() {
             let cell = self.board.block_cell(block.number);
             block.of_leaves = segments_of_leaves(&tree, cell, &block.segments);
-            self.look_for_crossings(&block, &division, cell, threads);
+            self.find_crossings(&block, &division, cell, threads);
         }
         let mut many = false;
         self.board.divided(block, division, |first_tile| {
             many = first_tile as usize + tiles > MAX_TILES as usize;
-            self.add_block(BlockFound {
+            self.add_block(BlockState {
                 first_tile,
                 tree,
                 tiles: vec![TileState::default(); tiles],
-                ..BlockFound::default()
+                ..BlockState::default()
             });
         });
         if many {
@@ -56,9 +56,9 @@ impl Conquest {
         Ok(())
     }
 
-    /// Looks for vertices that have no z, where that is an error. Then there is no file to come,
-    /// but the blocks that are left may have those that are to be told first.
-    fn look_for_missing_z(&self, block: &BlockPoints, division: &Division) {
+    /// Finds vertices without z, if these are an error. The build will fail then, but the remaining
+    /// blocks may have vertices that are to be reported first.
+    fn find_missing_z(&self, block: &BlockPoints, division: &Division) {
         let attributes = &block.store.attributes;
         if self.options.missing_z == MissingZ::Zero || !attributes.has_z() {
             return;
@@ -70,30 +70,30 @@ impl Conquest {
         }
         if lacking.count > 0 {
             lacking.name_line(&block.segments);
-            let mut found = self.found.lock();
-            found.without_z.merge(&lacking);
-            found.lacks_z = true;
-            drop(found);
+            let mut state = self.state.lock();
+            state.without_z.merge(&lacking);
+            state.lacks_z = true;
+            drop(state);
             self.board.only_divide();
         }
     }
 
-    /// Looks for segments that cross in a block that was divided. If there are any there is no file to come, but the blocks
-    /// that are left may have those that are to be told first.
-    fn look_for_crossings(&self, block: &BlockPoints, division: &Division, cell: Rect, threads: usize) {
+    /// Finds segments that cross in a divided block. If there are any, the build will fail, but the
+    /// remaining blocks may have crossings that are to be reported first.
+    fn find_crossings(&self, block: &BlockPoints, division: &Division, cell: Rect, threads: usize) {
         let items = &block.store.items;
         let cells = division.tree.cells_within(cell);
         let leaves = cells.into_iter().zip(&division.leaves).zip(&block.of_leaves);
         let leaves: Vec<LeafLines<'_>> = leaves
-            .map(|((cell, points), its)| LeafLines {
+            .map(|((cell, points), segment_indices)| LeafLines {
                 cell,
                 items: &items[points.clone()],
-                its,
+                segment_indices,
             })
             .collect();
         let crossings = in_leaves(&block.segments, &leaves, threads);
         if crossings.count() > 0 {
-            self.found.lock().crossings.merge(&crossings);
+            self.state.lock().crossings.merge(&crossings);
             self.board.only_divide();
         }
     }

@@ -1,20 +1,21 @@
-//! How seams grow with their cells, so that a build that cannot end is known at its beginning.
+//! Growth of seams with their cells, to detect early that a build will run out of memory.
 //!
-//! A cell of m points has about c·√m seam vertices, and that is little. Where points lie on a curve, every point is on the
-//! hull of every cell, seams are whole cells, and the root would hold all points at once. Both are powers of m, so the
-//! nodes that are done tell which one it is.
+//! A cell of m points has about c·√m seam vertices, which is little. If points are on a curve,
+//! every point is on the hull of every cell, seams are whole cells, and the root would hold all
+//! points at once. Both are powers of m, so the nodes that are done show which case applies.
 
 use crate::memory::{SEAM_BYTES, SEAM_WORK_BYTES};
 
-/// What the nodes that are done tell.
+/// The sizes of the nodes that are done.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SeamGrowth {
-    /// By the binary logarithm of the vertices below a node: nodes, and the sums of these vertices and of seam vertices.
+    /// By the binary logarithm of the vertices below a node: the number of nodes, and the sums of
+    /// these vertices and of seam vertices.
     classes: Vec<[u64; 3]>,
 }
 
 impl SeamGrowth {
-    /// Takes a node with so many vertices below, and in its seam.
+    /// Adds a node with `below` vertices below it and `seam` vertices in its seam.
     pub(crate) fn observe(&mut self, below: u64, seam: u64) {
         let class = below.max(1).ilog2() as usize;
         if self.classes.len() <= class {
@@ -26,11 +27,14 @@ impl SeamGrowth {
         *seams += seam;
     }
 
-    /// The memory that merging the root of so many points takes, where seams grow nearly as fast as cells: the line through
-    /// the logarithms of cells and seams, drawn on to half of all points. None: they grow slower, or the cells so far are too
-    /// much alike to tell: the largest must have `spread` times the vertices of the smallest.
+    /// Estimates the memory that merging the root of `points` points takes, if seams grow nearly as
+    /// fast as cells. It extends a line from the largest cells to half of all points; the slope is
+    /// that of the regression through the logarithms of cells and seams, at most 1. Returns `None`
+    /// if seams grow slower, or if the cells so far are too similar: the largest must have `spread`
+    /// times the vertices of the smallest.
     pub(crate) fn root_bytes(&self, points: u64, spread: f64) -> Option<u64> {
-        /// The least exponent that tells curves from areas: these have a half, and few cells tell that roughly.
+        /// Smallest exponent that indicates curves. Areas have an exponent of a half, and few cells
+        /// give a rough estimate.
         const STEEP: f64 = 0.8;
         let classes = self.classes.iter().filter(|class| class[0] > 0 && class[2] > 0);
         let mean = |&[nodes, vertices, seams]: &[u64; 3]| {
@@ -61,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn square_roots_and_whole_cells_are_told_apart() {
+    fn growth_by_the_square_root_and_linear_growth_are_distinguished() {
         let root = |seam: fn(u64) -> u64| {
             let mut growth = SeamGrowth::default();
             for (cells, points) in [(16, 60_000), (4, 240_000), (1, 960_000)] {

@@ -1,12 +1,12 @@
-//! Divide, conquer, merge, constrain: threads take tasks from a board, and triangles come out.
+//! Divide, conquer, merge, constrain: threads take tasks from a board and produce triangles.
 
 pub(crate) mod components;
 pub(super) mod conquest;
+pub(super) mod conquest_state;
 pub(super) mod constrain;
 mod crossings;
 pub(super) mod deferral;
 mod dividing;
-pub(super) mod found;
 mod growth;
 pub(super) mod leaf;
 mod merge;

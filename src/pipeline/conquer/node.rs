@@ -1,8 +1,9 @@
-//! One node of the merge tree: triangulate, keep, settle, hand on. Leaves and inner nodes alike.
+//! One node of the merge tree, a leaf or an inner node: triangulates, keeps, settles and passes up.
 //!
-//! In: the points X of the node and its cell. Out: its settled triangles, and its seam: the unsettled triangles and the
-//! vertices that the levels above need. A triangle is settled if its closed circumdisc lies strictly inside the cell, so
-//! that no vertex of another cell can remove it. (Wu, section 3.3, calls it safe.)
+//! In: the points X of the node and its cell. Out: its settled triangles, and its seam: the
+//! unsettled triangles and the vertices that the levels above need. A triangle is settled if its
+//! closed circumdisc is strictly inside the cell, so that no vertex of another cell can remove it.
+//! (Wu, section 3.3, calls it safe.)
 
 use std::sync::Arc;
 
@@ -10,42 +11,42 @@ use crate::geometry::{Point, Rect, disc_strictly_inside};
 use crate::io::Buffers;
 use crate::mesh::{Engine, Inserter, Triangulation, smallest_first};
 use crate::pipeline::conquer::deferral::Deferral;
-use crate::pipeline::records::Piece;
+use crate::pipeline::records::Subsegment;
 use crate::store::CoreDraft;
 
-/// What a thread works with; its memory is kept from node to node.
+/// The data structures of a thread, reused from node to node to keep their memory.
 pub(crate) struct Workspace {
     pub(crate) engine: Box<dyn Engine>,
     pub(crate) mesh: Triangulation,
-    /// What becomes of each triangle of the mesh.
+    /// The fate of each triangle of the mesh.
     pub(crate) fates: Vec<Fate>,
-    /// For each point its place in the seam, or [`u32::MAX`].
+    /// For each point its index in the seam, or [`u32::MAX`].
     in_seam: Vec<u32>,
     pub(crate) inserter: Inserter,
-    /// Which segments are put off.
+    /// The deferred segments.
     pub(crate) deferral: Arc<Deferral>,
-    /// The bits of the sides of each triangle of a leaf's mesh; or nothing.
-    pub(crate) side_bits: Vec<u8>,
-    /// The constraint edges of a leaf that are done, in order, once for each source.
-    pub(crate) edges: Vec<Piece>,
-    /// How often lines may run along edges of a node, all in all.
+    /// The constraint and wall bits of each triangle of a leaf's mesh, or empty.
+    pub(crate) edge_bits: Vec<u8>,
+    /// The constraint edges of a leaf that are done, sorted, once for each source.
+    pub(crate) edges: Vec<Subsegment>,
+    /// Most sources of the edges of a node, summed over its edges.
     pub(crate) most_sources: usize,
     /// The core of the leaf that was conquered last.
     pub(crate) core: CoreDraft,
-    /// For what cores are encoded in.
+    /// Buffers in which cores are encoded.
     pub(crate) buffers: Buffers,
 }
 
-/// What becomes of a triangle of DT(X).
+/// The fate of a triangle of DT(X).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fate {
-    /// A child settled that ground already.
+    /// Covered by triangles that a child settled already.
     Dropped,
     /// Final.
     Settled,
-    /// Up to the levels above.
+    /// Passed to the levels above.
     Unsettled,
-    /// Final, but a piece crosses it that is not in yet: up too.
+    /// Final, but crossed by a pending subsegment, so it is passed up too.
     Held,
 }
 
@@ -58,7 +59,7 @@ impl Workspace {
             in_seam: Vec::new(),
             inserter: Inserter::default(),
             deferral,
-            side_bits: Vec::new(),
+            edge_bits: Vec::new(),
             edges: Vec::new(),
             most_sources,
             core: CoreDraft::empty(),
@@ -66,9 +67,11 @@ impl Workspace {
         }
     }
 
-    /// Triangulates a node and decides on each triangle; `keep` tells which are not a child's settled ground.
+    /// Triangulates a node and determines the fate of each triangle. `keep` returns whether a
+    /// triangle is outside the area that a child settled.
     ///
-    /// Fills `mesh` and `fates`. Returns the points of the seam, and its triangles by place among these.
+    /// Fills `mesh` and `fates`. Returns the points of the seam, and its triangles as indices into
+    /// these.
     pub(crate) fn run(
         &mut self,
         points: &[Point],
@@ -90,7 +93,7 @@ impl Workspace {
             }
         }));
         if cell == Rect::PLANE {
-            // The root: everything is settled, and nobody needs its hull.
+            // The root: everything is settled, and no level above needs the hull.
             debug_assert!(!self.fates.contains(&Fate::Unsettled));
             return (Vec::new(), Vec::new());
         }
@@ -107,9 +110,9 @@ impl Workspace {
             self.in_seam[vertex as usize] = 0;
         }
         let mut vertices = Vec::new();
-        for (place, vertex) in self.in_seam.iter_mut().zip(0..) {
-            if *place != ABSENT {
-                *place = vertices.len() as u32;
+        for (index, vertex) in self.in_seam.iter_mut().zip(0..) {
+            if *index != ABSENT {
+                *index = vertices.len() as u32;
                 vertices.push(vertex);
             }
         }

@@ -1,9 +1,10 @@
-//! Reads blocks ahead of those that are in work.
+//! Reads blocks ahead of those in work.
 //!
-//! In: the plan and the journal. Out: the board gets one block after the other, in order. A block is read once there is memory
-//! for it: permits are counted in bytes, and a block that is dropped gives its own back. So as many blocks are ahead as fit,
-//! and computing never waits for one unless reading is slower. Reads are spawned, several at a time; chunks are checked and
-//! taken apart on threads that may block.
+//! In: the plan and the journal. Out: the board gets the blocks one by one, in order. A block is
+//! read once there is memory for it: permits are counted in bytes, and a block returns its permit
+//! on drop. So as many blocks are read ahead as fit, and computing waits for a block only if
+//! reading is slower. Several reads are in progress at a time. Chunks are checked and decoded on
+//! threads that may block.
 
 use std::collections::VecDeque;
 use std::io;
@@ -27,38 +28,39 @@ use crate::pipeline::ingest::spill::run::{HEADER, chunk_length, decode_chunk};
 use crate::pipeline::plan::Block;
 
 /// Bytes of one read.
-const PIECE: u64 = 1 << 20;
-/// Reads under way.
+const READ_BYTES: u64 = 1 << 20;
+/// Number of reads in progress.
 const AHEAD: usize = 4;
-/// Bytes that a permit stands for.
+/// Bytes per permit.
 const UNIT: u64 = 1 << 10;
 
-/// What reading ahead took.
+/// Statistics of reading ahead.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Prefetched {
     pub(crate) bytes: u64,
-    /// The time that blocks could not be read because those before took all memory.
+    /// Time that a block could not be read because earlier blocks took all memory.
     pub(crate) waited: Duration,
 }
 
-/// The blocks of a build, of which those from the first on are still to come.
+/// The blocks of a build. Those from `first` on must still be read.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Coming<'a> {
+pub(crate) struct UnreadBlocks<'a> {
     pub(crate) blocks: &'a [Block],
     pub(crate) segments: &'a Arc<BlockSegments>,
     pub(crate) first: usize,
     pub(crate) has_z: bool,
 }
 
-/// Gives the board the blocks from the first on. Runs that were read go away, unless the journal needs them.
+/// Gives the board the blocks from `first` on. Deletes the runs that were read, unless the journal
+/// needs them.
 pub(crate) async fn feed(
     board: &Board,
-    Coming {
+    UnreadBlocks {
         blocks,
         segments,
         first,
         has_z,
-    }: Coming<'_>,
+    }: UnreadBlocks<'_>,
     folder: &Path,
     memory: u64,
     has_journal: bool,
@@ -79,7 +81,7 @@ pub(crate) async fn feed(
         done.bytes += block.runs.iter().map(|run| run.length).sum::<u64>();
         if !has_journal {
             let paths: Vec<PathBuf> = block.runs.iter().map(|run| run.path(folder)).collect();
-            // If one stays, it goes with the folder.
+            // A run that cannot be deleted is deleted with the folder.
             drop(blocking(move || {
                 paths.iter().map(std::fs::remove_file).filter(Result::is_err).count()
             }));
@@ -103,7 +105,7 @@ pub(crate) async fn feed(
     Ok(done)
 }
 
-/// A block that is being read: the points so far, and the bytes of a chunk that has not come wholly.
+/// A block that is being read: its points so far, and the bytes of an incomplete chunk.
 struct Loading {
     store: PointStore,
     rest: Vec<u8>,
@@ -124,18 +126,18 @@ async fn load(block: &Block, folder: &Path, has_z: bool) -> Result<PointStore, B
         let path = loading.path.clone();
         let cannot = |error| BuildError::io(&path, "read", error);
         let file = ThreadsFile::open(&path).map_err(cannot)?;
-        let mut pieces = (0..run.length).step_by(PIECE as usize);
+        let mut starts = (0..run.length).step_by(READ_BYTES as usize);
         let mut reads: VecDeque<JoinHandle<io::Result<Bytes>>> = VecDeque::new();
         loop {
-            let more = pieces.by_ref().take(AHEAD - reads.len());
-            reads.extend(more.map(|at| tokio::spawn(file.read_at(at..run.length.min(at + PIECE)))));
+            let more = starts.by_ref().take(AHEAD - reads.len());
+            reads.extend(more.map(|at| tokio::spawn(file.read_at(at..run.length.min(at + READ_BYTES)))));
             let Some(read) = reads.pop_front() else { break };
-            let piece = read
+            let bytes = read
                 .await
                 .map_err(io::Error::other)
                 .and_then(|read| read)
                 .map_err(cannot)?;
-            let taken = blocking(move || loading.take(&piece)).await;
+            let taken = blocking(move || loading.take(&bytes)).await;
             loading = taken.flatten().map_err(cannot)?;
         }
         if !loading.rest.is_empty() {
@@ -153,9 +155,9 @@ async fn load(block: &Block, folder: &Path, has_z: bool) -> Result<PointStore, B
 }
 
 impl Loading {
-    /// Takes the points of all chunks that have come wholly.
-    fn take(mut self, piece: &[u8]) -> io::Result<Self> {
-        self.rest.extend_from_slice(piece);
+    /// Appends bytes, and takes the points of all complete chunks.
+    fn take(mut self, bytes: &[u8]) -> io::Result<Self> {
+        self.rest.extend_from_slice(bytes);
         let mut at = 0;
         while let Some(header) = self.rest[at..].first_chunk::<HEADER>() {
             let length = chunk_length(header, u64::MAX).map_err(|problem| spill::damaged(&self.path, problem))?;

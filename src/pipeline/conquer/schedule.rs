@@ -1,9 +1,11 @@
-//! Who does what next: divides blocks as they arrive, conquers their leaves in order, merges as soon as children are done.
+//! The schedule: divides blocks as they arrive, conquers their leaves in order, and merges seams as
+//! soon as the children are done.
 //!
-//! Threads take tasks from one board. A merge that can be done comes first, so the tree is worked depth first and few seams
-//! wait; then a block to divide, so that there are always leaves; then the next leaf. The fan-out adapts: seams go up
-//! unmerged as long as all those of a node together fit in one merge; so as many levels are merged at once as possible,
-//! and two nodes at least. Only blocks always end in one seam, which is what the journal keeps of them.
+//! Threads take tasks from one board. A merge that is ready comes first, so the tree is processed
+//! depth-first and few seams wait; then a block to divide, so that there are always leaves; then
+//! the next leaf. The fan-out adapts: seams go up unmerged as long as all seams of a node fit in
+//! one merge. So a merge covers as many levels as possible, and at least two nodes. Only blocks
+//! always end in one seam, which the journal keeps.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -25,21 +27,22 @@ use crate::store::{KdNode, KdTree, TileId};
 pub(crate) struct BlockPoints {
     pub(crate) number: u32,
     pub(crate) store: PointStore,
-    /// Those that meet its cell; once it is divided, which of them meet that of each leaf.
+    /// The segments that meet its cell, and, once it is divided, the indices of those that meet
+    /// each leaf.
     pub(crate) segments: Vec<Segment>,
     pub(crate) of_leaves: Vec<Vec<u32>>,
-    /// The memory it takes, which is free for another block when this one is dropped.
+    /// The memory that the block takes, which is released for another block on drop.
     pub(crate) _permit: Option<OwnedSemaphorePermit>,
 }
 
-/// A piece of work.
+/// A unit of work.
 #[derive(Debug)]
 pub(crate) enum Task {
     /// Divide a block.
     Divide {
         /// The block.
         block: BlockPoints,
-        /// Threads that have nothing else to do.
+        /// Number of idle threads, which the task may use.
         threads: usize,
     },
     /// Conquer a leaf.
@@ -48,11 +51,11 @@ pub(crate) enum Task {
         node: u32,
         /// Its tile.
         tile: TileId,
-        /// Its block, and its points there.
+        /// Its block, and the range of its points there.
         block: Arc<BlockPoints>,
         points: Range<usize>,
     },
-    /// Merge the seams of the nodes below one.
+    /// Merge the seams below a node.
     Merge {
         /// The node.
         node: u32,
@@ -63,7 +66,7 @@ pub(crate) enum Task {
 
 /// The board that threads take their tasks from.
 pub(crate) struct Board {
-    state: Mutex<State>,
+    state: Mutex<BoardState>,
     changed: Condvar,
     merge_vertices: usize,
     threads: usize,
@@ -71,69 +74,69 @@ pub(crate) struct Board {
     block_nodes: Vec<u32>,
 }
 
-/// The place of a node below its parent.
+/// A node of the tree, with its parent and children.
 #[derive(Clone, Copy)]
-struct Node {
+struct BoardNode {
     parent: u32,
     is_right: bool,
     children: [u32; 2],
     cell: Rect,
-    /// The block that it belongs to; none above the blocks.
+    /// The block that the node belongs to; `None` above the blocks.
     block: Option<u32>,
 }
 
-/// What seams there are.
+/// The memory load of seams.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SeamLoad {
-    /// Bytes of those that wait or are being merged.
+    /// Bytes of the seams that wait or are being merged.
     pub(crate) bytes: u64,
-    /// The most seam vertices that a merge takes in next.
+    /// Most seam vertices of a waiting merge.
     pub(crate) next_vertices: u64,
-    /// The most held triangles that come with those.
+    /// Most held triangles of a waiting merge.
     pub(crate) next_held: u64,
-    /// Whether blocks take memory beside them.
+    /// Whether blocks take memory too.
     pub(crate) blocks_in_memory: bool,
 }
 
-/// Where a task belongs.
+/// The cell and the block of a node.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct NodeScope {
     pub(crate) cell: Rect,
-    /// The block; none above the blocks.
+    /// The block; `None` above the blocks.
     pub(crate) block: Option<u32>,
-    /// Whether it is all of the block.
+    /// Whether the node covers all of the block.
     pub(crate) is_block: bool,
 }
 
 const ROOT: u32 = 0;
 
-struct State {
-    /// Those above the blocks, then those of the blocks that were divided.
-    nodes: Vec<Node>,
-    /// For each node, the seams that its children have handed up.
+struct BoardState {
+    /// The nodes above the blocks, then those of the divided blocks.
+    nodes: Vec<BoardNode>,
+    /// For each node, the seams that its children have passed up.
     arrived: Vec<[Option<Vec<Seam>>; 2]>,
     merges: Vec<Task>,
     /// Blocks that wait to be divided, in order.
     loaded: VecDeque<BlockPoints>,
     dividing: bool,
-    /// Blocks with leaves that nobody has taken yet.
-    divided: VecDeque<Leaves>,
-    /// Tiles of the blocks that were divided or finished before.
+    /// Blocks with leaves that no thread has taken yet.
+    divided: VecDeque<BlockLeaves>,
+    /// Number of tiles of the blocks that were divided or finished earlier.
     tiles: u32,
-    /// Blocks that have not arrived yet.
+    /// Number of blocks that have not arrived yet.
     to_come: usize,
     running: usize,
     /// Bytes of all seams that wait or are being merged.
     seam_bytes: u64,
-    /// The time that threads had nothing to do because a block was not there.
+    /// Time that threads were idle because no block had arrived, summed over the threads.
     starved: Duration,
     stopped: bool,
-    /// Blocks are divided, and nothing else happens.
+    /// Whether blocks are only divided, and no other tasks are given out.
     only_divide: bool,
 }
 
 /// Leaves of a block, with their nodes and points.
-struct Leaves {
+struct BlockLeaves {
     block: Arc<BlockPoints>,
     first_tile: u32,
     leaves: VecDeque<(u32, Range<usize>)>,
@@ -141,7 +144,7 @@ struct Leaves {
 }
 
 impl Board {
-    /// A board for the blocks that are the leaves of a tree.
+    /// Creates a board for the blocks, which are the leaves of `top`.
     pub(crate) fn new(top: &KdTree, merge_vertices: usize, threads: usize) -> Self {
         let mut nodes = Vec::new();
         add_nodes(&mut nodes, top, Rect::PLANE, None);
@@ -153,7 +156,7 @@ impl Board {
             }
         }
         Self {
-            state: Mutex::new(State {
+            state: Mutex::new(BoardState {
                 arrived: nodes.iter().map(|_| [None, None]).collect(),
                 nodes,
                 merges: Vec::new(),
@@ -175,7 +178,7 @@ impl Board {
         }
     }
 
-    /// Takes a block; they must come in order. False: no more are wanted.
+    /// Adds a block. Blocks must come in order. Returns `false` if no more are wanted.
     pub(crate) fn add(&self, block: BlockPoints) -> bool {
         let mut state = self.state.lock();
         if state.stopped {
@@ -187,17 +190,18 @@ impl Board {
         true
     }
 
-    /// Takes the seam of a block that a build before has finished, in the block's turn.
+    /// Adds the seam of a block that an earlier build finished. Blocks must come in order.
     pub(crate) fn restore(&self, block: u32, tiles: u32, seam: Seam) {
         let mut state = self.state.lock();
         state.to_come -= 1;
         state.tiles += tiles;
         state.seam_bytes += seam.byte_size();
-        self.hand_up(&mut state, self.block_nodes[block as usize], vec![seam]);
+        self.pass_up(&mut state, self.block_nodes[block as usize], vec![seam]);
         self.changed.notify_all();
     }
 
-    /// A block was divided. `prepare` is called with its first tile before anybody gets a leaf.
+    /// Adds the leaves of a divided block. Calls `prepare` with its first tile before any thread
+    /// gets a leaf.
     pub(crate) fn divided(&self, block: BlockPoints, division: Division, prepare: impl FnOnce(u32)) {
         let mut state = self.state.lock();
         let first_tile = state.tiles;
@@ -205,15 +209,16 @@ impl Board {
         let cell = state.nodes[root as usize].cell;
         let first_node = state.nodes.len() as u32;
         let number = block.number;
-        // The root of the block's tree is there already; the others come behind all nodes.
-        let place = |node: u32| if node == 0 { root } else { first_node + node - 1 };
+        // The root of the block's tree exists already. The other nodes are appended after all
+        // nodes.
+        let index = |node: u32| if node == 0 { root } else { first_node + node - 1 };
         let mut inner = Vec::new();
         add_nodes(&mut inner, &division.tree, cell, Some(number));
         for node in &mut inner {
-            node.parent = place(node.parent);
-            node.children = node.children.map(place);
+            node.parent = index(node.parent);
+            node.children = node.children.map(index);
         }
-        let Node { parent, is_right, .. } = state.nodes[root as usize];
+        let BoardNode { parent, is_right, .. } = state.nodes[root as usize];
         inner[0].parent = parent;
         inner[0].is_right = is_right;
         state.nodes[root as usize] = inner[0];
@@ -222,11 +227,11 @@ impl Board {
         state.arrived.resize_with(count, || [None, None]);
         let numbers = (0u32..).zip(division.tree.nodes());
         let leaves = numbers.filter(|(_, node)| matches!(node, KdNode::Leaf(_)));
-        let leaves: VecDeque<_> = leaves.map(|(n, _)| place(n)).zip(division.leaves).collect();
+        let leaves: VecDeque<_> = leaves.map(|(n, _)| index(n)).zip(division.leaves).collect();
         state.tiles += leaves.len() as u32;
         prepare(first_tile);
         if !state.only_divide {
-            state.divided.push_back(Leaves {
+            state.divided.push_back(BlockLeaves {
                 block: Arc::new(block),
                 first_tile,
                 leaves,
@@ -238,7 +243,8 @@ impl Board {
         self.changed.notify_all();
     }
 
-    /// The next task; waits for one if others may still make some. None: there will be no more.
+    /// Returns the next task. Waits for one while running tasks or blocks that have not arrived may
+    /// still create some. Returns `None` if there will be no more.
     pub(crate) fn take(&self) -> Option<Task> {
         let mut state = self.state.lock();
         loop {
@@ -261,7 +267,7 @@ impl Board {
         }
     }
 
-    /// From here on blocks are divided, and nothing else is done.
+    /// Stops all tasks except dividing blocks.
     pub(crate) fn only_divide(&self) {
         let mut state = self.state.lock();
         state.only_divide = true;
@@ -269,7 +275,7 @@ impl Board {
         state.merges.clear();
     }
 
-    fn next(&self, state: &mut State) -> Option<Task> {
+    fn next(&self, state: &mut BoardState) -> Option<Task> {
         if let Some(merge) = state.merges.pop() {
             return Some(merge);
         }
@@ -296,29 +302,30 @@ impl Board {
         Some(task)
     }
 
-    /// The cell of a block.
+    /// Returns the cell of a block.
     pub(crate) fn block_cell(&self, block: u32) -> Rect {
         self.state.lock().nodes[self.block_nodes[block as usize] as usize].cell
     }
 
-    /// Where a node belongs.
-    pub(crate) fn place(&self, node: u32) -> Place {
+    /// Returns the cell and the block of a node.
+    pub(crate) fn scope(&self, node: u32) -> NodeScope {
         let state = self.state.lock();
-        let Node { cell, block, .. } = state.nodes[node as usize];
-        Place {
+        let BoardNode { cell, block, .. } = state.nodes[node as usize];
+        NodeScope {
             cell,
             block,
             is_block: block.is_some_and(|block| self.block_nodes[block as usize] == node),
         }
     }
 
-    /// A task is done; its node has this seam, made of seams of so many bytes.
+    /// Ends the task of `node` and takes its seam, which was made from seams of `merged_bytes`
+    /// bytes. Returns the load of seams.
     pub(crate) fn done(&self, node: u32, seam: Seam, merged_bytes: u64) -> SeamLoad {
         let mut state = self.state.lock();
         state.running -= 1;
         state.seam_bytes += seam.byte_size();
         state.seam_bytes -= merged_bytes;
-        self.hand_up(&mut state, node, vec![seam]);
+        self.pass_up(&mut state, node, vec![seam]);
         self.changed.notify_all();
         let merges = || {
             state.merges.iter().map(|task| match task {
@@ -335,45 +342,46 @@ impl Board {
         }
     }
 
-    /// A task was given up: its node will have no seam.
+    /// Ends a task that failed: its node will have no seam.
     pub(crate) fn abandon(&self) {
         self.state.lock().running -= 1;
         self.changed.notify_all();
     }
 
-    /// The time that threads had nothing to do because a block was not there.
+    /// Returns the time that threads were idle because no block had arrived, summed over the
+    /// threads.
     pub(crate) fn starved(&self) -> Duration {
         self.state.lock().starved
     }
 
-    /// Whether it was stopped.
+    /// Returns whether the board was stopped.
     pub(crate) fn is_stopped(&self) -> bool {
         self.state.lock().stopped
     }
 
-    /// Ends all: nobody gets another task.
+    /// Stops the board: no thread gets another task.
     pub(crate) fn stop(&self) {
         let mut state = self.state.lock();
         state.stopped = true;
-        // Blocks that nobody will take must not keep their memory.
+        // Blocks that no thread will take must not keep their memory.
         state.loaded.clear();
         state.divided.clear();
         self.changed.notify_all();
     }
 
-    fn hand_up(&self, state: &mut State, mut node: u32, mut seams: Vec<Seam>) {
+    fn pass_up(&self, state: &mut BoardState, mut node: u32, mut seams: Vec<Seam>) {
         if state.only_divide {
             return;
         }
         while node != ROOT {
-            let Node { parent, is_right, .. } = state.nodes[node as usize];
-            let Node { children, block, .. } = state.nodes[parent as usize];
+            let BoardNode { parent, is_right, .. } = state.nodes[node as usize];
+            let BoardNode { children, block, .. } = state.nodes[parent as usize];
             let arrived = &mut state.arrived[parent as usize];
             arrived[usize::from(is_right)] = Some(seams);
             let [Some(left), Some(right)] = arrived else { return };
             let fits = total(left) + total(right) <= self.merge_vertices;
             if !fits && (left.len() > 1 || right.len() > 1) {
-                // Shrink the sides first; they come back as one seam each.
+                // Merges the seams of each child first. They come back as one seam each.
                 for (side, child) in arrived.iter_mut().zip(children) {
                     if side.as_ref().is_some_and(|seams| seams.len() > 1) {
                         let seams = side.take().unwrap_or_default();
@@ -402,9 +410,9 @@ fn total(seams: &[Seam]) -> usize {
     seams.iter().map(|seam| seam.vertices.len()).sum()
 }
 
-/// Adds the nodes of a tree whose root has this cell, numbered from 0.
-fn add_nodes(nodes: &mut Vec<Node>, tree: &KdTree, cell: Rect, block: Option<u32>) {
-    nodes.extend(tree.node_cells_within(cell).into_iter().map(|cell| Node {
+/// Appends the nodes of a tree whose root has `cell`. Their links are numbered from 0.
+fn add_nodes(nodes: &mut Vec<BoardNode>, tree: &KdTree, cell: Rect, block: Option<u32>) {
+    nodes.extend(tree.node_cells_within(cell).into_iter().map(|cell| BoardNode {
         parent: ROOT,
         is_right: false,
         children: [ROOT; 2],

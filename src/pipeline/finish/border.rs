@@ -1,27 +1,27 @@
-//! Puts a tile's border together from its late triangles and the open sides of its core.
+//! Assembles a tile's border from its late triangles and the boundary half-edges of its core.
 
 use crate::geometry::{HalfEdge, Rect};
 use crate::mesh::Twin;
-use crate::pipeline::finish::border_mesh::{BorderMesh, Late};
+use crate::pipeline::finish::border_mesh::{BorderMesh, BorderTriangle};
 use crate::pipeline::finish::regions::Regions;
 use crate::pipeline::output::border_log::GroupBorders;
 use crate::pipeline::records::{Anchor, TileState};
 pub(crate) use crate::store::format::components::components;
 use crate::store::{BorderDraft, EdgeSource, TileId};
 
-/// A border, and what it adds to the tile's entry.
+/// A border, and what it adds to the tile's directory entry.
 #[derive(Debug)]
 pub(crate) struct Border {
     pub(crate) draft: BorderDraft,
-    /// Its triangles that belong to the tile.
+    /// Number of its triangles that belong to the tile.
     pub(crate) owned: u32,
-    /// Around the corners of these.
+    /// Bounding box of the corners of these triangles.
     pub(crate) bounds: Rect,
-    /// Constraint edges that belong to the tile, but for those between two triangles of the core.
+    /// Number of constraint edges that belong to the tile, except those between two core triangles.
     pub(crate) constraint_edges: u64,
-    /// Triangles of the tile in holes.
+    /// Number of the tile's triangles in holes.
     pub(crate) hole_triangles: u64,
-    /// Holes that are closed components of the core.
+    /// Number of holes that are closed components of the core.
     pub(crate) closed_holes: u64,
 }
 
@@ -29,11 +29,11 @@ pub(crate) struct Border {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TileRegions<'a> {
     pub(crate) all: &'a Regions,
-    /// The components of the core that seeds lie in, in order.
+    /// The components of the core that contain seeds, sorted.
     pub(crate) seeded: &'a [u32],
 }
 
-/// Makes the border of a tile.
+/// Assembles the border of a tile.
 pub(crate) fn assemble(
     tile: TileId,
     state: &TileState,
@@ -44,7 +44,7 @@ pub(crate) fn assemble(
     let (neighbours, core_links) = link(mesh);
     let along = group.edges_of(tile);
     let along = along.map(|(ends, source)| (ends.map(|id| mesh.corner(id)), source));
-    let (edges, edge_sources) = match mesh.sides.is_empty() {
+    let (edges, edge_sources) = match mesh.half_edges.is_empty() {
         true => edges(along.collect()),
         false => (Vec::new(), edge_sources(mesh, along)),
     };
@@ -56,8 +56,8 @@ pub(crate) fn assemble(
         triangles: mesh.late.iter().map(|late| late.corners).collect(),
         neighbours,
         core_links,
-        constraints: mesh.late.iter().map(Late::side_bits).collect(),
-        // Below, if there are regions.
+        constraints: mesh.late.iter().map(BorderTriangle::edge_bits).collect(),
+        // Set below if there are regions.
         components: Vec::new(),
         regions: Vec::new(),
         edge_sources,
@@ -88,17 +88,18 @@ pub(crate) fn assemble(
     }
 }
 
-/// The smallest side on each constraint edge, with each of its sources as seen along it.
+/// Returns, for each constraint edge, its smallest half-edge with each of its sources, seen along
+/// that half-edge.
 fn edge_sources(mesh: &BorderMesh, edges: impl Iterator<Item = ([u32; 2], EdgeSource)>) -> Vec<(u32, EdgeSource)> {
-    let on_side = |([from, to], source): ([u32; 2], EdgeSource)| {
+    let on_half_edge = |([from, to], source): ([u32; 2], EdgeSource)| {
         let ends = [from.min(to), from.max(to)];
-        let place = mesh.sides.partition_point(|side| side.edge < ends);
-        let side = mesh.sides.get(place).filter(|side| side.edge == ends)?;
-        let is_along = mesh.from(side) == from;
-        Some((side.side.0, if is_along { source } else { source.reversed() }))
+        let index = mesh.half_edges.partition_point(|keyed| keyed.ends < ends);
+        let keyed = mesh.half_edges.get(index).filter(|keyed| keyed.ends == ends)?;
+        let is_along = mesh.from(keyed) == from;
+        Some((keyed.half_edge.0, if is_along { source } else { source.reversed() }))
     };
-    let found = edges.map(on_side);
-    // An edge that is done has triangles, and those around its first end are all in the tile.
+    let found = edges.map(on_half_edge);
+    // A done edge has triangles, and all triangles around its first end are in the tile.
     let mut sources: Vec<(u32, EdgeSource)> = found
         .inspect(|found| debug_assert!(found.is_some()))
         .flatten()
@@ -107,38 +108,40 @@ fn edge_sources(mesh: &BorderMesh, edges: impl Iterator<Item = ([u32; 2], EdgeSo
     sources
 }
 
-/// The edges of a tile without triangles, and the place of each with each of its sources.
+/// Returns the edges of a tile without triangles, and for each edge its index with each of its
+/// sources.
 fn edges(mut along: Vec<([u32; 2], EdgeSource)>) -> (Vec<[u32; 2]>, Vec<(u32, EdgeSource)>) {
     along.sort_unstable();
     let (mut edges, mut sources) = (Vec::new(), Vec::new());
-    for ((ends, of_edge), place) in along.chunk_by(|a, b| a.0 == b.0).map(|all| (all[0].0, all)).zip(0..) {
+    for ((ends, of_edge), index) in along.chunk_by(|a, b| a.0 == b.0).map(|all| (all[0].0, all)).zip(0..) {
         edges.push(ends);
-        sources.extend(of_edge.iter().map(|&(_, source)| (place, source)));
+        sources.extend(of_edge.iter().map(|&(_, source)| (index, source)));
     }
     (edges, sources)
 }
 
-/// The sides across those of the late triangles, and the pairs of core and border sides.
+/// Returns the twins of the late triangles' half-edges, and the pairs of twins of a core and a
+/// border half-edge.
 fn link(mesh: &BorderMesh) -> (Vec<[Twin; 3]>, Vec<(u32, u32)>) {
     let mut neighbours = vec![[Twin::Hull; 3]; mesh.late.len()];
     let mut core_links = Vec::new();
-    let mut set = |side: HalfEdge, twin: Twin| {
-        if let Some(late) = side.triangle().0.checked_sub(mesh.core_triangles) {
-            neighbours[late as usize][side.corner() as usize] = twin;
+    let mut set = |half_edge: HalfEdge, twin: Twin| {
+        if let Some(late) = half_edge.triangle().0.checked_sub(mesh.core_triangles) {
+            neighbours[late as usize][half_edge.corner() as usize] = twin;
         }
     };
     for pair in mesh.edges() {
         match pair {
             [one, other] => {
-                set(one.side, Twin::HalfEdge(other.side));
-                set(other.side, Twin::HalfEdge(one.side));
-                if one.side.triangle().0 < mesh.core_triangles {
-                    core_links.push((one.side.0, other.side.0));
+                set(one.half_edge, Twin::HalfEdge(other.half_edge));
+                set(other.half_edge, Twin::HalfEdge(one.half_edge));
+                if one.half_edge.triangle().0 < mesh.core_triangles {
+                    core_links.push((one.half_edge.0, other.half_edge.0));
                 }
             }
-            // Both ends belong to other tiles, and so does the triangle across, if there is one.
-            [one] if one.edge[0] >= mesh.vertices => set(one.side, Twin::Elsewhere),
-            // An end is ours, so a triangle across would be here: the side is on the hull.
+            // Both ends belong to other tiles, and so does the twin's triangle, if there is one.
+            [one] if one.ends[0] >= mesh.vertices => set(one.half_edge, Twin::Elsewhere),
+            // One end belongs to this tile, so a twin would be here: the half-edge is on the hull.
             _ => debug_assert_eq!(pair.len(), 1),
         }
     }
@@ -146,10 +149,11 @@ fn link(mesh: &BorderMesh) -> (Vec<[Twin; 3]>, Vec<(u32, u32)>) {
     (neighbours, core_links)
 }
 
-/// A leaving side for each vertex of the tile that is a corner of the border but not of the core.
+/// Returns an outgoing half-edge for each vertex of the tile that is a corner of the border but not
+/// of the core.
 fn vertex_sides(mesh: &BorderMesh) -> Vec<(u32, u32)> {
-    // Where the star of a vertex lies partly in the core, an open side ends its core part.
-    let mut in_core: Vec<u32> = mesh.open_sides.iter().flat_map(|o| [o.from, o.to]).collect();
+    // If a vertex's star is partly in the core, a boundary half-edge ends the core's part of it.
+    let mut in_core: Vec<u32> = mesh.boundary_edges.iter().flat_map(|o| [o.from, o.to]).collect();
     in_core.sort_unstable();
     let corners = mesh
         .late

@@ -1,69 +1,72 @@
-//! What lies around the core of a tile: its late triangles and the open sides of its core, found side by side by their edges.
+//! The mesh around a tile's core: its late triangles and the boundary half-edges of its core,
+//! matched by their edges.
 
 use crate::collections::bucket_sort::bucket_sort;
 use crate::geometry::Rect;
 use crate::geometry::{HalfEdge, TriangleId};
 use crate::mesh::WALLS;
 use crate::pipeline::output::border_log::GroupBorders;
-use crate::pipeline::records::{LateTriangle, OpenSide, SeamVertex, TileState};
+use crate::pipeline::records::{BoundaryEdge, LateTriangle, SeamVertex, TileState};
 use crate::store::{TileId, VertexId};
 
-/// The late triangles of a tile and its open sides. It does not depend on the order in which these came.
+/// The late triangles of a tile and the boundary half-edges of its core. Does not depend on the
+/// order in which they arrived.
 #[derive(Debug)]
 pub(crate) struct BorderMesh {
     tile: TileId,
-    /// Vertices of the tile; corners from here on are foreign.
+    /// Number of vertices of the tile. Corners from this number on are foreign.
     pub(crate) vertices: u32,
-    /// Triangles of the core; those from here on are late ones, in order.
+    /// Number of triangles of the core. Triangles from this number on are late ones, in order.
     pub(crate) core_triangles: u32,
-    pub(crate) open_sides: Vec<OpenSide>,
-    /// The vertices of other tiles, in order.
+    pub(crate) boundary_edges: Vec<BoundaryEdge>,
+    /// The vertices of other tiles, sorted by id.
     pub(crate) foreign: Vec<SeamVertex>,
-    /// In order.
-    pub(crate) late: Vec<Late>,
-    /// By edge.
-    pub(crate) sides: Vec<EdgeSide>,
-    /// Around the corners of those that belong to the tile.
+    /// The late triangles, sorted.
+    pub(crate) late: Vec<BorderTriangle>,
+    /// All half-edges, sorted by the ends of their edge.
+    pub(crate) half_edges: Vec<KeyedHalfEdge>,
+    /// Bounding box of the corners of the triangles that belong to the tile.
     pub(crate) bounds: Rect,
 }
 
-/// A late triangle, from its smallest corner on.
+/// A late triangle, rotated so that its smallest corner comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Late {
+pub(crate) struct BorderTriangle {
     pub(crate) corners: [u32; 3],
-    /// The bits of its sides: constraints, walls, and behind these whether the edge belongs to the tile.
+    /// Three bits each, one per half-edge: whether it is a constraint, whether it is a wall, and
+    /// whether its edge belongs to the tile.
     bits: u16,
-    /// Its number in the log.
+    /// Number of the triangle in the border log.
     pub(crate) number: u32,
-    /// Whether it belongs to the tile.
+    /// Whether the triangle belongs to the tile.
     pub(crate) is_own: bool,
 }
 
-/// The place of the first bit that says whether an edge belongs to the tile.
+/// Position of the first bit that tells whether an edge belongs to the tile.
 const OWN: u32 = 2 * WALLS;
 
-/// A side on an edge.
+/// A half-edge with the ends of its edge as a key.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct EdgeSide {
+pub(crate) struct KeyedHalfEdge {
     /// Corners, the smaller first.
-    pub(crate) edge: [u32; 2],
-    /// Through core and late triangles.
-    pub(crate) side: HalfEdge,
-    /// Where the side is open: its place among open sides. Else of no meaning.
-    open: u32,
+    pub(crate) ends: [u32; 2],
+    /// The half-edge, numbered through the core's triangles, then the late ones.
+    pub(crate) half_edge: HalfEdge,
+    /// Index into `boundary_edges` for a boundary half-edge; else meaningless.
+    boundary_index: u32,
 }
 
-impl Late {
-    /// The bits of its sides, as in a triangulation with constraints.
-    pub(crate) fn side_bits(&self) -> u8 {
+impl BorderTriangle {
+    /// Returns the constraint and wall bits, in the layout of a constrained triangulation.
+    pub(crate) fn edge_bits(&self) -> u8 {
         (self.bits & ((1 << OWN) - 1)) as u8
     }
 
-    /// From the smallest corner on.
+    /// Returns the triangle rotated so that its smallest corner comes first.
     fn smallest_first(mut self) -> Self {
         while self.corners[0] > self.corners[1] || self.corners[0] > self.corners[2] {
             self.corners.rotate_left(1);
-            // The three bits of each kind go round too.
+            // Rotates the three bits of each kind along with the corners.
             let turned = |first: u32| {
                 let three = self.bits >> first & 0b111;
                 (three >> 1 | three << 2 & 0b100) << first
@@ -75,9 +78,10 @@ impl Late {
 }
 
 impl BorderMesh {
-    /// Of a tile, from what the border log has of its group.
+    /// Creates the mesh of `tile` from its group's part of the border log.
     ///
-    /// Without triangles, an edge may lead to a vertex of another tile: the next one on the line.
+    /// `next` is for collinear input, which has no triangles: the vertex of another tile to which
+    /// an edge of this tile leads, which is the next one on the line.
     pub(crate) fn of(tile: TileId, state: &TileState, group: &GroupBorders, next: Option<SeamVertex>) -> Self {
         let vertices = state.vertices;
         let triangles: Vec<LateTriangle> = group.triangles_of(tile).collect();
@@ -89,10 +93,10 @@ impl BorderMesh {
             tile,
             vertices,
             core_triangles: state.core_triangles,
-            open_sides: group.sides_of(tile),
+            boundary_edges: group.boundary_edges_of(tile),
             foreign,
             late: Vec::with_capacity(triangles.len()),
-            sides: Vec::new(),
+            half_edges: Vec::new(),
             bounds: Rect::EMPTY,
         };
         for triangle in &triangles {
@@ -107,9 +111,9 @@ impl BorderMesh {
             if is_own {
                 this.bounds = this.bounds.union(Rect::around(corners.map(|v| v.point)));
             }
-            let late = Late {
+            let late = BorderTriangle {
                 corners: corners.map(|v| this.corner(v.id)),
-                bits: u16::from(triangle.side_bits) | (own[0] | own[1] | own[2]) << OWN,
+                bits: u16::from(triangle.edge_bits) | (own[0] | own[1] | own[2]) << OWN,
                 number: triangle.number,
                 is_own,
             };
@@ -117,38 +121,44 @@ impl BorderMesh {
         }
         let corners = (vertices as usize) + this.foreign.len();
         this.late = bucket_sort(&this.late, corners, |late| late.corners[0], |late| *late);
-        this.sides = this.sides_by_edge();
+        this.half_edges = this.half_edges_by_edge();
         this
     }
 
-    /// Bytes that it takes.
+    /// Returns the size in bytes.
     pub(crate) fn byte_size(&self) -> u64 {
-        let bytes = size_of_val(&*self.open_sides)
+        let bytes = size_of_val(&*self.boundary_edges)
             + size_of_val(&*self.foreign)
             + size_of_val(&*self.late)
-            + size_of_val(&*self.sides);
+            + size_of_val(&*self.half_edges);
         bytes as u64
     }
 
-    fn sides_by_edge(&self) -> Vec<EdgeSide> {
-        let on = |from: u32, to: u32, side, open| EdgeSide {
-            edge: [from.min(to), from.max(to)],
-            side,
-            open,
+    fn half_edges_by_edge(&self) -> Vec<KeyedHalfEdge> {
+        let on = |from: u32, to: u32, half_edge, boundary_index| KeyedHalfEdge {
+            ends: [from.min(to), from.max(to)],
+            half_edge,
+            boundary_index,
         };
-        let mut sides = Vec::with_capacity(self.open_sides.len() + 3 * self.late.len());
-        let open = self.open_sides.iter().zip(0..);
-        sides.extend(open.map(|(open, place)| on(open.from, open.to, open.side, place)));
+        let mut half_edges = Vec::with_capacity(self.boundary_edges.len() + 3 * self.late.len());
+        let numbered = self.boundary_edges.iter().zip(0..);
+        half_edges.extend(numbered.map(|(edge, index)| on(edge.from, edge.to, edge.half_edge, index)));
         for (late, triangle) in self.late.iter().zip((self.core_triangles..).map(TriangleId)) {
             let [a, b, c] = late.corners;
             let [ab, bc, ca] = HalfEdge::of_triangle(triangle);
-            sides.extend([(a, b, ab), (b, c, bc), (c, a, ca)].map(|(from, to, side)| on(from, to, side, 0)));
+            half_edges
+                .extend([(a, b, ab), (b, c, bc), (c, a, ca)].map(|(from, to, half_edge)| on(from, to, half_edge, 0)));
         }
         let corners = (self.vertices as usize) + self.foreign.len();
-        bucket_sort(&sides, corners, |side| side.edge[0], |side| (side.edge[1], side.side))
+        bucket_sort(
+            &half_edges,
+            corners,
+            |keyed| keyed.ends[0],
+            |keyed| (keyed.ends[1], keyed.half_edge),
+        )
     }
 
-    /// The corner that a vertex is in the tile: its own, or one of a late triangle of it.
+    /// Returns the corner number of a vertex of the tile or of one of its late triangles.
     pub(crate) fn corner(&self, id: VertexId) -> u32 {
         if id.tile == self.tile {
             return id.index.0;
@@ -156,44 +166,45 @@ impl BorderMesh {
         self.vertices + self.foreign.partition_point(|f| f.id < id) as u32
     }
 
-    /// The late triangle of a side, if it is one's, and the side's place in it.
-    fn late_of(&self, side: HalfEdge) -> Option<(&Late, usize)> {
-        let late = side.triangle().0.checked_sub(self.core_triangles)?;
-        Some((&self.late[late as usize], side.corner() as usize))
+    /// Returns a half-edge's late triangle and its index there, or `None` for a core's half-edge.
+    fn late_of(&self, half_edge: HalfEdge) -> Option<(&BorderTriangle, usize)> {
+        let late = half_edge.triangle().0.checked_sub(self.core_triangles)?;
+        Some((&self.late[late as usize], half_edge.corner() as usize))
     }
 
-    /// The corner from which a side starts.
-    pub(crate) fn from(&self, side: &EdgeSide) -> u32 {
-        match self.late_of(side.side) {
+    /// Returns the corner from which a half-edge starts.
+    pub(crate) fn from(&self, keyed: &KeyedHalfEdge) -> u32 {
+        match self.late_of(keyed.half_edge) {
             Some((late, s)) => late.corners[s],
-            None => self.open_sides[side.open as usize].from,
+            None => self.boundary_edges[keyed.boundary_index as usize].from,
         }
     }
 
-    /// The late triangle of a side, or the component of the core that it is open to.
-    pub(crate) fn within(&self, side: &EdgeSide) -> Result<u32, u32> {
-        match self.late_of(side.side) {
+    /// Returns the number of a half-edge's late triangle, or as `Err` the component of the core's
+    /// triangle that it bounds.
+    pub(crate) fn within(&self, keyed: &KeyedHalfEdge) -> Result<u32, u32> {
+        match self.late_of(keyed.half_edge) {
             Some((late, _)) => Ok(late.number),
-            None => Err(self.open_sides[side.open as usize].component),
+            None => Err(self.boundary_edges[keyed.boundary_index as usize].component),
         }
     }
 
-    /// Whether a side is a constraint.
-    pub(crate) fn is_constraint(&self, side: &EdgeSide) -> bool {
-        match self.late_of(side.side) {
+    /// Returns whether a half-edge is a constraint.
+    pub(crate) fn is_constraint(&self, keyed: &KeyedHalfEdge) -> bool {
+        match self.late_of(keyed.half_edge) {
             Some((late, s)) => late.bits >> s & 1 == 1,
-            None => self.open_sides[side.open as usize].is_constraint,
+            None => self.boundary_edges[keyed.boundary_index as usize].is_constraint,
         }
     }
 
-    /// Whether the edge of a side belongs to the tile.
-    pub(crate) fn is_own_edge(&self, side: &EdgeSide) -> bool {
-        self.late_of(side.side)
+    /// Returns whether a half-edge's edge belongs to the tile.
+    pub(crate) fn is_own_edge(&self, keyed: &KeyedHalfEdge) -> bool {
+        self.late_of(keyed.half_edge)
             .is_none_or(|(late, s)| late.bits >> (s as u32 + OWN) & 1 == 1)
     }
 
-    /// The sides on each edge, in order.
-    pub(crate) fn edges(&self) -> impl Iterator<Item = &[EdgeSide]> {
-        self.sides.chunk_by(|a, b| a.edge == b.edge)
+    /// Returns the half-edges grouped by edge, in order.
+    pub(crate) fn edges(&self) -> impl Iterator<Item = &[KeyedHalfEdge]> {
+        self.half_edges.chunk_by(|a, b| a.ends == b.ends)
     }
 }

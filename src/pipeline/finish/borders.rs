@@ -1,7 +1,8 @@
-//! Borders: after the root, the border log is read back group by group, and every tile gets its border.
+//! Borders: after the root, the border log is read back group by group, and every tile gets its
+//! border.
 //!
-//! Where there are segments it is read twice: what belongs together is known only when all of it was seen, and each border says
-//! of its triangles, and of its core's components, which regions they are of.
+//! With segments the log is read twice: each border states the regions of its triangles and of its
+//! core's components, and regions are known only after the whole log was read.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -23,12 +24,12 @@ use crate::pipeline::records::{GENERATION, Nexts, TileState};
 use crate::pipeline::threads::on_threads;
 use crate::store::{Component, TileId, by_tile};
 
-/// The regions of a file.
+/// Totals of the regions of a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct RegionTotals {
-    /// All; 0 where they are not told apart.
+    /// Number of all regions; 0 if regions are not distinguished.
     pub(crate) regions: u64,
-    /// Those that may lie in several tiles.
+    /// Number of regions that may extend over several tiles.
     pub(crate) spanning: u64,
     pub(crate) hole_regions: u64,
     pub(crate) hole_triangles: u64,
@@ -43,10 +44,10 @@ pub(crate) fn write_borders(
 ) -> Result<RegionTotals, BuildError> {
     let progress = &conquest.options.progress;
     let mut log = conquest.log.lock();
-    let mut seeded = std::mem::take(&mut conquest.found.lock().seeded);
+    let mut seeded = std::mem::take(&mut conquest.state.lock().seeded);
     seeded.sort_unstable();
     let seeded = Seeded::of(&seeded);
-    let nexts = std::mem::take(&mut conquest.found.lock().next_on_line);
+    let nexts = std::mem::take(&mut conquest.state.lock().next_on_line);
     let mut kept = VecDeque::new();
     let is_whole = conquest.deferral.is_empty();
     let regions = match conquest.rules.has_regions && is_whole {
@@ -65,7 +66,7 @@ pub(crate) fn write_borders(
                 ..RegionTotals::default()
             }),
     );
-    let assembling = Assembling {
+    let assembly = BorderAssembly {
         conquest,
         regions,
         seeded,
@@ -86,28 +87,28 @@ pub(crate) fn write_borders(
                 log.forget_group(number);
                 group
             }
-            None => Group::of(log.take_group(number).map_err(cannot)?, tiles, &nexts, threads)?,
+            None => GroupMeshes::of(log.take_group(number).map_err(cannot)?, tiles, &nexts, threads)?,
         };
-        assembling.group(&group, tiles, threads, &borders)?;
+        assembly.group(&group, tiles, threads, &borders)?;
     }
-    Ok(assembling.totals.into_inner())
+    Ok(assembly.totals.into_inner())
 }
 
-/// Borders that are put together.
-struct Assembling<'a> {
+/// The state shared by the threads that assemble borders.
+struct BorderAssembly<'a> {
     conquest: &'a Conquest,
     regions: Option<Regions>,
     seeded: Seeded,
-    /// Whether all segments are in.
+    /// Whether all segments are inserted, that is, none was deferred.
     is_whole: bool,
     totals: Mutex<RegionTotals>,
 }
 
-impl Assembling<'_> {
-    /// Assembles the borders of a group, on several threads.
+impl BorderAssembly<'_> {
+    /// Assembles the borders of a group on `threads` threads.
     fn group<F>(
         &self,
-        group: &Group,
+        group: &GroupMeshes,
         tiles: &mut [TileState],
         threads: usize,
         borders: &Ordered<Bytes, F>,
@@ -141,18 +142,19 @@ impl Assembling<'_> {
         on_threads(threads, work, || borders.close())
     }
 
-    /// Assembles the border of a tile, and adds it to the totals.
-    fn border(&self, tile: TileId, state: &mut TileState, group: &Group, mesh: &BorderMesh) -> Border {
+    /// Assembles the border of a tile and adds it to the totals.
+    fn border(&self, tile: TileId, state: &mut TileState, group: &GroupMeshes, mesh: &BorderMesh) -> Border {
         let its_regions = self.regions.as_ref().map(|all| TileRegions {
             all,
             seeded: self.seeded.of_tile(tile),
         });
         let mut border = assemble(tile, state, &group.borders, mesh, its_regions);
         if !self.is_whole {
-            // Components of the core must be there; what they are is found out when all lines are in.
+            // The file needs an entry for each component of the core. An edit finds the regions
+            // once all lines are inserted.
             border.draft.regions = vec![Component::default(); state.components as usize];
         }
-        take(state, &border);
+        note_border(state, &border);
         let mut totals = self.totals.lock();
         totals.hole_regions += border.closed_holes;
         totals.hole_triangles += border.hole_triangles;
@@ -160,13 +162,13 @@ impl Assembling<'_> {
     }
 }
 
-/// What the border log has of a group of tiles, and what lies around each of these.
-struct Group {
+/// The part of the border log that belongs to a group of tiles, and the mesh around each core.
+struct GroupMeshes {
     borders: GroupBorders,
     meshes: Vec<BorderMesh>,
 }
 
-impl Group {
+impl GroupMeshes {
     fn of(borders: GroupBorders, tiles: &[TileState], nexts: &Nexts, threads: usize) -> Result<Self, BuildError> {
         let mut meshes: Vec<_> = borders.tiles().map(|_| None).collect();
         let next = Mutex::new(borders.tiles().zip(&mut meshes));
@@ -184,29 +186,29 @@ impl Group {
         Ok(Self { borders, meshes })
     }
 
-    /// Bytes that it takes.
+    /// Returns the size in bytes.
     fn byte_size(&self) -> u64 {
         self.borders.byte_size() + self.meshes.iter().map(BorderMesh::byte_size).sum::<u64>()
     }
 }
 
-/// Notes what a border adds to its tile.
-fn take(state: &mut TileState, border: &Border) {
+/// Adds a border's counts and bounds to its tile's state.
+fn note_border(state: &mut TileState, border: &Border) {
     state.border_triangles = border.draft.triangles.len() as u32;
     state.owned_triangles = state.core_triangles + border.owned;
     state.constraint_edges += border.constraint_edges;
     state.bounds = state.bounds.union(border.bounds);
 }
 
-/// Components of tiles that seeds lie in.
+/// The components of tiles that contain seeds.
 struct Seeded {
     components: Vec<u32>,
-    /// Tiles that have some, and where these are.
+    /// Tiles with such components, and the range of each in `components`.
     of_tiles: Vec<(TileId, Range<usize>)>,
 }
 
 impl Seeded {
-    /// In order.
+    /// Creates the lists from pairs of tile and component, which are sorted.
     fn of(all: &[(u32, u32)]) -> Self {
         Self {
             of_tiles: by_tile(all, |&(tile, _)| tile),
@@ -214,16 +216,16 @@ impl Seeded {
         }
     }
 
-    /// Those of a tile, in order.
+    /// Returns the components of `tile`, sorted.
     fn of_tile(&self, tile: TileId) -> &[u32] {
         match self.of_tiles.binary_search_by_key(&tile, |(tile, _)| *tile) {
-            Ok(place) => &self.components[self.of_tiles[place].1.clone()],
+            Ok(index) => &self.components[self.of_tiles[index].1.clone()],
             Err(_) => &[],
         }
     }
 }
 
-/// Finds out which triangles belong together.
+/// Finds the regions of all triangles.
 fn find_regions(
     log: &mut BorderLog,
     tiles: &[TileState],
@@ -231,7 +233,7 @@ fn find_regions(
     seeded: &Seeded,
     nexts: &Nexts,
     threads: usize,
-    kept: &mut VecDeque<Group>,
+    kept: &mut VecDeque<GroupMeshes>,
 ) -> Result<Regions, BuildError> {
     let late = log.triangle_count();
     let open: u64 = tiles.iter().map(|tile| u64::from(tile.open_components)).sum();
@@ -240,7 +242,7 @@ fn find_regions(
     let Some(mut finder) = finder else {
         return Err(conquest.memory.shortage(MemoryUse::Regions, needed).into());
     };
-    // The first groups need not be read again, as long as there is memory for them.
+    // Groups at the front stay in memory for the second pass while there is room for them.
     let (mut kept_bytes, room) = (0, (budget - needed) / 2);
     for number in 0..log.group_count() {
         let _span = tracing::debug_span!("regions", group = number).entered();
@@ -249,7 +251,7 @@ fn find_regions(
         }
         let group = log.read_group(number);
         let group = group.map_err(|error| BuildError::io(&conquest.spill, "read the border log in", error))?;
-        let group = Group::of(group, tiles, nexts, threads)?;
+        let group = GroupMeshes::of(group, tiles, nexts, threads)?;
         let links = links_of(&finder, &group, conquest, threads)?;
         for (tile, links) in group.borders.tiles().zip(&links) {
             let tile = TileId(tile);
@@ -269,10 +271,10 @@ fn find_regions(
     Ok(finder.finish(tiles))
 }
 
-/// What lies side by side in each tile of a group.
+/// Returns the links of each tile of a group.
 fn links_of(
     finder: &RegionFinder,
-    group: &Group,
+    group: &GroupMeshes,
     conquest: &Conquest,
     threads: usize,
 ) -> Result<Vec<TileLinks>, BuildError> {

@@ -1,4 +1,4 @@
-//! After the root: regions are told apart, and borders put together in leaf order.
+//! The phase after the root: finds the regions and assembles the borders in leaf order.
 
 pub(crate) mod border;
 mod border_mesh;

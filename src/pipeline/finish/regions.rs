@@ -1,15 +1,19 @@
-//! Regions: triangles that are connected without passing a constraint, and which of them are holes.
+//! Regions: maximal sets of triangles that are connected without passing a constraint, and which of
+//! them are holes.
 //!
-//! In: of each tile its late triangles, the open sides of its core, its constraint edges and the anchors of its components. Out:
-//! the region of every triangle, by how many obstacles it is covered, and whether it is a hole.
+//! In: for each tile its late triangles, the boundary half-edges of its core, its constraint edges
+//! and the anchors of its components. Out: for every triangle its region, the number of obstacles
+//! that cover it, and whether it is a hole.
 //!
-//! Nothing is searched: a union-find joins what lies side by side. Its *nodes* are late triangles, by their number in the border
-//! log, and the open [components](crate::pipeline::conquer::components) of cores; closed ones are regions of their own. A second one, weighted,
-//! joins them across constraints too, with the change of depth there, and with the outside, whose depth is 0. Each edge is
-//! looked at in the tile that owns it, which has the triangles on both of its sides.
+//! Nothing is searched: a union-find joins neighbours. Its *nodes* are the late triangles, by their
+//! number in the border log, and the open [components](crate::pipeline::conquer::components) of
+//! cores. Closed components are regions of their own. A second, weighted union-find joins the nodes
+//! across constraints too, with the change of depth there, and joins them with the outside, whose
+//! depth is 0. Each edge is examined in the tile that owns it, which has the triangles of both
+//! half-edges.
 //!
-//! Regions are numbered in the order in which they are met, tile by tile, so that their numbers do not depend on who was
-//! faster; closed components come behind all others.
+//! Regions are numbered in the order in which they are first visited, tile by tile, so that the
+//! numbers do not depend on the timing of threads. Closed components come after all others.
 
 use std::ops::Range;
 
@@ -20,36 +24,37 @@ use crate::pipeline::output::border_log::GroupBorders;
 use crate::pipeline::records::{Anchor, TileState};
 use crate::store::{Component, EdgeSource, TileId};
 
-/// Which nodes are those of a tile.
+/// The numbers of the nodes of each tile.
 #[derive(Clone, Debug)]
-struct Nodes {
+struct NodeNumbers {
     late: u32,
-    /// For each tile its first open component among all.
+    /// For each tile, the node of its first open component.
     first_open: Vec<u32>,
     outside: u32,
 }
 
-/// Two nodes side by side.
+/// Two nodes that share an edge.
 #[derive(Clone, Copy, Debug)]
-struct Link {
-    /// On the left and on the right of an edge.
+struct NodeLink {
+    /// The nodes on the left and on the right of the edge.
     nodes: [u32; 2],
     is_constraint: bool,
-    /// By how much the left is deeper.
+    /// Depth of the left node less that of the right one.
     change: i32,
     source: Option<EdgeSource>,
 }
 
-/// What the regions of a tile have to do with others.
+/// The links between the nodes of a tile.
 #[derive(Debug, Default)]
 pub(crate) struct TileLinks {
-    /// Late triangles, in an order that depends on their corners alone; and whether a seed lies in each.
+    /// The late triangles, in an order that depends on their corners alone, and whether each
+    /// contains a seed.
     late: Vec<(u32, bool)>,
-    links: Vec<Link>,
+    links: Vec<NodeLink>,
     anchors: Vec<Anchor>,
 }
 
-impl Nodes {
+impl NodeNumbers {
     fn new(late: u64, tiles: &[TileState]) -> Option<Self> {
         let mut next = u32::try_from(late).ok()?;
         let late = next;
@@ -71,17 +76,18 @@ impl Nodes {
     }
 }
 
-/// Finds regions: takes the links of all tiles in order.
+/// Finds regions. It takes the links of all tiles in order.
 #[derive(Debug)]
 pub(crate) struct RegionFinder {
-    nodes: Nodes,
+    nodes: NodeNumbers,
     rules: HoleRules,
     regions: UnionFind,
     depths: Option<WeightedUnionFind>,
-    /// When each node was met first.
+    /// For each node, when it was first visited.
     met: Vec<u32>,
     next: u32,
-    /// Whether each node reaches the hull without a constraint, and whether a seed lies in it.
+    /// For each node, whether it reaches the hull without passing a constraint, and whether it
+    /// contains a seed.
     reaches_hull: Vec<bool>,
     seeded: Vec<bool>,
 }
@@ -90,9 +96,10 @@ impl RegionFinder {
     /// Bytes for each late triangle and each open component.
     pub(crate) const BYTES: u64 = 24;
 
-    /// Of so many late triangles, and of tiles that are all conquered. None: there are more than can be numbered.
+    /// Creates a finder for `late` late triangles and for `tiles`, which are all conquered. Returns
+    /// `None` if there are more nodes than can be numbered.
     pub(crate) fn new(late: u64, tiles: &[TileState], rules: HoleRules) -> Option<Self> {
-        let nodes = Nodes::new(late, tiles)?;
+        let nodes = NodeNumbers::new(late, tiles)?;
         let count = nodes.outside + 1;
         let none = || vec![false; if rules.has_holes { count as usize } else { 0 }];
         Some(Self {
@@ -107,7 +114,7 @@ impl RegionFinder {
         })
     }
 
-    /// What lies side by side along the edges that belong to a tile.
+    /// Returns the links across the edges that belong to `tile`.
     pub(crate) fn links_of(&self, tile: TileId, mesh: &BorderMesh, group: &GroupBorders, seeds: &Seeds) -> TileLinks {
         let mut seeded: Vec<u32> = Vec::new();
         if self.rules.has_holes {
@@ -118,23 +125,23 @@ impl RegionFinder {
         }
         let is_seeded = |number: u32| seeded.binary_search(&number).is_ok();
         let mut changes = self.changes(tile, group, mesh).into_iter().peekable();
-        let mut links = Vec::with_capacity(mesh.sides.len() / 2);
+        let mut links = Vec::with_capacity(mesh.half_edges.len() / 2);
         for on_edge in mesh.edges().filter(|on_edge| mesh.is_own_edge(&on_edge[0])) {
-            let edge = on_edge[0].edge;
+            let edge = on_edge[0].ends;
             while changes.next_if(|(other, ..)| *other < edge).is_some() {}
             let (change, source) = match changes.next_if(|(other, ..)| *other == edge) {
                 Some((_, change, source)) => (change, Some(source)),
                 None => (0, None),
             };
             let mut nodes = [self.nodes.outside; 2];
-            for side in on_edge {
-                let is_backward = mesh.from(side) != edge[0];
-                nodes[usize::from(is_backward)] = match mesh.within(side) {
+            for keyed in on_edge {
+                let is_backward = mesh.from(keyed) != edge[0];
+                nodes[usize::from(is_backward)] = match mesh.within(keyed) {
                     Ok(late) => late,
                     Err(component) => self.nodes.of_component(tile, component),
                 };
             }
-            links.push(Link {
+            links.push(NodeLink {
                 nodes,
                 is_constraint: mesh.is_constraint(&on_edge[0]),
                 change,
@@ -152,7 +159,8 @@ impl RegionFinder {
         }
     }
 
-    /// The changes of depth along the constraint edges of a tile, from the smaller corner to the other, in order; with a source.
+    /// Returns the changes of depth across the constraint edges of `tile`, each seen from the
+    /// smaller corner to the larger one, sorted, each with one of its sources.
     fn changes(&self, tile: TileId, group: &GroupBorders, mesh: &BorderMesh) -> Vec<([u32; 2], i32, EdgeSource)> {
         if !self.rules.has_holes {
             return Vec::new();
@@ -176,9 +184,11 @@ impl RegionFinder {
         edges
     }
 
-    /// Takes the links of the next tile. The components that seeds lie in are among its `seeded` ones.
+    /// Takes the links of the next tile. `seeded` lists the components of its core that contain
+    /// seeds.
     ///
-    /// An error is a ring that does not close.
+    /// # Errors
+    /// Returns a source of the edge at which a ring does not close.
     pub(crate) fn take(
         &mut self,
         tile: TileId,
@@ -239,7 +249,7 @@ impl RegionFinder {
         for (&root, region) in roots.iter().zip(0..) {
             number[root as usize] = region;
         }
-        // The places of roots hold their numbers already, and no root is passed twice.
+        // The entries of roots hold their numbers already, and no root is visited twice.
         for node in 0..nodes {
             let root = self.regions.find(node);
             number[node as usize] = number[root as usize];
@@ -276,28 +286,28 @@ impl RegionFinder {
 /// The regions of all triangles.
 #[derive(Debug)]
 pub(crate) struct Regions {
-    nodes: Nodes,
-    /// That of each node.
+    nodes: NodeNumbers,
+    /// For each node, the number of its region.
     number: Vec<u32>,
     of_regions: Vec<Component>,
-    /// For each tile the region of its first closed component.
+    /// For each tile, the region of its first closed component.
     first_closed: Vec<u64>,
     pub(crate) count: u64,
 }
 
 impl Regions {
-    /// Those that may lie in several tiles, which are the first.
+    /// Returns the regions that may extend over several tiles, which are numbered first.
     pub(crate) fn spanning(&self) -> &[Component] {
         &self.of_regions
     }
 
-    /// That of a late triangle.
+    /// Returns the region of the late triangle `number`.
     pub(crate) fn of_late(&self, number: u32) -> Component {
         debug_assert!(number < self.nodes.late);
         self.of_regions[self.number[number as usize] as usize]
     }
 
-    /// Those of the components of a tile's core.
+    /// Returns the regions of the components of a tile's core.
     pub(crate) fn of_core(
         &self,
         tile: TileId,

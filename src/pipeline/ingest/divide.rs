@@ -1,9 +1,10 @@
-//! Divide: cuts the plane into cells of a k-d tree with at most so many points each.
+//! Divide: cuts the plane into the cells of a k-d tree with at most `tile_vertices` points each.
 //!
-//! The longer side of the box around a cell's points is cut; a coordinate up to and including the cut goes left. The cut is
-//! chosen so that tiles are full: a cell for k tiles is cut at the share of ⌊k/2⌋ of them. It is lowered below the
-//! maximum, so that neither side is empty. Points at one place are never parted, so a leaf may hold more than it should, if
-//! they are all equal.
+//! The longer side of the bounding box of a cell's points is cut; a coordinate up to and including
+//! the cut goes left. The cut is chosen so that tiles are full: a cell for k tiles is cut at the
+//! share of ⌊k/2⌋ of them. It is lowered below the maximum, so that neither half is empty. Points
+//! at the same position are never separated, so a leaf may exceed `tile_vertices` if all its points
+//! are equal.
 
 use std::ops::Range;
 use std::thread;
@@ -18,7 +19,7 @@ use crate::store::{KdNode, KdTree, TileId};
 /// Cells with fewer points than this are not worth a thread.
 const PARALLEL_POINTS: usize = 1 << 15;
 
-/// The cells, and which of the reordered points lie in each.
+/// The cells, and the range of the reordered points in each.
 #[derive(Debug)]
 pub(crate) struct Division {
     pub(crate) tree: KdTree,
@@ -33,38 +34,38 @@ pub(crate) fn divide(items: &mut [Item], tile_vertices: usize, threads: usize) -
             leaves: Vec::new(),
         };
     }
-    let mut part = cut_all(items, tile_vertices, threads);
+    let mut subtree = cut_all(items, tile_vertices, threads);
     let mut tiles = 0..;
-    for node in &mut part.nodes {
+    for node in &mut subtree.nodes {
         if let KdNode::Leaf(tile) = node {
             *tile = TileId(tiles.next().expect("tiles are counted by u32"));
         }
     }
     let mut start = 0;
-    let leaves = part.counts.iter().map(|&count| {
+    let leaves = subtree.counts.iter().map(|&count| {
         start += count;
         start - count..start
     });
     Division {
         leaves: leaves.collect(),
-        tree: KdTree::new(part.nodes).expect("the cuts make a tree in preorder"),
+        tree: KdTree::new(subtree.nodes).expect("the cuts make a tree in preorder"),
     }
 }
 
-/// A subtree: its nodes, numbered from 0, and the points in each of its leaves.
-struct Part {
+/// A subtree: its nodes, numbered from 0, and the number of points in each of its leaves.
+struct Subtree {
     nodes: Vec<KdNode>,
     counts: Vec<usize>,
 }
 
-fn cut_all(items: &mut [Item], tile_vertices: usize, threads: usize) -> Part {
+fn cut_all(items: &mut [Item], tile_vertices: usize, threads: usize) -> Subtree {
     let cut = if items.len() > tile_vertices {
         cut(items, tile_vertices)
     } else {
         None
     };
     let Some((axis, cut, middle)) = cut else {
-        return Part {
+        return Subtree {
             nodes: vec![KdNode::Leaf(TileId(0))],
             counts: vec![items.len()],
         };
@@ -78,7 +79,7 @@ fn cut_all(items: &mut [Item], tile_vertices: usize, threads: usize) -> Part {
         thread::scope(|scope| {
             let thread = start_scoped(scope, "tile-divide", cut_left);
             let right = cut_all(right, tile_vertices, threads - half);
-            // Where no thread is to be had, it is done here.
+            // If no thread can be started, this thread does the work.
             let left = thread.map_or_else(|_| cut_left(), |thread| thread.join().expect("cutting does not panic"));
             (left.expect("it is cut once"), right)
         })
@@ -101,7 +102,7 @@ fn cut_all(items: &mut [Item], tile_vertices: usize, threads: usize) -> Part {
     nodes.extend(left.nodes.into_iter().map(|node| shifted(node, 1)));
     nodes.extend(right.nodes.into_iter().map(|node| shifted(node, first_right)));
     left.counts.extend(right.counts);
-    Part {
+    Subtree {
         nodes,
         counts: left.counts,
     }
@@ -130,7 +131,8 @@ impl Axis {
     }
 }
 
-/// Cuts once: the axis, the cut, and how many points are left of it, which come first then. None if all are equal.
+/// Cuts once. Returns the axis, the cut, and the number of points left of it, which are moved to
+/// the front. Returns `None` if all points are equal.
 fn cut(items: &mut [Item], tile_vertices: usize) -> Option<(Axis, f64, usize)> {
     let bounds = Rect::around(items.iter().map(|item| item.point));
     let (width, height) = bounds.size();

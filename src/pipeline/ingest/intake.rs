@@ -1,4 +1,5 @@
-//! Where points go as they come: to memory as long as they fit, then to runs on disk, on a thread of its own.
+//! The intake of points: into memory as long as they fit, then to runs on disk, on a thread of its
+//! own.
 
 use std::path::Path;
 use std::sync::atomic::Ordering;
@@ -11,68 +12,70 @@ use crate::geometry::{Point, Rect};
 use crate::input::PointBatch;
 use crate::io::start_thread;
 use crate::memory::{Load, Shares};
+use crate::pipeline::context::BuildContext;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::point_store::PointStore;
 use crate::pipeline::ingest::spill;
 use crate::pipeline::ingest::spill::Spill;
-use crate::pipeline::ingest::spill::resplit::{Limits, plan_blocks};
+use crate::pipeline::ingest::spill::resplit::{SplitLimits, plan_blocks};
 use crate::pipeline::options::DuplicateRule;
-use crate::pipeline::plan::{Plan, Run};
+use crate::pipeline::plan::{BlockPlan, Run};
 use crate::pipeline::resume::journal::SavedPlan;
-use crate::pipeline::terms::Terms;
 use crate::store::KdTree;
 
-/// Batches that wait for the thread that distributes them.
+/// Number of batches that may wait for the thread that distributes them.
 const BATCHES_AHEAD: usize = 4;
 
 /// The points so far.
 #[derive(Debug)]
 pub(crate) enum Intake {
-    /// In memory.
+    /// The points are in memory.
     Memory(PointStore),
-    /// On their way to runs.
+    /// The points are being distributed to runs.
     Spilling(Spilling),
-    /// They came in before: an interrupted build goes on.
+    /// The points arrived in an interrupted build, which is resumed.
     Resumed(Box<SavedPlan>),
 }
 
-/// What comes to the thread that distributes points.
+/// A message to the thread that distributes points.
 #[derive(Debug)]
 enum Incoming {
     Points(PointBatch),
-    /// Write what is in memory, and say what the runs are by now, and the tree of their cells.
+    /// Requests to flush the buffers and to reply with the current runs and the tree of their
+    /// cells.
     Flush(oneshot::Sender<(Vec<Run>, KdTree)>),
 }
 
 /// The thread that distributes points.
 #[derive(Debug)]
 pub(crate) struct Spilling {
-    /// None once all have come, or nobody takes them.
+    /// `None` once all batches have been sent.
     batches: Option<mpsc::Sender<Incoming>>,
-    plan: Option<oneshot::Receiver<Result<Plan, BuildError>>>,
+    plan: Option<oneshot::Receiver<Result<BlockPlan, BuildError>>>,
     thread: Option<thread::JoinHandle<()>>,
 }
 
 impl Drop for Spilling {
-    /// Waits for the thread, which ends with the batch at hand, so that it does not outlive the work folder.
+    /// Waits for the thread, which ends with the current batch, so that it does not outlive the
+    /// work folder.
     fn drop(&mut self) {
         self.batches = None;
         self.plan = None;
         if let Some(thread) = self.thread.take() {
-            // Whatever it had to say, nobody listens any more.
+            // The result no longer matters.
             let _ = thread.join();
         }
     }
 }
 
-/// The points that have come by now, to be looked through.
-pub(crate) enum Arrived<'a> {
+/// The points that have arrived so far.
+pub(crate) enum ArrivedPoints<'a> {
     Memory(&'a PointStore),
     Runs(&'a Path, Vec<Run>, KdTree),
 }
 
-impl Arrived<'_> {
-    /// The borders between the cells that they lie in, as far as they lie in a rectangle.
+impl ArrivedPoints<'_> {
+    /// Returns the borders between the cells of the points, as far as they are within a rectangle.
     pub(crate) fn borders(&self, within: Rect) -> Vec<[Point; 2]> {
         match self {
             Self::Memory(_) => Vec::new(),
@@ -80,7 +83,7 @@ impl Arrived<'_> {
         }
     }
 
-    /// Gives those within a rectangle, and perhaps others.
+    /// Passes the points within a rectangle, and possibly others, to `take`.
     pub(crate) fn for_each(&self, within: Rect, take: &mut dyn FnMut(&[Point])) -> Result<(), ConstraintError> {
         match self {
             Self::Memory(store) => {
@@ -101,36 +104,37 @@ impl Arrived<'_> {
 #[derive(Debug)]
 pub(crate) enum Points {
     Memory(PointStore),
-    Runs(Plan),
+    Runs(BlockPlan),
 }
 
 impl Intake {
-    /// Nothing yet.
+    /// Creates an empty intake.
     pub(crate) fn new() -> Self {
         Self::Memory(PointStore::default())
     }
 
-    /// Learns how many points come, and how they lie. If they will not fit, they go to disk from the first one on.
-    pub(crate) fn expect(&mut self, points: u64, sample: Vec<Point>, terms: &Terms) -> Result<(), BuildError> {
+    /// Takes the expected number of points and a sample of them. If the points will not fit in
+    /// memory, they go to disk from the first one on.
+    pub(crate) fn expect(&mut self, points: u64, sample: Vec<Point>, context: &BuildContext) -> Result<(), BuildError> {
         let Self::Memory(store) = self else { return Ok(()) };
         let load = Load {
             points,
-            segments: terms.segments,
+            segments: context.segments,
             has_z: false,
         };
-        if sample.is_empty() || !store.items.is_empty() || terms.memory.points_fit(load) {
+        if sample.is_empty() || !store.items.is_empty() || context.memory.points_fit(load) {
             return Ok(());
         }
-        // What is to come may be told wrong; it decides how finely the plane is cut, nothing else.
-        let shares = terms.memory.shares(load)?;
+        // The expectation may be wrong. It only determines how finely the plane is cut.
+        let shares = context.memory.shares(load)?;
         let cells = points.saturating_mul(4).div_ceil(shares.block_points).min(1 << 16) as usize;
-        let cells = cells.min(terms.memory.most_cells());
-        *self = Self::Spilling(Spilling::start(PointStore::default(), &sample, cells, terms)?);
+        let cells = cells.min(context.memory.most_cells());
+        *self = Self::Spilling(Spilling::start(PointStore::default(), &sample, cells, context)?);
         Ok(())
     }
 
     /// Takes a batch.
-    pub(crate) async fn push(&mut self, batch: &PointBatch, terms: &Terms) -> Result<(), BuildError> {
+    pub(crate) async fn push(&mut self, batch: &PointBatch, context: &BuildContext) -> Result<(), BuildError> {
         match self {
             Self::Resumed(_) => return Err(BuildError::PointsComplete),
             Self::Spilling(spilling) => return spilling.push(batch).await,
@@ -142,18 +146,18 @@ impl Intake {
             store.push(batch);
             let load = Load {
                 points: store.items.len() as u64,
-                segments: terms.segments,
+                segments: context.segments,
                 has_z: store.attributes.has_z(),
             };
-            if terms.memory.fits(load, store.byte_size()) {
+            if context.memory.fits(load, store.byte_size()) {
                 return Ok(());
             }
         }
         let store = std::mem::take(store);
         let step = store.items.len().div_ceil(spill::SAMPLE).max(1);
         let sample: Vec<Point> = store.items.iter().step_by(step).map(|item| item.point).collect();
-        let cells = terms.memory.most_cells();
-        let mut spilling = Spilling::start(store, &sample, cells, terms)?;
+        let cells = context.memory.most_cells();
+        let mut spilling = Spilling::start(store, &sample, cells, context)?;
         if !room {
             spilling.push(batch).await?;
         }
@@ -161,20 +165,20 @@ impl Intake {
         Ok(())
     }
 
-    /// Those that have come by now. None came of a build that is resumed.
-    pub(crate) async fn arrived<'a>(&'a mut self, terms: &'a Terms) -> Result<Arrived<'a>, BuildError> {
-        let folder = terms.folder.spill();
+    /// Returns the points that have arrived so far. A resumed build has none.
+    pub(crate) async fn arrived<'a>(&'a mut self, context: &'a BuildContext) -> Result<ArrivedPoints<'a>, BuildError> {
+        let folder = context.folder.spill();
         match self {
-            Self::Memory(store) => Ok(Arrived::Memory(store)),
+            Self::Memory(store) => Ok(ArrivedPoints::Memory(store)),
             Self::Spilling(spilling) => {
                 let (runs, tree) = spilling.flush().await?;
-                Ok(Arrived::Runs(folder, runs, tree))
+                Ok(ArrivedPoints::Runs(folder, runs, tree))
             }
-            Self::Resumed(_) => Ok(Arrived::Runs(folder, Vec::new(), KdTree::default())),
+            Self::Resumed(_) => Ok(ArrivedPoints::Runs(folder, Vec::new(), KdTree::default())),
         }
     }
 
-    /// All points have come.
+    /// Returns all points, once all have arrived.
     pub(crate) async fn finish(self) -> Result<Points, BuildError> {
         match self {
             Self::Memory(store) => Ok(Points::Memory(store)),
@@ -185,20 +189,20 @@ impl Intake {
 }
 
 impl Spilling {
-    fn start(store: PointStore, sample: &[Point], cells: usize, terms: &Terms) -> Result<Self, BuildError> {
+    fn start(store: PointStore, sample: &[Point], cells: usize, context: &BuildContext) -> Result<Self, BuildError> {
         let (batches, incoming) = mpsc::channel(BATCHES_AHEAD);
-        let (reply, plan) = oneshot::channel::<Result<Plan, BuildError>>();
-        let path = terms.folder.spill().to_owned();
-        let mut spill = Spill::new(&path, sample, cells, terms.memory.run_buffers(), 0);
-        let terms = terms.clone();
+        let (reply, plan) = oneshot::channel::<Result<BlockPlan, BuildError>>();
+        let path = context.folder.spill().to_owned();
+        let mut spill = Spill::new(&path, sample, cells, context.memory.run_buffers(), 0);
+        let context = context.clone();
         let work = move || {
             let pushed = spill.push_store(&store);
             drop(store);
-            let spilled = pushed.map_err(|error| cannot_spill(terms.folder.spill(), error));
-            let plan = spilled.and_then(|()| distribute(spill, incoming, &terms, || reply.is_closed()));
-            // Before the answer: whoever gets it may remove the folder.
-            drop(terms);
-            // If nobody waits for the answer any more, nobody needs it.
+            let spilled = pushed.map_err(|error| cannot_spill(context.folder.spill(), error));
+            let plan = spilled.and_then(|()| distribute(spill, incoming, &context, || reply.is_closed()));
+            // Before the reply: its receiver may remove the folder.
+            drop(context);
+            // The receiver may have been dropped.
             let _ = reply.send(plan);
         };
         let thread = start_thread("tile-spill", work)
@@ -216,14 +220,14 @@ impl Spilling {
         {
             return Ok(());
         }
-        // The thread ended before its time: it knows why.
+        // The thread ended early; its result tells why.
         match self.plan().await {
             Err(error) => Err(error),
             Ok(_) => Err(gone()),
         }
     }
 
-    /// The runs of the points so far, all of which are on the disk, and the tree of their cells.
+    /// Flushes all points to the disk. Returns their runs and the tree of their cells.
     async fn flush(&mut self) -> Result<(Vec<Run>, KdTree), BuildError> {
         let (reply, runs) = oneshot::channel();
         if let Some(batches) = &self.batches
@@ -238,12 +242,12 @@ impl Spilling {
         }
     }
 
-    async fn finish(mut self) -> Result<Plan, BuildError> {
+    async fn finish(mut self) -> Result<BlockPlan, BuildError> {
         self.batches = None;
         self.plan().await
     }
 
-    async fn plan(&mut self) -> Result<Plan, BuildError> {
+    async fn plan(&mut self) -> Result<BlockPlan, BuildError> {
         match self.plan.take() {
             Some(plan) => plan.await.unwrap_or_else(|_| Err(gone())),
             None => Err(gone()),
@@ -259,14 +263,14 @@ fn cannot_spill(folder: &Path, error: std::io::Error) -> BuildError {
     BuildError::io(folder, "spill points in", error)
 }
 
-/// Distributes all batches that come, and makes the plan.
+/// Distributes all batches that arrive, and makes the plan.
 fn distribute(
     mut spill: Spill,
     mut incoming: mpsc::Receiver<Incoming>,
-    terms: &Terms,
+    context: &BuildContext,
     is_abandoned: impl Fn() -> bool,
-) -> Result<Plan, BuildError> {
-    let (folder, options) = (spill.folder().to_owned(), &terms.options);
+) -> Result<BlockPlan, BuildError> {
+    let (folder, options) = (spill.folder().to_owned(), &context.options);
     let cannot = |error: std::io::Error| {
         if options.progress.is_cancelled() {
             BuildError::Cancelled
@@ -277,7 +281,7 @@ fn distribute(
     while let Some(incoming) = incoming.blocking_recv() {
         match incoming {
             Incoming::Points(batch) => spill.push(&batch).map_err(cannot)?,
-            // If nobody waits for the answer any more, nobody needs it.
+            // The receiver may have been dropped.
             Incoming::Flush(reply) => drop(reply.send(spill.flush().map_err(cannot)?)),
         }
     }
@@ -288,18 +292,18 @@ fn distribute(
     let points = spilled.runs.iter().map(|run| run.points).sum();
     let load = Load {
         points,
-        segments: terms.segments,
+        segments: context.segments,
         has_z: spilled.has_z,
     };
-    let Shares { block_points, .. } = terms.memory.shares(load)?;
-    let limits = Limits {
+    let Shares { block_points, .. } = context.memory.shares(load)?;
+    let limits = SplitLimits {
         block_points,
-        cells: terms.memory.most_cells(),
-        buffers: terms.memory.run_buffers(),
+        cells: context.memory.most_cells(),
+        buffers: context.memory.run_buffers(),
     };
     let rule = DuplicateRule {
         duplicates: options.duplicates,
-        first_end: terms.first_end.load(Ordering::Relaxed),
+        first_end: context.first_end.load(Ordering::Relaxed),
     };
     plan_blocks(spilled, &folder, limits, rule, &options.progress).map_err(cannot)
 }

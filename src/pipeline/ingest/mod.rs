@@ -1,4 +1,5 @@
-//! Points, sites and lines come in: kept in memory as long as they fit, else distributed to runs on disk.
+//! Points, sites and lines arrive. They stay in memory as long as they fit, else go to runs on
+//! disk.
 
 pub(crate) mod divide;
 pub(super) mod intake;

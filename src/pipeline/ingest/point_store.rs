@@ -1,12 +1,12 @@
-//! Points in memory, from their arrival, or that of their block, until their tile is made.
+//! Points in memory, from their own arrival, or that of their block, until their tile is made.
 
 use crate::constraints::without_z::NO_Z;
 use crate::geometry::Point;
 use crate::input::PointBatch;
 
-/// A point and its place in the arrays of what goes with it.
+/// A point and its index into the arrays of attributes.
 ///
-/// Packed, because a sixth of the memory of a build would be padding.
+/// Packed, because otherwise a sixth of the memory of a build would be padding.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, packed(4))]
 pub(crate) struct Item {
@@ -14,16 +14,16 @@ pub(crate) struct Item {
     pub(crate) position: u32,
 }
 
-/// What goes with the points, by position.
+/// The attributes of points, by position.
 #[derive(Debug, Default)]
 pub(crate) struct Attributes {
-    /// z of each, or nothing.
+    /// z of each point, or empty.
     z: Vec<f64>,
-    /// Record number of each; nothing as long as it equals the position.
+    /// Record number of each point; empty as long as it equals the position.
     records: Vec<u64>,
 }
 
-/// Points: all that came in, or those of a block.
+/// All points of a build, or those of a block.
 #[derive(Debug, Default)]
 pub(crate) struct PointStore {
     pub(crate) items: Vec<Item>,
@@ -31,10 +31,11 @@ pub(crate) struct PointStore {
 }
 
 impl PointStore {
-    /// The most points that a store holds: positions are 32 bits wide.
+    /// The most points of a store: positions are 32 bits wide.
     pub(crate) const MAX_POINTS: usize = u32::MAX as usize;
 
-    /// Adds the points of a batch; with those before, they must not be more than [`MAX_POINTS`](Self::MAX_POINTS).
+    /// Adds the points of a batch. The store must not exceed [`MAX_POINTS`](Self::MAX_POINTS)
+    /// points.
     pub(crate) fn push(&mut self, batch: &PointBatch) {
         let first = self.items.len() as u64;
         let items = batch.points.iter().zip(first as u32..);
@@ -44,7 +45,7 @@ impl PointStore {
         }));
         let attributes = &mut self.attributes;
         if !batch.z.is_empty() {
-            // Batches before may have come without z.
+            // Earlier batches may have had no z.
             attributes.z.resize(first as usize, NO_Z);
             attributes.z.extend_from_slice(&batch.z);
         } else if !attributes.z.is_empty() {
@@ -59,7 +60,7 @@ impl PointStore {
         }
     }
 
-    /// A store that has room for so many points.
+    /// Creates a store with room for `points` points.
     pub(crate) fn with_capacity(points: usize, has_z: bool) -> Self {
         Self {
             items: Vec::with_capacity(points),
@@ -70,8 +71,8 @@ impl PointStore {
         }
     }
 
-    /// Adds a point of a run. Its place in the arrays is its record number, as long as that fits and nothing else goes with
-    /// it.
+    /// Adds a point of a run. Its position is its record number, as long as that fits in 32 bits
+    /// and the points have no other attributes.
     #[inline]
     pub(crate) fn push_record(&mut self, Record { point, z, record }: Record, has_z: bool) {
         let attributes = &mut self.attributes;
@@ -81,8 +82,8 @@ impl PointStore {
                 attributes
                     .records
                     .extend(self.items.iter().map(|item| u64::from(item.position)));
-                for (item, place) in self.items.iter_mut().zip(0..) {
-                    item.position = place;
+                for (item, index) in self.items.iter_mut().zip(0..) {
+                    item.position = index;
                 }
             }
             position = self.items.len() as u32;
@@ -95,7 +96,7 @@ impl PointStore {
         self.items.push(Item { point, position });
     }
 
-    /// Bytes that the points take.
+    /// Returns the bytes that the points take.
     pub(crate) fn byte_size(&self) -> u64 {
         let attributes = self.attributes.z.len() + self.attributes.records.len();
         (self.items.len() * size_of::<Item>() + attributes * 8) as u64
@@ -107,7 +108,7 @@ impl Attributes {
         !self.z.is_empty()
     }
 
-    /// z at a position, or [`NO_Z`].
+    /// Returns the z at a position, or [`NO_Z`].
     pub(crate) fn z(&self, position: u32) -> f64 {
         self.z.get(position as usize).copied().unwrap_or(NO_Z)
     }
@@ -117,7 +118,7 @@ impl Attributes {
     }
 }
 
-/// A point with what goes with it.
+/// A point with its attributes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Record {
     pub(crate) point: Point,

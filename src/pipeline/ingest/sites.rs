@@ -1,26 +1,27 @@
-//! Sites: points with an id, of which several may lie at one place. All are kept in memory until their tiles are written.
+//! Sites: points with an id. Several may be at the same position. All are kept in memory until
+//! their tiles are written.
 
 use crate::constraints::without_z::NO_Z;
 use crate::geometry::Point;
 use crate::input::{PointBatch, SiteBatch, SiteId};
 use crate::pipeline::error::BuildError;
 
-/// Sites in a batch of points.
+/// Number of sites in a batch of points.
 const BATCH: usize = 8192;
 
 /// The sites so far.
 #[derive(Debug, Default)]
 pub(crate) struct Sites {
     points: Vec<Point>,
-    /// Their z; or nothing.
+    /// z of each site, or empty.
     z: Vec<f64>,
     ids: Vec<SiteId>,
-    /// Bytes of ids that are text.
+    /// Bytes of the ids that are text.
     text: u64,
 }
 
 impl Sites {
-    /// Takes sites.
+    /// Adds the sites of a batch.
     pub(crate) fn push(&mut self, batch: &SiteBatch) -> Result<(), BuildError> {
         let (points, z, ids) = (batch.points.len(), batch.z.len(), batch.ids.len());
         if ids != points || !(z == points || z == 0) {
@@ -56,7 +57,7 @@ impl Sites {
         self.points.len() as u64
     }
 
-    /// Where they are.
+    /// Returns the positions of the sites.
     pub(crate) fn points(&self) -> &[Point] {
         &self.points
     }
@@ -65,7 +66,7 @@ impl Sites {
         !self.z.is_empty()
     }
 
-    /// Bytes that they take.
+    /// Returns the size in bytes.
     pub(crate) fn byte_size(&self) -> u64 {
         let bytes = self.points.capacity() * size_of::<Point>()
             + self.z.capacity() * size_of::<f64>()
@@ -73,7 +74,8 @@ impl Sites {
         bytes as u64 + self.text
     }
 
-    /// Takes all of them out as points, with ascending record numbers from this one on; their ids stay.
+    /// Takes all sites out as points, with ascending record numbers from `first_record` on. Their
+    /// ids stay.
     pub(crate) fn take_points(&mut self, first_record: u64) -> impl Iterator<Item = PointBatch> + use<> {
         let (points, z) = (std::mem::take(&mut self.points), std::mem::take(&mut self.z));
         let starts = (0..points.len()).step_by(BATCH);
@@ -87,7 +89,7 @@ impl Sites {
         })
     }
 
-    /// The ids, in order.
+    /// Returns the ids, in order.
     pub(crate) fn into_ids(self) -> Vec<SiteId> {
         self.ids
     }

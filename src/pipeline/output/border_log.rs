@@ -1,11 +1,14 @@
-//! The border log: what borders are made of, spilled until they are put together.
+//! The border log: the data of borders, spilled until the borders are assembled.
 //!
-//! Tiles are taken in groups of neighbours in leaf order. A group gets the open sides of its tiles' cores, and every late
-//! triangle with a vertex in it; where there are segments, also the constraint edges that belong to its tiles and are not in
-//! their cores, and the anchors of its tiles' components. What it gets fills a buffer; full buffers go to the end of one file, as checksummed chunks.
-//! After the root the log is read back group by group, so borders are made in leaf order and memory holds one group at a time.
+//! Tiles are grouped with their neighbours in leaf order. A group gets the boundary half-edges of
+//! its tiles' cores and every late triangle with a vertex in it. With segments it also gets the
+//! constraint edges that belong to its tiles and are not in their cores, and the anchors of its
+//! tiles' components. The data fills buffers; full buffers are appended to one file, as checksummed
+//! chunks. After the root the log is read back group by group, so borders are made in leaf order
+//! and memory holds one group at a time.
 //!
-//! Where the chunks of a finished block lie goes to the journal, so that a build that goes on finds them again.
+//! The positions of a finished block's chunks go to the journal, so that a resumed build finds
+//! them.
 
 use std::fs::File;
 use std::io;
@@ -16,30 +19,32 @@ use std::sync::Arc;
 use crate::geometry::Point;
 use crate::geometry::{HalfEdge, VertexIndex};
 use crate::mesh::WALLS;
-use crate::pipeline::records::{Anchor, DoneEdge, GroupChunks, KINDS, LateTriangle, OpenSide, SeamVertex};
+use crate::pipeline::records::{Anchor, BoundaryEdge, DoneEdge, GroupChunks, KINDS, LateTriangle, SeamVertex};
 use crate::store::{EdgeSource, Extent, TileId, VertexId};
 
-/// Bytes of a corner: tile, place, x, y.
+/// Bytes of a corner: tile, index, x, y.
 const CORNER: usize = 24;
-/// In the place of a corner, or the number of a side: the side is a constraint, and a wall.
+/// Flags in the index of a corner or in the number of a half-edge: the half-edge is a constraint,
+/// or a wall.
 const CONSTRAINT: u32 = 1 << 31;
 const WALL: u32 = 1 << 30;
 /// Bytes of a triangle in the log: its corners and its number.
 const TRIANGLE: usize = 3 * CORNER + 4;
-/// Bytes of an open side in the log: tile, from, to, side, component.
-const SIDE: usize = 20;
-/// Bytes of a constraint edge in the log: tile and place of both ends, source. It belongs to the first one's tile.
+/// Bytes of a boundary half-edge in the log: tile, from, to, half-edge, component.
+const BOUNDARY_EDGE: usize = 20;
+/// Bytes of a constraint edge in the log: tile and index of both ends, source. The edge belongs to
+/// the tile of its first end.
 const EDGE: usize = 24;
-/// Bytes of an anchor in the log: tile, component, how much deeper, triangles.
+/// Bytes of an anchor in the log: tile, component, relative depth, triangles.
 const ANCHOR: usize = 16;
-/// Bytes of a buffer, at most.
+/// Most bytes of a buffer.
 const BUFFER: usize = 64 << 10;
 
 impl LateTriangle {
     fn encode(&self, bytes: &mut Vec<u8>) {
-        for (corner, side) in self.corners.iter().zip(0..) {
-            let bit = |at: u32, mark: u32| if self.side_bits >> at & 1 == 1 { mark } else { 0 };
-            let mark = bit(side, CONSTRAINT) | bit(side + WALLS, WALL);
+        for (corner, edge) in self.corners.iter().zip(0..) {
+            let bit = |at: u32, mark: u32| if self.edge_bits >> at & 1 == 1 { mark } else { 0 };
+            let mark = bit(edge, CONSTRAINT) | bit(edge + WALLS, WALL);
             bytes.extend_from_slice(&corner.id.tile.0.to_le_bytes());
             bytes.extend_from_slice(&(corner.id.index.0 | mark).to_le_bytes());
             bytes.extend_from_slice(&corner.point.x.to_le_bytes());
@@ -50,51 +55,51 @@ impl LateTriangle {
 
     fn decode(bytes: &[u8]) -> Self {
         let word = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"));
-        let mut side_bits = 0;
-        let corners = [0, 1, 2].map(|side| {
-            let id = word(side * CORNER);
-            let place = (id >> 32) as u32;
-            side_bits |= u8::from(place & CONSTRAINT != 0) << side;
-            side_bits |= u8::from(place & WALL != 0) << (side as u32 + WALLS);
-            let coordinate = |axis: usize| f64::from_bits(word(side * CORNER + 8 + 8 * axis));
+        let mut edge_bits = 0;
+        let corners = [0, 1, 2].map(|edge| {
+            let id = word(edge * CORNER);
+            let index = (id >> 32) as u32;
+            edge_bits |= u8::from(index & CONSTRAINT != 0) << edge;
+            edge_bits |= u8::from(index & WALL != 0) << (edge as u32 + WALLS);
+            let coordinate = |axis: usize| f64::from_bits(word(edge * CORNER + 8 + 8 * axis));
             SeamVertex {
                 id: VertexId {
                     tile: TileId(id as u32),
-                    index: VertexIndex(place & !(CONSTRAINT | WALL)),
+                    index: VertexIndex(index & !(CONSTRAINT | WALL)),
                 },
                 point: Point::new(coordinate(0), coordinate(1)),
             }
         });
         Self {
             corners,
-            side_bits,
+            edge_bits,
             number: words::<1>(&bytes[3 * CORNER..])[0],
         }
     }
 }
 
-/// Each value once.
+/// Yields each value once.
 fn distinct([a, b, c]: [u32; 3]) -> impl Iterator<Item = u32> {
     let values = [Some(a), (b != a).then_some(b), (c != a && c != b).then_some(c)];
     values.into_iter().flatten()
 }
 
-const SIDES: usize = 0;
+const BOUNDARY_EDGES: usize = 0;
 const TRIANGLES: usize = 1;
 const EDGES: usize = 2;
 const ANCHORS: usize = 3;
 
-/// The log while it is written.
+/// A border log while it is written.
 #[derive(Debug)]
 pub(crate) struct BorderLog {
     file: Arc<File>,
     length: u64,
     tiles: u32,
     tiles_per_group: u32,
-    groups: Vec<Group>,
-    /// Triangles so far.
+    groups: Vec<TileGroup>,
+    /// Number of triangles so far.
     triangles: u64,
-    /// Bytes in all buffers, and how many there may be.
+    /// Bytes in all buffers, and the limit of these bytes.
     buffered: usize,
     buffers: usize,
     written: u64,
@@ -102,21 +107,22 @@ pub(crate) struct BorderLog {
 }
 
 #[derive(Debug, Default)]
-struct Group {
+struct TileGroup {
     first_tile: u32,
     buffers: [Vec<u8>; KINDS],
     chunks: GroupChunks,
 }
 
 impl BorderLog {
-    /// Starts a log in a file, behind its first `length` bytes, with buffers of so many bytes, for tiles of so many
-    /// vertices.
+    /// Creates a log in `file` after its first `length` bytes, with `buffers` bytes of buffers, for
+    /// tiles of up to `tile_vertices` vertices.
     pub(crate) fn new(file: Arc<File>, length: u64, buffers: usize, tile_vertices: usize) -> Self {
         Self {
             file,
             length,
             tiles: 0,
-            // A tile has about 16 √m late triangles, so a group has some 65,000, which are a few megabytes.
+            // A tile of m vertices has about 16 √m late triangles, so a group has some 65,000,
+            // which are a few megabytes.
             tiles_per_group: (4096.0 / (tile_vertices as f64).sqrt()).ceil() as u32,
             groups: Vec::new(),
             triangles: 0,
@@ -127,18 +133,18 @@ impl BorderLog {
         }
     }
 
-    /// Makes room for the tiles of another block.
+    /// Adds groups for the `tiles` tiles of another block.
     pub(crate) fn add_tiles(&mut self, tiles: u32) {
         let end = self.tiles + tiles;
         let groups = (self.tiles..end).step_by(self.tiles_per_group as usize);
-        self.groups.extend(groups.map(|first_tile| Group {
+        self.groups.extend(groups.map(|first_tile| TileGroup {
             first_tile,
-            ..Group::default()
+            ..TileGroup::default()
         }));
         self.tiles = end;
     }
 
-    /// The groups of the tiles of a block.
+    /// Returns the groups of the tiles of a block.
     fn groups_of(&self, tiles: Range<u32>) -> Range<usize> {
         let before = |tile: u32| self.groups.partition_point(|group| group.first_tile < tile);
         before(tiles.start)..before(tiles.end)
@@ -148,18 +154,18 @@ impl BorderLog {
         self.groups.partition_point(|group| group.first_tile <= tile) - 1
     }
 
-    /// Appends the open sides of a tile.
-    pub(crate) fn append_sides(&mut self, tile: TileId, sides: &[OpenSide]) -> io::Result<()> {
+    /// Appends the boundary half-edges of a tile's core.
+    pub(crate) fn append_boundary_edges(&mut self, tile: TileId, boundary_edges: &[BoundaryEdge]) -> io::Result<()> {
         let group = self.group_of(tile.0);
-        let buffer = &mut self.groups[group].buffers[SIDES];
-        for side in sides {
-            let mark = if side.is_constraint { CONSTRAINT } else { 0 };
-            for word in [tile.0, side.from, side.to, side.side.0 | mark, side.component] {
+        let buffer = &mut self.groups[group].buffers[BOUNDARY_EDGES];
+        for edge in boundary_edges {
+            let mark = if edge.is_constraint { CONSTRAINT } else { 0 };
+            for word in [tile.0, edge.from, edge.to, edge.half_edge.0 | mark, edge.component] {
                 buffer.extend_from_slice(&word.to_le_bytes());
             }
         }
-        self.buffered += sides.len() * SIDE;
-        self.relieve(group, SIDES)
+        self.buffered += boundary_edges.len() * BOUNDARY_EDGE;
+        self.relieve(group, BOUNDARY_EDGES)
     }
 
     /// Appends constraint edges that are not in a core.
@@ -195,7 +201,7 @@ impl BorderLog {
         self.relieve(group, ANCHORS)
     }
 
-    /// Appends triangles, and numbers them.
+    /// Appends triangles and numbers them.
     pub(crate) fn append_triangles(&mut self, triangles: &[LateTriangle]) -> io::Result<()> {
         for triangle in triangles {
             let number = u32::try_from(self.triangles).map_err(|_| io::ErrorKind::FileTooLarge)?;
@@ -210,7 +216,7 @@ impl BorderLog {
         Ok(())
     }
 
-    /// Writes a buffer that is full, and all of them if together they are too large.
+    /// Writes a buffer if it is full, and all buffers if their total exceeds the limit.
     fn relieve(&mut self, group: usize, kind: usize) -> io::Result<()> {
         if self.groups[group].buffers[kind].len() >= BUFFER {
             self.write(group, kind)?;
@@ -228,11 +234,11 @@ impl BorderLog {
     }
 
     fn write(&mut self, group: usize, kind: usize) -> io::Result<()> {
-        let Group { buffers, chunks, .. } = &mut self.groups[group];
+        let TileGroup { buffers, chunks, .. } = &mut self.groups[group];
         if buffers[kind].is_empty() {
             return Ok(());
         }
-        // The memory goes too: most groups get nothing more, or little.
+        // Frees the memory too: most groups get little or no more data.
         let buffer = std::mem::take(&mut buffers[kind]);
         self.file.write_all_at(&buffer, self.length)?;
         chunks[kind].push(Extent {
@@ -246,7 +252,7 @@ impl BorderLog {
         Ok(())
     }
 
-    /// Writes all that there is of the tiles of a block, and tells where it lies, and how many triangles it has.
+    /// Writes all buffered data of the tiles of a block. Returns the chunks of its groups.
     pub(crate) fn finish_block(&mut self, tiles: Range<u32>) -> io::Result<Vec<GroupChunks>> {
         let groups = self.groups_of(tiles);
         for group in groups.clone() {
@@ -255,7 +261,7 @@ impl BorderLog {
         Ok(self.groups[groups].iter().map(|group| group.chunks.clone()).collect())
     }
 
-    /// Takes up the tiles of a block that a build before has finished.
+    /// Adds the tiles of a block that an earlier build finished.
     pub(crate) fn restore(&mut self, tiles: u32, chunks: Vec<GroupChunks>, triangles: u64) {
         let first = self.groups.len();
         self.add_tiles(tiles);
@@ -265,22 +271,22 @@ impl BorderLog {
         self.triangles += triangles;
     }
 
-    /// How many triangles were appended.
+    /// Returns the number of triangles appended.
     pub(crate) fn triangle_count(&self) -> u64 {
         self.triangles
     }
 
-    /// Bytes that were read back and written.
+    /// Returns the bytes read back and the bytes written.
     pub(crate) fn traffic(&self) -> [u64; 2] {
         [self.read, self.written]
     }
 
-    /// How many groups there are.
+    /// Returns the number of groups.
     pub(crate) fn group_count(&self) -> usize {
         self.groups.len()
     }
 
-    /// Reads a group back, and forgets it.
+    /// Reads a group back and forgets it.
     pub(crate) fn take_group(&mut self, number: usize) -> io::Result<GroupBorders> {
         let borders = self.read_group(number);
         self.forget_group(number);
@@ -289,7 +295,7 @@ impl BorderLog {
 
     /// Forgets a group.
     pub(crate) fn forget_group(&mut self, number: usize) {
-        let Group {
+        let TileGroup {
             first_tile, buffers, ..
         } = std::mem::take(&mut self.groups[number]);
         self.groups[number].first_tile = first_tile;
@@ -298,56 +304,57 @@ impl BorderLog {
 
     /// Reads a group back.
     pub(crate) fn read_group(&mut self, number: usize) -> io::Result<GroupBorders> {
-        let Group {
+        let TileGroup {
             first_tile,
             buffers,
             chunks,
         } = &self.groups[number];
         let end = self.groups.get(number + 1).map_or(self.tiles, |next| next.first_tile);
         let tiles = *first_tile..end;
-        let mut parts = [const { Vec::new() }; KINDS];
-        for ((part, buffer), chunks) in parts.iter_mut().zip(buffers).zip(chunks) {
+        let mut by_kind = [const { Vec::new() }; KINDS];
+        for ((entries, buffer), chunks) in by_kind.iter_mut().zip(buffers).zip(chunks) {
             let spilled: usize = chunks.iter().map(|chunk| chunk.length as usize).sum();
-            part.reserve_exact(spilled + buffer.len());
+            entries.reserve_exact(spilled + buffer.len());
             for chunk in chunks {
-                let start = part.len();
-                part.resize(start + chunk.length as usize, 0);
-                self.file.read_exact_at(&mut part[start..], chunk.offset)?;
-                if crc32c::crc32c(&part[start..]) != chunk.crc {
+                let start = entries.len();
+                entries.resize(start + chunk.length as usize, 0);
+                self.file.read_exact_at(&mut entries[start..], chunk.offset)?;
+                if crc32c::crc32c(&entries[start..]) != chunk.crc {
                     let message = format!("the checksum of the border log is wrong at {}", chunk.offset);
                     return Err(io::Error::new(io::ErrorKind::InvalidData, message));
                 }
             }
             self.read += spilled as u64;
-            part.extend_from_slice(buffer);
+            entries.extend_from_slice(buffer);
         }
-        Ok(GroupBorders::new(parts, tiles))
+        Ok(GroupBorders::new(by_kind, tiles))
     }
 }
 
-/// What the borders of a group of tiles are made of.
+/// The data of the borders of a group of tiles.
 #[derive(Debug)]
 pub(crate) struct GroupBorders {
     tiles: Range<u32>,
-    sides: ByTile,
+    boundary_edges: ByTile,
     triangles: ByTile,
     edges: ByTile,
     anchors: ByTile,
 }
 
-/// Entries of one length, and which belong to each tile.
+/// Entries of equal length, indexed by tile.
 #[derive(Debug)]
 struct ByTile {
     bytes: Vec<u8>,
     entry: usize,
-    /// Numbers of entries, tile by tile.
+    /// Numbers of the entries, tile by tile.
     numbers: Vec<u32>,
-    /// For each tile where its numbers start; and the end.
+    /// For each tile the start of its range in `numbers`, and the end of the last range.
     starts: Vec<usize>,
 }
 
 impl ByTile {
-    /// Entries of which `tiles_of` reads up to so many tiles, some of them perhaps of other groups.
+    /// Indexes entries by the tiles that `tiles_of` reads from each, some of which may be in other
+    /// groups.
     fn new<const N: usize>(
         bytes: Vec<u8>,
         entry: usize,
@@ -356,27 +363,27 @@ impl ByTile {
     ) -> Self {
         let mut starts = vec![0; tiles.len() + 1];
         let in_group = |bytes: &[u8]| {
-            let its = tiles_of(bytes);
+            let entry_tiles = tiles_of(bytes);
             // Each tile once.
-            let places = its
+            let distinct_tiles = entry_tiles
                 .into_iter()
                 .enumerate()
-                .filter(move |&(at, tile)| !its[..at].contains(&tile));
-            let in_group = places.filter(|(_, tile)| tiles.contains(tile));
+                .filter(move |&(at, tile)| !entry_tiles[..at].contains(&tile));
+            let in_group = distinct_tiles.filter(|(_, tile)| tiles.contains(tile));
             in_group.map(|(_, tile)| (tile - tiles.start) as usize)
         };
         for bytes in bytes.chunks_exact(entry) {
-            in_group(bytes).for_each(|place| starts[place + 1] += 1);
+            in_group(bytes).for_each(|index| starts[index + 1] += 1);
         }
-        for place in 1..starts.len() {
-            starts[place] += starts[place - 1];
+        for index in 1..starts.len() {
+            starts[index] += starts[index - 1];
         }
         let mut numbers = vec![0; starts[tiles.len()]];
         let mut next = starts.clone();
         for (bytes, number) in bytes.chunks_exact(entry).zip(0..) {
-            for place in in_group(bytes) {
-                numbers[next[place]] = number;
-                next[place] += 1;
+            for index in in_group(bytes) {
+                numbers[next[index]] = number;
+                next[index] += 1;
             }
         }
         Self {
@@ -387,8 +394,8 @@ impl ByTile {
         }
     }
 
-    fn of(&self, place: u32) -> impl Iterator<Item = &[u8]> {
-        let numbers = &self.numbers[self.starts[place as usize]..self.starts[place as usize + 1]];
+    fn of(&self, index: u32) -> impl Iterator<Item = &[u8]> {
+        let numbers = &self.numbers[self.starts[index as usize]..self.starts[index as usize + 1]];
         numbers.iter().map(|&number| {
             let at = number as usize * self.entry;
             &self.bytes[at..at + self.entry]
@@ -397,11 +404,11 @@ impl ByTile {
 }
 
 impl GroupBorders {
-    fn new([sides, triangles, edges, anchors]: [Vec<u8>; KINDS], tiles: Range<u32>) -> Self {
+    fn new([boundary_edges, triangles, edges, anchors]: [Vec<u8>; KINDS], tiles: Range<u32>) -> Self {
         let of_one = |bytes: &[u8]| words::<1>(bytes);
         let of_triangle = |bytes: &[u8]| [0, CORNER, 2 * CORNER].map(|at| words::<1>(&bytes[at..])[0]);
         Self {
-            sides: ByTile::new(sides, SIDE, &tiles, of_one),
+            boundary_edges: ByTile::new(boundary_edges, BOUNDARY_EDGE, &tiles, of_one),
             triangles: ByTile::new(triangles, TRIANGLE, &tiles, of_triangle),
             edges: ByTile::new(edges, EDGE, &tiles, of_one),
             anchors: ByTile::new(anchors, ANCHOR, &tiles, of_one),
@@ -409,37 +416,38 @@ impl GroupBorders {
         }
     }
 
-    /// Bytes that it takes.
+    /// Returns the size in bytes.
     pub(crate) fn byte_size(&self) -> u64 {
-        let parts = [&self.sides, &self.triangles, &self.edges, &self.anchors];
-        let bytes = parts.map(|part| part.bytes.len() + 4 * part.numbers.len() + 8 * part.starts.len());
+        let by_kind = [&self.boundary_edges, &self.triangles, &self.edges, &self.anchors];
+        let bytes = by_kind.map(|entries| entries.bytes.len() + 4 * entries.numbers.len() + 8 * entries.starts.len());
         bytes.iter().sum::<usize>() as u64
     }
 
-    /// The tiles of the group.
+    /// Returns the tiles of the group.
     pub(crate) fn tiles(&self) -> Range<u32> {
         self.tiles.clone()
     }
 
-    /// The late triangles with a vertex in a tile.
+    /// Returns the late triangles with a vertex in `tile`.
     pub(crate) fn triangles_of(&self, tile: TileId) -> impl Iterator<Item = LateTriangle> {
         self.triangles.of(tile.0 - self.tiles.start).map(LateTriangle::decode)
     }
 
-    /// The open sides of a tile's core.
-    pub(crate) fn sides_of(&self, tile: TileId) -> Vec<OpenSide> {
-        let sides = self.sides.of(tile.0 - self.tiles.start).map(words);
-        let open = sides.map(|[_, from, to, side, component]| OpenSide {
+    /// Returns the boundary half-edges of a tile's core.
+    pub(crate) fn boundary_edges_of(&self, tile: TileId) -> Vec<BoundaryEdge> {
+        let boundary_edges = self.boundary_edges.of(tile.0 - self.tiles.start).map(words);
+        let open = boundary_edges.map(|[_, from, to, half_edge, component]| BoundaryEdge {
             from,
             to,
-            side: HalfEdge(side & !CONSTRAINT),
-            is_constraint: side & CONSTRAINT != 0,
+            half_edge: HalfEdge(half_edge & !CONSTRAINT),
+            is_constraint: half_edge & CONSTRAINT != 0,
             component,
         });
         open.collect()
     }
 
-    /// The constraint edges that belong to a tile and are not in its core, each from the end in the tile on.
+    /// Returns the constraint edges that belong to `tile` and are not in its core, each starting at
+    /// its end in the tile.
     pub(crate) fn edges_of(&self, tile: TileId) -> impl Iterator<Item = ([VertexId; 2], EdgeSource)> {
         self.edges.of(tile.0 - self.tiles.start).map(|bytes| {
             let [tile, index, other_tile, other_index, low, high] = words(bytes);
@@ -452,7 +460,7 @@ impl GroupBorders {
         })
     }
 
-    /// The anchors of a tile's components.
+    /// Returns the anchors of a tile's components.
     pub(crate) fn anchors_of(&self, tile: TileId) -> impl Iterator<Item = Anchor> {
         self.anchors.of(tile.0 - self.tiles.start).map(|bytes| {
             let [_, component, deeper, triangles] = words(bytes);

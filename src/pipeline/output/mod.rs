@@ -1,4 +1,5 @@
-//! What goes to disk while the build runs: extents in leaf order, finished blocks, and the border log.
+//! The data written to disk while the build runs: extents in leaf order, finished blocks, and the
+//! border log.
 
 pub(super) mod border_log;
 pub(super) mod ordered;

@@ -1,34 +1,35 @@
-//! Brings results that threads finish in any order into the order of their numbers.
+//! Sorts results that threads finish in any order by their numbers.
 
 use std::collections::BTreeMap;
 
 use parking_lot::{Condvar, Mutex};
 
-/// Takes items by number from any thread and hands them on in order.
+/// Takes numbered items from any thread and passes them on in order.
 ///
-/// At most `window` items ahead of the next one are begun, so that few wait here.
+/// An item may begin only if its number is less than `window` ahead of the next item to be passed
+/// on, which bounds the number of waiting items.
 pub(crate) struct Ordered<T, F> {
-    state: Mutex<State<T, F>>,
+    state: Mutex<OrderedState<T, F>>,
     moved: Condvar,
     window: u32,
 }
 
-struct State<T, F> {
+struct OrderedState<T, F> {
     next: u32,
     waiting: BTreeMap<u32, T>,
     sink: F,
     closed: bool,
 }
 
-/// Nobody takes the items any more.
+/// The sink takes no more items.
 #[derive(Debug)]
 pub(crate) struct Closed;
 
 impl<T, F: FnMut(u32, T) -> Result<(), Closed>> Ordered<T, F> {
-    /// The first item has number `next`.
+    /// Creates a queue whose first item has number `next`.
     pub(crate) fn new(next: u32, window: u32, sink: F) -> Self {
         Self {
-            state: Mutex::new(State {
+            state: Mutex::new(OrderedState {
                 next,
                 waiting: BTreeMap::new(),
                 sink,
@@ -39,8 +40,8 @@ impl<T, F: FnMut(u32, T) -> Result<(), Closed>> Ordered<T, F> {
         }
     }
 
-    /// Waits until work on this number may begin. Numbers must be begun in order, so that the one that all wait for is
-    /// always under way.
+    /// Waits until work on `number` may begin. Numbers must be begun in order, so that the item
+    /// that all others wait for is always in work.
     pub(crate) fn begin(&self, number: u32) -> Result<(), Closed> {
         let mut state = self.state.lock();
         while !state.closed && number >= state.next + self.window {
@@ -49,7 +50,7 @@ impl<T, F: FnMut(u32, T) -> Result<(), Closed>> Ordered<T, F> {
         if state.closed { Err(Closed) } else { Ok(()) }
     }
 
-    /// Hands in a result.
+    /// Adds a result, and passes on all results that are next in order.
     pub(crate) fn put(&self, number: u32, item: T) -> Result<(), Closed> {
         let mut guard = self.state.lock();
         let state = &mut *guard;
@@ -64,7 +65,7 @@ impl<T, F: FnMut(u32, T) -> Result<(), Closed>> Ordered<T, F> {
         if state.closed { Err(Closed) } else { Ok(()) }
     }
 
-    /// Lets all who wait go.
+    /// Closes the queue and wakes all waiting threads.
     pub(crate) fn close(&self) {
         self.state.lock().closed = true;
         self.moved.notify_all();

@@ -1,8 +1,10 @@
-//! The writing side of a build: extents go to the file in the order they come, finished blocks to the journal.
+//! The writing side of a build: appends extents to the file in the order in which they arrive, and
+//! finished blocks to the journal.
 //!
-//! A block is entered in the journal once its cores were written and both the file and the border log are on the medium. Where
-//! there is no journal, the file alone is synced again and again. Both are waited for beside the writing, not by it, and keep
-//! the disk busy all the time, so that little is left for the end.
+//! A block is entered in the journal once its cores are written and both the file and the border
+//! log are synced. Without a journal, only the file is synced, at intervals. Syncs run in the
+//! background: writing does not wait for them, and they keep the disk busy all the time, so that
+//! little is left to sync at the end.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -24,28 +26,29 @@ use crate::pipeline::resume::journal::FinishedBlock;
 use crate::pipeline::work_folder::WorkFolder;
 use crate::store::{Directory, Extent, TileWriter};
 
-/// What comes to be written.
+/// A message to the writing task.
 #[derive(Debug)]
 pub(crate) enum ToWrite {
     Core(Bytes),
     Border(Bytes),
-    /// A block is done, but for its cores that may still be on the way.
+    /// A block is done, except that some of its cores may still be in the channel.
     Finished(Box<(FinishedBlock, Seam)>),
 }
 
 pub(crate) type Sender = mpsc::Sender<ToWrite>;
 
-/// Bytes of the file between one sync and the next, where there is no journal.
+/// Bytes of the file between two syncs, if there is no journal.
 const SYNC_BYTES: u64 = 32 << 20;
 
-/// The journal, and what an entry depends on.
+/// The journal, and the files and folder that an entry depends on.
 #[derive(Debug)]
 pub(crate) struct Journal {
     pub(crate) file: Arc<File>,
-    /// Of entries that stand in it.
+    /// Bytes of the entries in the journal.
     pub(crate) length: u64,
     pub(crate) border_log: Arc<File>,
-    /// The blocks, whose runs go away with their entry, and where these are: an entry holds the lock until it is done.
+    /// The blocks, whose runs are deleted when they are entered, and their folder, whose lock an
+    /// entry keeps until it is done.
     pub(crate) blocks: Arc<Vec<Block>>,
     pub(crate) folder: Arc<WorkFolder>,
 }
@@ -58,20 +61,20 @@ pub(crate) struct Output {
     cores: Vec<Extent>,
     borders: Vec<Extent>,
     journal: Option<Journal>,
-    /// Blocks that are done, by the tile at which they end; not yet in the journal.
+    /// Blocks that are done and not in the journal yet, in order.
     finished: VecDeque<(FinishedBlock, Seam)>,
     next_block: u32,
-    /// Tiles of the blocks that are in the journal or on the way into it.
+    /// Number of tiles of the blocks that are in the journal or being entered.
     entered_tiles: usize,
-    /// The entry, or the sync, that is on its way.
-    beside: Option<JoinHandle<io::Result<()>>>,
-    /// Bytes of the file when it was last synced.
+    /// The entry or sync in progress.
+    background: Option<JoinHandle<io::Result<()>>>,
+    /// Bytes of the file at the start of the last sync.
     synced: u64,
     journal_bytes: u64,
 }
 
 impl Output {
-    /// Goes on with a file behind the cores that stand in it.
+    /// Continues a file after the cores that are in it.
     pub(crate) fn new(
         file: ThreadsFile,
         path: PathBuf,
@@ -93,29 +96,33 @@ impl Output {
             journal,
             finished: VecDeque::new(),
             next_block,
-            beside: None,
+            background: None,
             synced: 0,
             journal_bytes: 0,
         }
     }
 
-    /// Writes all that comes.
+    /// Writes all extents that arrive.
     pub(crate) async fn write_all(&mut self, mut extents: mpsc::Receiver<ToWrite>) -> Result<(), BuildError> {
         while let Some(extent) = extents.recv().await {
             let span = tracing::trace_span!("write");
             let written = self.take(extent).instrument(span).await;
             written.map_err(|error| BuildError::io(&self.path, "write", error))?;
-            // One after the other; the next starts with the extent that comes after.
-            if self.beside.as_ref().is_some_and(|beside| !beside.is_finished()) {
+            // Entries and syncs run one at a time. The next one starts after a later extent.
+            if self
+                .background
+                .as_ref()
+                .is_some_and(|background| !background.is_finished())
+            {
                 continue;
             }
-            self.join_beside().await?;
+            self.join_background().await?;
             match self.journal {
                 Some(_) => self.enter_block().await?,
                 None => self.start_sync(),
             }
         }
-        self.join_beside().await
+        self.join_background().await
     }
 
     async fn take(&mut self, extent: ToWrite) -> io::Result<()> {
@@ -123,30 +130,30 @@ impl Output {
             ToWrite::Core(bytes) => self.cores.push(self.writer.append_core(&bytes).await?),
             ToWrite::Border(bytes) => self.borders.push(self.writer.append_border(&bytes).await?),
             ToWrite::Finished(block) => {
-                let place = self.finished.partition_point(|other| other.0.number < block.0.number);
-                self.finished.insert(place, *block);
+                let index = self.finished.partition_point(|other| other.0.number < block.0.number);
+                self.finished.insert(index, *block);
             }
         }
         Ok(())
     }
 
-    /// Starts to sync what was written, if it is worth it.
+    /// Starts a sync if at least `SYNC_BYTES` bytes were written since the last one.
     fn start_sync(&mut self) {
         let length = self.writer.length();
         if length - self.synced >= SYNC_BYTES {
             self.synced = length;
             let file = self.file.clone();
-            self.beside = Some(tokio::spawn(file.sync_and_release()));
+            self.background = Some(tokio::spawn(file.sync_and_release()));
         }
     }
 
-    /// Starts the entry of the next block, if its cores were written.
+    /// Starts to enter the next block if its cores are written.
     async fn enter_block(&mut self) -> Result<(), BuildError> {
         let next = self
             .finished
             .front()
             .filter(|(block, _)| block.number == self.next_block);
-        let Some(end) = next.map(|(block, _)| self.entered_tiles + block.found.tiles.len()) else {
+        let Some(end) = next.map(|(block, _)| self.entered_tiles + block.state.tiles.len()) else {
             return Ok(());
         };
         if end > self.cores.len() {
@@ -178,7 +185,8 @@ impl Output {
             border_log.sync().await?;
             file.write_at(offset, entry.into()).await?;
             file.sync().await?;
-            // Nobody will read the runs again. If one stays, it goes with the folder.
+            // The runs are no longer needed. A run that cannot be deleted is deleted with the
+            // folder.
             let removed = blocking(move || {
                 for run in &blocks[block.number as usize].runs {
                     let _ = fs::remove_file(run.path(folder.spill()));
@@ -186,35 +194,35 @@ impl Output {
             });
             removed.await
         };
-        self.beside = Some(tokio::spawn(enter.instrument(span)));
+        self.background = Some(tokio::spawn(enter.instrument(span)));
         Ok(())
     }
 
-    /// Waits for the entry, or the sync, that is on its way.
-    async fn join_beside(&mut self) -> Result<(), BuildError> {
-        let Some(beside) = self.beside.take() else {
+    /// Waits for the entry or sync in progress.
+    async fn join_background(&mut self) -> Result<(), BuildError> {
+        let Some(background) = self.background.take() else {
             return Ok(());
         };
-        let done = beside.await.map_err(io::Error::other).and_then(|done| done);
+        let done = background.await.map_err(io::Error::other).and_then(|done| done);
         let what = match self.journal {
-            Some(_) => "note a finished block beside",
+            Some(_) => "enter a finished block in the journal beside",
             None => "sync",
         };
         done.map_err(|error| BuildError::io(&self.path, what, error))
     }
 
-    /// The extents of cores and borders.
+    /// Returns the extents of cores and borders.
     pub(crate) fn extents(&self) -> (&[Extent], &[Extent]) {
         (&self.cores, &self.borders)
     }
 
-    /// Bytes of the journal that were written.
+    /// Returns the bytes written to the journal.
     pub(crate) fn journal_bytes(&self) -> u64 {
         self.journal_bytes
     }
 
-    /// Completes the file, which may be a draft that is changed yet and need not be on the medium. Returns its length, and how many bytes
-    /// that added.
+    /// Completes the file. A draft will be edited before it is published and need not be synced.
+    /// Returns its length, and the number of bytes that this added.
     pub(crate) async fn finish(self, directory: &Directory, is_draft: bool) -> Result<(u64, u64), BuildError> {
         let before = self.writer.length();
         let finished = self.writer.draft(is_draft).finish(directory).await;

@@ -1,4 +1,4 @@
-//! How work files spell numbers: little-endian, one after the other.
+//! The encoding of numbers in work files: little-endian, without padding.
 
 use crate::geometry::Rect;
 
@@ -20,8 +20,8 @@ impl Encoder {
     }
 
     pub(crate) fn rect(&mut self, rect: Rect) {
-        for side in [rect.min_x, rect.min_y, rect.max_x, rect.max_y] {
-            self.f64(side);
+        for bound in [rect.min_x, rect.min_y, rect.max_x, rect.max_y] {
+            self.f64(bound);
         }
     }
 
@@ -30,7 +30,7 @@ impl Encoder {
         self.0.extend_from_slice(text.as_bytes());
     }
 
-    /// A list: its length, and each item.
+    /// Appends a list: its length, then each item.
     pub(crate) fn list<T>(&mut self, items: &[T], mut put: impl FnMut(&mut Self, &T)) {
         self.u64(items.len() as u64);
         for item in items {
@@ -39,7 +39,7 @@ impl Encoder {
     }
 }
 
-/// Takes numbers from the front of bytes. None: there are too few, or they make no sense.
+/// Takes numbers from the front of bytes. Returns `None` if bytes are missing or invalid.
 #[derive(Debug)]
 pub(crate) struct Decoder<'a>(pub(crate) &'a [u8]);
 
@@ -78,7 +78,8 @@ impl Decoder<'_> {
         String::from_utf8(text.to_vec()).ok()
     }
 
-    /// A list. Its items take at least a byte each, so its length is no longer than what is left.
+    /// Takes a list. Each item takes at least one byte, so a length above the number of bytes left
+    /// is invalid.
     pub(crate) fn list<T>(&mut self, mut take: impl FnMut(&mut Self) -> Option<T>) -> Option<Vec<T>> {
         let length = self.u64()?;
         if length > self.0.len() as u64 {
@@ -87,7 +88,7 @@ impl Decoder<'_> {
         (0..length).map(|_| take(self)).collect()
     }
 
-    /// The value, if nothing is left.
+    /// Returns `value` if no bytes are left.
     pub(crate) fn end<T>(self, value: T) -> Option<T> {
         self.0.is_empty().then_some(value)
     }

@@ -1,12 +1,13 @@
-//! What a build that was interrupted goes on from: the plan of its blocks, and the journal of those that are finished.
+//! The state from which an interrupted build continues: the plan of its blocks and the journal of
+//! finished blocks.
 //!
 //! ```text
-//! plan      magic, CRC-32C, what the build was told, what the caller noted, the blocks and their runs
+//! plan      magic, CRC-32C, identity of the build, the caller's description, blocks and their runs
 //! journal   for each finished block, in order: length u32, CRC-32C u32, block
 //! ```
 //!
-//! A block is written to the journal when its cores and its part of the border log are on the medium. It is whole or it is not
-//! there: reading stops at the first entry that is not right.
+//! A block is written to the journal once its cores and its part of the border log are synced. An
+//! entry is either complete or ignored: reading stops at the first invalid entry.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -15,39 +16,40 @@ use std::{fs, io};
 
 use crate::geometry::{Point, VertexIndex};
 use crate::pipeline::error::BuildError;
-use crate::pipeline::plan::{Block, Plan, Run};
-use crate::pipeline::records::{BlockFound, Description, GroupChunks, Pending, Seam, SeamVertex, TileState};
+use crate::pipeline::plan::{Block, BlockPlan, Run};
+use crate::pipeline::records::{BlockState, Description, GroupChunks, Pending, Seam, SeamVertex, TileState};
 use crate::pipeline::resume::codec::{Decoder, Encoder};
 use crate::pipeline::summary::LevelSummary;
 use crate::pipeline::work_folder::WorkFolder;
 use crate::store::{Extent, KdNode, KdTree, Source, TileId, VertexId};
 
-/// What a finished block leaves behind.
+/// The results of a finished block.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct FinishedBlock {
     pub(crate) number: u32,
-    pub(crate) found: BlockFound,
-    /// Where the cores of its tiles lie.
+    pub(crate) state: BlockState,
+    /// Extents of the cores of its tiles.
     pub(crate) cores: Vec<Extent>,
-    /// Where its part of the border log lies.
+    /// Extents of its part of the border log.
     pub(crate) chunks: Vec<GroupChunks>,
 }
 
-/// A plan and what it belongs to.
+/// A plan and the build that it belongs to.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct SavedPlan {
-    /// What the build was told: inputs, and options that decide what comes out.
+    /// Inputs, and options that determine the output.
     pub(crate) identity: String,
     pub(crate) description: Description,
     /// One more than the largest record number of the points.
     pub(crate) next_record: u64,
-    pub(crate) plan: Plan,
+    pub(crate) plan: BlockPlan,
 }
 
 const MAGIC: &[u8; 8] = b"dtplan02";
 
 impl SavedPlan {
-    /// Writes the plan. It is whole under its name, or not there.
+    /// Writes the plan to `path` atomically: the file is renamed to `path` once it is complete and
+    /// synced.
     pub(crate) fn save(&self, path: &Path) -> io::Result<()> {
         let mut out = Encoder::default();
         out.text(&self.identity);
@@ -82,7 +84,7 @@ impl SavedPlan {
         fs::rename(unfinished, path)
     }
 
-    /// Reads a plan; none if there is none that is whole.
+    /// Reads a plan. Returns `None` if `path` does not exist or holds no valid plan.
     pub(crate) fn load(path: &Path) -> io::Result<Option<Self>> {
         let bytes = match fs::read(path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -127,13 +129,13 @@ impl SavedPlan {
                 runs: from.list(run)?,
             })
         };
-        let plan = Plan {
+        let plan = BlockPlan {
             tree: take_tree(&mut from)?,
             blocks: from.list(block)?,
             points: from.u64()?,
             merged: from.u64()?,
             has_z: from.u32()? != 0,
-            ..Plan::default()
+            ..BlockPlan::default()
         };
         from.end(Self {
             identity,
@@ -144,22 +146,22 @@ impl SavedPlan {
     }
 }
 
-/// The bytes of a journal's entry.
+/// Returns the bytes of a journal entry.
 pub(crate) fn encode(block: &FinishedBlock, seam: &Seam) -> Vec<u8> {
     let mut out = Encoder(vec![0; 8]);
     out.u32(block.number);
-    let found = &block.found;
-    out.u32(found.first_tile);
-    put_tree(&mut out, &found.tree);
-    out.list(&found.tiles, |out, tile| {
+    let state = &block.state;
+    out.u32(state.first_tile);
+    put_tree(&mut out, &state.tree);
+    out.list(&state.tiles, |out, tile| {
         out.u32(tile.vertices);
         out.u32(tile.core_triangles);
         out.rect(tile.bounds);
     });
-    for number in [found.duplicates, found.ends, found.late_triangles, found.held_triangles] {
+    for number in [state.duplicates, state.ends, state.late_triangles, state.held_triangles] {
         out.u64(number);
     }
-    out.list(&found.levels, |out, level| {
+    out.list(&state.levels, |out, level| {
         for number in [level.nodes, level.vertices, level.settled, level.seam_vertices] {
             out.u64(number);
         }
@@ -192,7 +194,7 @@ fn decode(bytes: &[u8]) -> Option<(FinishedBlock, Seam)> {
             vertices: from.u32()?,
             core_triangles: from.u32()?,
             bounds: from.rect()?,
-            // Borders come after the journal, and builds with lines have none.
+            // Borders come after the journal, and builds with lines have no journal.
             border_triangles: 0,
             owned_triangles: 0,
             constraint_edges: 0,
@@ -218,7 +220,7 @@ fn decode(bytes: &[u8]) -> Option<(FinishedBlock, Seam)> {
     };
     let block = FinishedBlock {
         number: from.u32()?,
-        found: BlockFound {
+        state: BlockState {
             first_tile: from.u32()?,
             tree: take_tree(&mut from)?,
             tiles: from.list(tile)?,
@@ -253,7 +255,7 @@ fn decode(bytes: &[u8]) -> Option<(FinishedBlock, Seam)> {
 pub(crate) struct JournalReader {
     file: File,
     left: u64,
-    /// Bytes of the entries that were right.
+    /// Bytes of the valid entries read so far.
     pub(crate) good: u64,
 }
 
@@ -267,7 +269,7 @@ impl JournalReader {
         })
     }
 
-    /// The next entry; none if there is none that is right.
+    /// Reads the next entry. Returns `None` at the end or at an invalid entry.
     pub(crate) fn next(&mut self) -> io::Result<Option<(FinishedBlock, Seam)>> {
         let mut header = [0; 8];
         let Some(left) = self.left.checked_sub(8) else {
@@ -293,20 +295,21 @@ impl JournalReader {
     }
 }
 
-/// What a build before has finished.
+/// The blocks that an earlier build finished.
 #[derive(Debug, Default)]
 pub(crate) struct FinishedBlocks {
     pub(crate) blocks: u32,
     pub(crate) points: u64,
     pub(crate) cores: Vec<Extent>,
     pub(crate) journal_length: u64,
-    /// Bytes of the files that are to stay.
+    /// Lengths, in bytes, of the valid parts of the tile file and the border log.
     pub(crate) file_length: u64,
     pub(crate) log_length: u64,
 }
 
 impl FinishedBlocks {
-    /// Reads what the journal has, as far as the files have it too.
+    /// Reads the journal. Stops at the first entry that is out of sequence or whose extents reach
+    /// beyond the tile file or the border log.
     pub(crate) fn read(folder: &WorkFolder) -> Result<Self, BuildError> {
         let path = folder.journal();
         let cannot = |error| BuildError::io(&path, "read", error);
@@ -325,7 +328,7 @@ impl FinishedBlocks {
                 break;
             }
             this.blocks += 1;
-            this.points += seam.below + block.found.duplicates;
+            this.points += seam.below + block.state.duplicates;
             this.cores.extend(block.cores);
             this.file_length = end_of_cores;
             this.log_length = this.log_length.max(end_of_log);

@@ -1,4 +1,4 @@
-//! What a build that was interrupted goes on from.
+//! The state from which an interrupted build continues.
 
 mod codec;
 pub(super) mod journal;

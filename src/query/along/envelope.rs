@@ -1,27 +1,29 @@
-//! Distances of sites as functions of the place on a line, and which of them are the smallest where.
+//! The distances of sites as functions of the position on a line, and which of them are the
+//! smallest where.
 //!
-//! A site's distance is the least of some arcs: an arc is a range of the line that is seen from a root, from which the way to the site is
-//! known. Between the ends of arcs, arcs of two sites are equal at two places at most, which are the roots of a quadratic equation;
-//! between these the order does not change.
+//! A site's distance is the minimum of some arcs. An arc is a range of the line that a root sees;
+//! the length of the path from the root to the site is known. Between the ends of arcs, the arcs of
+//! two sites are equal at two positions at most, the roots of a quadratic equation. Between these
+//! positions the order of the sites does not change.
 
-use super::line::Line;
+use super::line::QueryLine;
 use crate::geometry::Point;
 use crate::query::answer::distance;
 
-/// Distances that differ by less than this part of them count as equal.
+/// Distances whose relative difference is less than this count as equal.
 const TIE: f64 = 1e-12;
-/// Ranges shorter than this part of the line are not looked at.
+/// Ranges shorter than this fraction of the line are skipped.
 const SHORT: f64 = 1e-15;
 
-/// A range of the line, seen from a root.
+/// A range of the line that a root sees.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Arc {
-    /// The site that it leads to, by its place in a list.
+    /// The index of the site that the root leads to, in a list.
     pub(super) site: usize,
     /// The number of the root, in the search for this site.
     pub(super) root: u32,
     pub(super) range: [f64; 2],
-    /// Where the root is, and the way from there to the site.
+    /// The position of the root, and the length of the path from there to the site.
     pub(super) at: Point,
     pub(super) length: f64,
 }
@@ -34,7 +36,7 @@ pub(crate) struct Span {
 }
 
 impl Arc {
-    fn value(&self, line: Line, t: f64) -> f64 {
+    fn value(&self, line: QueryLine, t: f64) -> f64 {
         self.length + distance(line.at(t), self.at)
     }
 }
@@ -58,8 +60,9 @@ pub(crate) fn joined(mut arcs: Vec<Arc>) -> Vec<Arc> {
     joined
 }
 
-/// The `k` nearest sites along a range of the line; `order` ranks sites that are equally far away.
-pub(crate) fn nearest(line: Line, run: [f64; 2], arcs: &[Arc], k: usize, order: &[u64]) -> Vec<Span> {
+/// Returns the `k` nearest sites along the range `run` of the line. `order` ranks sites with equal
+/// distances.
+pub(crate) fn nearest(line: QueryLine, run: [f64; 2], arcs: &[Arc], k: usize, order: &[u64]) -> Vec<Span> {
     let clipped = |arc: &Arc| [arc.range[0].max(run[0]), arc.range[1].min(run[1])];
     let mut cuts: Vec<f64> = arcs.iter().flat_map(clipped).chain(run).collect();
     cuts.retain(|t| (run[0]..=run[1]).contains(t));
@@ -70,34 +73,34 @@ pub(crate) fn nearest(line: Line, run: [f64; 2], arcs: &[Arc], k: usize, order: 
     let mut coming = by_start.into_iter().peekable();
     let mut active: Vec<&Arc> = Vec::new();
     let mut spans = Vec::new();
-    for window in cuts.windows(2).map(|cuts| [cuts[0], cuts[1]]) {
-        active.retain(|arc| arc.range[1] >= window[1]);
-        while let Some(arc) = coming.next_if(|arc| arc.range[0] <= window[0]) {
-            if arc.range[1] >= window[1] {
+    for range in cuts.windows(2).map(|cuts| [cuts[0], cuts[1]]) {
+        active.retain(|arc| arc.range[1] >= range[1]);
+        while let Some(arc) = coming.next_if(|arc| arc.range[0] <= range[0]) {
+            if arc.range[1] >= range[1] {
                 active.push(arc);
             }
         }
-        let window = Window { line, k, order, window };
-        window.look(&active, &mut spans);
+        let interval = ElementaryInterval { line, k, order, range };
+        interval.collect(&active, &mut spans);
     }
     spans
 }
 
-/// A range in which the same arcs count from end to end.
-struct Window<'o> {
-    line: Line,
+/// A range in which the set of arcs is the same from end to end.
+struct ElementaryInterval<'o> {
+    line: QueryLine,
     k: usize,
     order: &'o [u64],
-    window: [f64; 2],
+    range: [f64; 2],
 }
 
-impl Window<'_> {
-    fn look(&self, active: &[&Arc], spans: &mut Vec<Span>) {
-        let [low, high] = self.window;
+impl ElementaryInterval<'_> {
+    fn collect(&self, active: &[&Arc], spans: &mut Vec<Span>) {
+        let [low, high] = self.range;
         let arcs = self.competing(active);
         let mut cuts = vec![low, high];
-        for (place, a) in arcs.iter().enumerate() {
-            for b in arcs[place + 1..].iter().filter(|b| b.site != a.site) {
+        for (index, a) in arcs.iter().enumerate() {
+            for b in arcs[index + 1..].iter().filter(|b| b.site != a.site) {
                 cuts.extend(self.crossings(a, b));
             }
         }
@@ -125,15 +128,15 @@ impl Window<'_> {
         }
     }
 
-    /// The arcs that can be among the `k` nearest somewhere in the window.
+    /// Returns the arcs that can be among the `k` nearest somewhere in the range.
     fn competing<'a>(&self, active: &[&'a Arc]) -> Vec<&'a Arc> {
-        // How far each site is at most.
+        // An upper bound of the distance of each site.
         let mut most: Vec<(usize, f64)> = active
             .iter()
             .map(|arc| {
                 (
                     arc.site,
-                    self.window
+                    self.range
                         .map(|t| arc.value(self.line, t))
                         .into_iter()
                         .fold(0.0, f64::max),
@@ -150,29 +153,30 @@ impl Window<'_> {
         active.iter().copied().filter(|arc| self.least(arc) <= slack).collect()
     }
 
-    /// The least value of an arc in the window.
+    /// Returns the least value of an arc in the range.
     fn least(&self, arc: &Arc) -> f64 {
         let (from, to) = (self.line.from, self.line.to);
         let (dx, dy) = (to.x - from.x, to.y - from.y);
         let foot = ((arc.at.x - from.x) * dx + (arc.at.y - from.y) * dy) / (dx * dx + dy * dy);
-        arc.value(self.line, foot.clamp(self.window[0], self.window[1]))
+        arc.value(self.line, foot.clamp(self.range[0], self.range[1]))
     }
 
-    /// Where two arcs have the same value.
+    /// Returns the positions where two arcs have the same value.
     fn crossings(&self, a: &Arc, b: &Arc) -> Vec<f64> {
-        // In lengths along the line, from the middle of the window, and heights above it.
+        // The coordinates are lengths along the line, from the middle of the range, and heights
+        // above it.
         let length = self.line.length();
         let (ux, uy) = (
             (self.line.to.x - self.line.from.x) / length,
             (self.line.to.y - self.line.from.y) / length,
         );
-        let middle = 0.5 * (self.window[0] + self.window[1]);
+        let middle = 0.5 * (self.range[0] + self.range[1]);
         let origin = self.line.at(middle);
-        let place = |p: Point| {
+        let local = |p: Point| {
             let (dx, dy) = (p.x - origin.x, p.y - origin.y);
             (dx * ux + dy * uy, dx * uy - dy * ux)
         };
-        let ((x, h), (u, g)) = (place(a.at), place(b.at));
+        let ((x, h), (u, g)) = (local(a.at), local(b.at));
         let more = b.length - a.length;
         // sqrt((s-x)² + h²) = sqrt((s-u)² + g²) + more, squared twice.
         let slope = 2.0 * (u - x);
@@ -182,11 +186,11 @@ impl Window<'_> {
             2.0 * (slope * offset + 4.0 * more * more * u),
             offset * offset - 4.0 * more * more * (u * u + g * g),
         );
-        let [low, high] = self.window.map(|t| (t - middle) * length);
+        let [low, high] = self.range.map(|t| (t - middle) * length);
         let apart = |s: f64| ((s - x).hypot(h) - (s - u).hypot(g)) - more;
         let mut found = Vec::new();
         for s in solve(square, linear, constant) {
-            // Two steps of Newton's method make up for what squaring lost.
+            // Two steps of Newton's method regain the precision that squaring lost.
             let mut s = s;
             for _ in 0..2 {
                 let rise = (s - x) / (s - x).hypot(h) - (s - u) / (s - u).hypot(g);
@@ -196,13 +200,13 @@ impl Window<'_> {
                 }
             }
             if low < s && s < high {
-                found.push((middle + s / length).clamp(self.window[0], self.window[1]));
+                found.push((middle + s / length).clamp(self.range[0], self.range[1]));
             }
         }
         found
     }
 
-    /// The nearest sites in a range without crossings.
+    /// Returns the nearest sites in a range without crossings.
     fn sorted(&self, arcs: &[&Arc], range: [f64; 2]) -> Vec<(usize, [f64; 2])> {
         let middle = 0.5 * (range[0] + range[1]);
         let mut sites: Vec<(usize, f64)> = arcs
@@ -225,7 +229,7 @@ impl Window<'_> {
     }
 }
 
-/// The real roots of a quadratic polynomial, or a linear one; none if it is constant.
+/// Returns the real roots of a quadratic or linear polynomial; none if it is constant.
 fn solve(square: f64, linear: f64, constant: f64) -> Vec<f64> {
     let root = (linear * linear - 4.0 * square * constant).max(0.0).sqrt();
     let sum = -0.5 * (linear + root.copysign(linear));
@@ -249,12 +253,12 @@ mod tests {
         }
     }
 
-    const LINE: Line = Line {
+    const LINE: QueryLine = QueryLine {
         from: Point { x: 0.0, y: 0.0 },
         to: Point { x: 10.0, y: 0.0 },
     };
 
-    /// The sites of each interval, and where it ends, in thousandths of the line.
+    /// Returns the sites of each interval, and its end in thousandths of the line.
     fn ends(arcs: &[Arc], k: usize) -> Vec<(Vec<usize>, f64)> {
         let order: Vec<u64> = (0..arcs.len() as u64).collect();
         let spans = nearest(LINE, [0.0, 1.0], arcs, k, &order);
@@ -265,11 +269,11 @@ mod tests {
     }
 
     #[test]
-    fn one_crossing_two_crossings_and_none() {
+    fn arcs_have_no_crossing_one_or_two() {
         let two = [arc(0, [0.0, 3.0], 0.0), arc(1, [10.0, 3.0], 0.0)];
         assert_eq!(ends(&two, 1), [(vec![0], 500.0), (vec![1], 1000.0)]);
         assert_eq!(ends(&two, 2), [(vec![0, 1], 500.0), (vec![1, 0], 1000.0)]);
-        // Equal where |5 - s| + 2 = √((5 - s)² + 16): three to both sides of 5.
+        // Equal where |5 - s| + 2 = √((5 - s)² + 16): at a distance of three on both sides of 5.
         let bump = [arc(0, [5.0, 4.0], 0.0), arc(1, [5.0, 0.0], 2.0)];
         assert_eq!(ends(&bump, 1), [(vec![0], 200.0), (vec![1], 800.0), (vec![0], 1000.0)]);
         let far = [arc(0, [5.0, 1.0], 0.0), arc(1, [5.0, 1.0], 1.0)];
@@ -277,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_ones_come_by_number_and_arcs_end() {
+    fn sites_with_equal_distances_are_ordered_by_number_and_arcs_end() {
         let same = [
             arc(1, [5.0, 1.0], 0.0),
             arc(0, [5.0, -1.0], 0.0),

@@ -1,23 +1,24 @@
-//! Parts of a line with their nearest sites.
+//! Intervals of a line with their nearest sites.
 
 use crate::geometry::Point;
 use crate::store::Vertex;
 
-/// A part of a straight line on which the nearest sites, and their order, stay the same.
+/// An interval of a straight line on which the nearest sites and their order stay the same.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct AlongInterval {
-    /// Where it starts: 0 at the start of the line, 1 at its end.
+    /// The start of the interval: 0 is the start of the line, 1 its end.
     pub from_t: f64,
-    /// Where it ends.
+    /// The end of the interval, on the same scale.
     pub to_t: f64,
-    /// The point where it starts, rounded.
+    /// The point at the start, rounded.
     pub from: Point,
-    /// The point where it ends, rounded.
+    /// The point at the end, rounded.
     pub to: Point,
-    /// The nearest sites, the nearest first; fewer than were asked for if no more can be reached. None: it lies in an obstacle.
+    /// The nearest sites, nearest first; fewer than requested if no more can be reached. `None` if
+    /// the interval is in an obstacle.
     pub sites: Option<Vec<SiteAlong>>,
 }
 
@@ -27,12 +28,13 @@ pub struct AlongInterval {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct SiteAlong {
-    /// Its number, from 0 over all inputs.
+    /// The number of the site, counted from 0 over all inputs.
     pub number: u64,
-    /// Its id, if the input gave it one.
+    /// The id of the site, if the input gave it one.
     pub id: Option<String>,
-    /// The vertex at which it lies.
+    /// The vertex of the site.
     pub vertex: Vertex,
-    /// How far it is from the start of the interval and from its end, within a part in 10^12.
+    /// The distances of the site from the start and from the end of the interval, with a relative
+    /// error of at most 10^-12.
     pub distances: [f64; 2],
 }

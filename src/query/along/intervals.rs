@@ -1,37 +1,39 @@
-//! A line on its way: its intervals, some stretches at a time.
+//! The stream of intervals along a line, computed in groups.
 
 use futures::Stream;
 use std::collections::VecDeque;
 
 use super::envelope::{Arc, Span};
 use super::interval::{AlongInterval, SiteAlong};
-use super::line::{Line, Passed};
-use super::search::{Candidates, Search, Stretch};
+use super::line::{LineSections, QueryLine};
+use super::search::{Candidates, FreeInterval, LineSearch};
 use crate::geometry::Point;
 use crate::query::along::envelope;
-use crate::query::free_space::Place;
+use crate::query::free_space::QueryPoint;
 use crate::query::request::{QueryError, QueryOptions, Tiles, representable, unfold};
 use crate::store::TileReader;
 
-/// Stretches that are taken together at most: a site near both ends of a group is searched from twice.
+/// The maximum number of free intervals that are processed together. A site near both ends of a
+/// group is searched from twice.
 const GROUP: usize = 64;
 
-/// A line on its way.
-struct Along {
-    search: Search,
-    passed: Passed,
-    /// Stretches to come, the next one last.
-    open: Vec<Stretch>,
-    /// How many to take together.
+/// The state of a query along a line.
+struct LineQuery {
+    search: LineSearch,
+    sections: LineSections,
+    /// Free intervals still to be processed, the next one last.
+    open: Vec<FreeInterval>,
+    /// The number of free intervals to process together.
     group: usize,
-    /// How far it came.
+    /// The position up to which the line is processed.
     end: f64,
-    /// Intervals that are found. The last one may become longer, unless it is at the end of the line.
+    /// Intervals that are found. The last one may become longer, unless it ends at the end of the
+    /// line.
     found: VecDeque<AlongInterval>,
     failed: Option<QueryError>,
 }
 
-impl Along {
+impl LineQuery {
     async fn start(
         reader: &TileReader,
         from: Point,
@@ -41,13 +43,13 @@ impl Along {
     ) -> Result<Self, QueryError> {
         let [from, to] = [from, to].map(|p| Point::new(representable(p.x), representable(p.y)).normalized());
         let mut tiles = Tiles::new(reader, &options);
-        // Also tells whether they are points, and whether there are triangles.
-        let start = Place::find(&mut tiles, from).await?;
-        Place::find(&mut tiles, to).await?;
-        let line = Line { from, to };
+        // Also fails if a point is invalid or there are no triangles.
+        let start = QueryPoint::find(&mut tiles, from).await?;
+        QueryPoint::find(&mut tiles, to).await?;
+        let line = QueryLine { from, to };
         let mut this = Self {
-            search: Search::new(tiles, options, line, k),
-            passed: Passed::default(),
+            search: LineSearch::new(tiles, options, line, k),
+            sections: LineSections::default(),
             open: Vec::new(),
             group: 1,
             end: 0.0,
@@ -61,15 +63,21 @@ impl Along {
             };
             this.push([0.0, 1.0], sites);
         } else {
-            this.passed = this.search.pass().await?;
-            this.open = this.passed.stretches().into_iter().rev().map(Stretch::whole).collect();
+            this.sections = this.search.pass().await?;
+            this.open = this
+                .sections
+                .free_intervals()
+                .into_iter()
+                .rev()
+                .map(FreeInterval::whole)
+                .collect();
         }
         Ok(this)
     }
 
-    /// The next interval.
+    /// Returns the next interval.
     async fn next(&mut self) -> Result<Option<AlongInterval>, QueryError> {
-        // One that may become longer is held back.
+        // An interval that may become longer is held back.
         while self.found.len() < 2 && self.end < 1.0 && self.failed.is_none() {
             if self.open.is_empty() {
                 self.push([self.end, 1.0], None);
@@ -87,35 +95,35 @@ impl Along {
         }
     }
 
-    /// Finds the intervals of the next few stretches.
+    /// Finds the intervals of the next group of free intervals.
     async fn take_group(&mut self) -> Result<(), QueryError> {
         let mut candidates = Candidates::new();
         let mut taken: Vec<[f64; 2]> = Vec::new();
         let mut count = 0;
         while count < self.group
-            && let Some(stretch) = self.open.pop()
+            && let Some(interval) = self.open.pop()
         {
             if self.search.k > 0
                 && !self
                     .search
-                    .find_candidates(&self.passed, &stretch, &mut candidates)
+                    .find_candidates(&self.sections, &interval, &mut candidates)
                     .await?
             {
-                let [first, second] = stretch.halves();
+                let [first, second] = interval.halves();
                 self.open.extend([second, first]);
                 continue;
             }
             count += 1;
             match taken.last_mut() {
-                Some(last) if last[1] == stretch.range[0] => last[1] = stretch.range[1],
-                _ => taken.push(stretch.range),
+                Some(last) if last[1] == interval.range[0] => last[1] = interval.range[1],
+                _ => taken.push(interval.range),
             }
         }
         self.group = (2 * self.group).min(GROUP);
         let (mut sites, mut arcs) = (Vec::new(), Vec::new());
         for candidate in candidates.into_values() {
             let (vertex, limit) = (candidate.vertex, candidate.limit);
-            let own = self.search.arcs(&self.passed, vertex, limit, sites.len()).await?;
+            let own = self.search.arcs(&self.sections, vertex, limit, sites.len()).await?;
             for (number, id) in candidate.sites {
                 let site = sites.len();
                 arcs.extend(own.iter().map(|&arc| Arc { site, ..arc }));
@@ -145,7 +153,7 @@ impl Along {
         Ok(())
     }
 
-    /// Takes an interval that begins where the last one ends, or joins it with that.
+    /// Appends an interval that starts where the last one ends, or joins it with the last one.
     fn push(&mut self, [from_t, to_t]: [f64; 2], sites: Option<Vec<SiteAlong>>) {
         let line = self.search.line;
         self.end = to_t;
@@ -174,16 +182,20 @@ impl Along {
 
 /// The nearest sites along a line.
 impl TileReader {
-    /// The `k` nearest sites by walking distance from each point of a straight line, as intervals of the line on which they,
-    /// and their order, stay the same. The intervals come in order and cover the line; those in obstacles have no list.
+    /// Returns the `k` nearest sites by walking distance from each point of the segment from `from`
+    /// to `to`, as intervals on which the sites and their order stay the same. The intervals come
+    /// in order and cover the segment; those in obstacles have no list.
     ///
-    /// Within an interval the order is that of the distances; sites whose distances agree within a part in 10^12 come by their
-    /// numbers. Where an interval ends, two distances are equal to within a part in 10^9, or something blocks the way along the line.
-    /// A line of one point is one interval.
+    /// Within an interval the sites are ordered by distance. Sites whose distances differ by at
+    /// most one part in 10^12 are ordered by their numbers. Where an interval ends, two distances
+    /// are equal to within one part in 10^9, or something blocks the way along the line. A segment
+    /// of one point is one interval.
     ///
-    /// The tiles that the line passes are read first, and the intervals come as they are found. The options' limits hold for all searches
-    /// together; when they are reached, the intervals that came before stand, and the stream ends with
-    /// [`QueryError::OutOfBudget`]: the last of them may then end early. Otherwise it ends as [`nearest_sites`](Self::nearest_sites).
+    /// The tiles along the segment are read first, and the intervals come as they are found. The
+    /// options' limits hold for all searches together. If a limit is reached, the intervals that
+    /// came before are correct, and the stream ends with [`QueryError::OutOfBudget`]; the last
+    /// interval may then end early. Otherwise the stream ends as
+    /// [`nearest_sites`](Self::nearest_sites).
     ///
     /// [Examples](crate::query#examples).
     pub fn nearest_along(
@@ -194,10 +206,10 @@ impl TileReader {
         options: QueryOptions,
     ) -> impl Stream<Item = Result<AlongInterval, QueryError>> + Send + Unpin + 'static + use<> {
         let reader = self.clone();
-        // What was not found can be anywhere.
+        // Nothing is known about the distance of what was not found.
         let anywhere = |error: QueryError| error.at_least(0.0);
-        let start = async move { Along::start(&reader, from, to, k, options).await.map_err(anywhere) };
-        unfold(start, move |mut along: Along| async move {
+        let start = async move { LineQuery::start(&reader, from, to, k, options).await.map_err(anywhere) };
+        unfold(start, move |mut along: LineQuery| async move {
             let next = along.next().await.map_err(anywhere)?;
             Ok(next.map(|interval| (interval, along)))
         })

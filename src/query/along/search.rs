@@ -1,26 +1,28 @@
-//! The searches for a line: which sites can count on a stretch, and how far they are from where.
+//! The searches for a line: which sites can be among the nearest on an interval, and their
+//! distances.
 
 use std::collections::BTreeMap;
 
 use super::envelope::Arc;
 use super::interval::SiteAlong;
-use super::line::{Line, Passed};
+use super::line::{LineSections, QueryLine};
 use crate::geometry::Point;
 use crate::query::along::line;
 use crate::query::answer::distance;
-use crate::query::free_space::Place;
+use crate::query::free_space::QueryPoint;
 use crate::query::request::{QueryError, QueryOptions, Tiles};
-use crate::query::wavefront::{Goal, Part, Places, Run, Shape, What};
+use crate::query::wavefront::{Goal, QueryPoints, RegionShape, Target, VisibleRegion, WavefrontRun};
 use crate::store::{Vertex, VertexId};
 
-/// A stretch is not halved any more after so many times.
+/// The maximum number of times that an interval is halved.
 const DEPTH: u32 = 16;
-/// How far from the line, on the way to the middle of a triangle beside it, a search starts where the line itself runs along an edge.
+/// Where the line runs along an edge, a search starts beside it: this fraction of the way to the
+/// middle of a triangle there.
 const ASIDE: f64 = 1e-6;
-/// A margin for rounding, far above it.
+/// A margin well above rounding errors.
 const SLACK: f64 = 1.0 + 1e-9;
 
-/// A vertex with sites that may count, and how far from it that matters.
+/// A vertex with sites that may be among the nearest, and the distance up to which that matters.
 pub(crate) struct Candidate {
     pub(super) vertex: Vertex,
     pub(super) sites: Vec<(u64, Option<String>)>,
@@ -43,15 +45,15 @@ fn take(candidates: &mut Candidates, found: Candidate) {
     }
 }
 
-/// A part of the line that nothing blocks.
+/// An interval of the line that nothing blocks.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stretch {
+pub(crate) struct FreeInterval {
     pub(super) range: [f64; 2],
-    /// How often it was halved.
+    /// The number of times that the interval was halved.
     depth: u32,
 }
 
-impl Stretch {
+impl FreeInterval {
     pub(super) fn whole(range: [f64; 2]) -> Self {
         Self { range, depth: 0 }
     }
@@ -67,16 +69,16 @@ impl Stretch {
     }
 }
 
-/// The searches for a line, one after the other.
-pub(crate) struct Search {
+/// The searches for a line, which run one after the other.
+pub(crate) struct LineSearch {
     tiles: Option<Tiles>,
     options: QueryOptions,
-    pub(super) line: Line,
+    pub(super) line: QueryLine,
     pub(super) k: usize,
 }
 
-impl Search {
-    pub(super) fn new(tiles: Tiles, options: QueryOptions, line: Line, k: usize) -> Self {
+impl LineSearch {
+    pub(super) fn new(tiles: Tiles, options: QueryOptions, line: QueryLine, k: usize) -> Self {
         Self {
             tiles: Some(tiles),
             options,
@@ -85,71 +87,73 @@ impl Search {
         }
     }
 
-    /// What the line passes.
-    pub(super) async fn pass(&mut self) -> Result<Passed, QueryError> {
+    /// Determines the sections of the line.
+    pub(super) async fn pass(&mut self) -> Result<LineSections, QueryError> {
         let mut tiles = self.tiles()?;
-        let passed = self.line.pass(&mut tiles).await?;
+        let sections = self.line.pass(&mut tiles).await?;
         self.tiles = Some(tiles);
-        Ok(passed)
+        Ok(sections)
     }
 
     fn tiles(&mut self) -> Result<Tiles, QueryError> {
         self.tiles.take().ok_or_else(|| QueryError::Uncertified {
-            reason: "a search is under way already".to_owned(),
+            reason: "a search is already running".to_owned(),
         })
     }
 
-    /// Starts a search at a free place.
-    async fn run(&mut self, source: Place, goal: Goal, limit: f64) -> Result<Run, QueryError> {
+    /// Starts a wavefront at a free point.
+    async fn run(&mut self, source: QueryPoint, goal: Goal, limit: f64) -> Result<WavefrontRun, QueryError> {
         let mut tiles = self.tiles()?;
         tiles.get(source.tile()).await?;
-        Run::start(tiles, source, goal, limit, self.options.clone()).await
+        WavefrontRun::start(tiles, source, goal, limit, self.options.clone()).await
     }
 
-    /// Where to search from for what is near a place on a stretch: points that are free, one for each side of the line if that
-    /// runs along an edge.
-    async fn anchors(&mut self, passed: &Passed, t: f64) -> Result<Vec<Place>, QueryError> {
+    /// Returns the free points from which to search for what is near position `t`: one for each
+    /// side of the line if it runs along an edge.
+    async fn anchors(&mut self, sections: &LineSections, t: f64) -> Result<Vec<QueryPoint>, QueryError> {
         let mut tiles = self.tiles()?;
         let at = self.line.at(t);
-        let here = passed
+        let here = sections
             .free
             .iter()
-            .filter(|piece| piece.range[0] <= t && t <= piece.range[1]);
-        let mut aside: Vec<Point> = here.clone().filter_map(|piece| piece.beside).collect();
+            .filter(|section| section.range[0] <= t && t <= section.range[1]);
+        let mut aside: Vec<Point> = here.clone().filter_map(|section| section.beside).collect();
         let mut anchors = Vec::new();
         if aside.is_empty() {
-            let place = Place::find(&mut tiles, at).await?;
-            if place.is_free {
-                anchors.push(place);
+            let query_point = QueryPoint::find(&mut tiles, at).await?;
+            if query_point.is_free {
+                anchors.push(query_point);
             } else {
-                // Rounded into an obstacle.
+                // Rounding moved the point into an obstacle.
                 aside.extend(
-                    here.filter_map(|piece| piece.triangle)
+                    here.filter_map(|section| section.triangle)
                         .map(|corners| line::middle(&corners)),
                 );
             }
         }
         for inside in aside {
             let near = Point::new(at.x + ASIDE * (inside.x - at.x), at.y + ASIDE * (inside.y - at.y));
-            let mut place = Place::find(&mut tiles, near).await?;
-            if !place.is_free {
-                place = Place::find(&mut tiles, inside).await?;
+            let mut query_point = QueryPoint::find(&mut tiles, near).await?;
+            if !query_point.is_free {
+                query_point = QueryPoint::find(&mut tiles, inside).await?;
             }
-            if place.is_free {
-                anchors.push(place);
+            if query_point.is_free {
+                anchors.push(query_point);
             }
         }
         if anchors.is_empty() {
-            // Outside, and rounded into what is free only up to its border.
-            let place = Place::find(&mut tiles, at).await?;
-            if let Some(free) = place.nearest_free(&mut tiles).await? {
-                anchors.extend(Some(Place::find(&mut tiles, free).await?).filter(|place| place.is_free));
+            // The point is outside the hull, and rounding moved it across the boundary of the free
+            // space.
+            let query_point = QueryPoint::find(&mut tiles, at).await?;
+            if let Some(free) = query_point.nearest_free(&mut tiles).await? {
+                anchors
+                    .extend(Some(QueryPoint::find(&mut tiles, free).await?).filter(|query_point| query_point.is_free));
             }
         }
         self.tiles = Some(tiles);
         if anchors.is_empty() {
             let reason = format!(
-                "the line is free at ({}, {}), but no point there can be found",
+                "the line is free at ({}, {}), but no free point was found there",
                 at.x, at.y
             );
             return Err(QueryError::Uncertified { reason });
@@ -157,20 +161,21 @@ impl Search {
         Ok(anchors)
     }
 
-    /// Finds the sites that can be among the nearest somewhere on a stretch. False: it is to be halved first.
+    /// Finds the sites that can be among the nearest somewhere on an interval. Returns `false` if
+    /// the interval must be halved first.
     pub(super) async fn find_candidates(
         &mut self,
-        passed: &Passed,
-        stretch: &Stretch,
+        sections: &LineSections,
+        interval: &FreeInterval,
         into: &mut Candidates,
     ) -> Result<bool, QueryError> {
-        let [low, high] = stretch.range;
-        let middle = stretch.middle();
+        let [low, high] = interval.range;
+        let middle = interval.middle();
         let half = 0.5 * (high - low) * self.line.length();
-        let can_halve = stretch.depth < DEPTH && low < middle && middle < high;
+        let can_halve = interval.depth < DEPTH && low < middle && middle < high;
         let mut found = Vec::new();
-        for anchor in self.anchors(passed, middle).await? {
-            // All of the stretch is within this of the anchor.
+        for anchor in self.anchors(sections, middle).await? {
+            // Every point of the interval is within this distance of the anchor.
             let reach = (half + distance(anchor.point, self.line.at(middle))) * SLACK;
             if !self.near(anchor, reach, can_halve, &mut found).await? {
                 return Ok(false);
@@ -180,10 +185,11 @@ impl Search {
         Ok(true)
     }
 
-    /// The sites that can be among the nearest within `reach` of an anchor. False: too many.
+    /// Finds the sites that can be among the nearest within `reach` of an anchor. Returns `false`
+    /// if there are too many.
     async fn near(
         &mut self,
-        anchor: Place,
+        anchor: QueryPoint,
         reach: f64,
         can_halve: bool,
         found: &mut Vec<Candidate>,
@@ -193,7 +199,7 @@ impl Search {
         let mut far = f64::INFINITY;
         let mut sites = Vec::new();
         while let Some(next) = run.next().await? {
-            let What::Site { number, id, vertex } = next.what else {
+            let Target::Site { number, id, vertex } = next.target else {
                 continue;
             };
             if next.length > (far + 2.0 * reach) * SLACK {
@@ -219,25 +225,25 @@ impl Search {
         Ok(true)
     }
 
-    /// The arcs of a candidate, named by the place of its first site.
+    /// Returns the arcs of a candidate; `site` is the index of its first site.
     pub(super) async fn arcs(
         &mut self,
-        passed: &Passed,
+        sections: &LineSections,
         vertex: Vertex,
         limit: f64,
         site: usize,
     ) -> Result<Vec<Arc>, QueryError> {
-        let goal = Goal::Places(Places::new([]));
-        let mut run = self.run(Place::at(vertex), goal, limit).await?;
-        run.keep_parts();
+        let goal = Goal::Points(QueryPoints::new([]));
+        let mut run = self.run(QueryPoint::at(vertex), goal, limit).await?;
+        run.keep_regions();
         let mut arcs = Vec::new();
-        while let Some(parts) = run.next_parts().await? {
-            for part in parts {
-                let (at, length) = run.root_at(part.root);
-                for range in ranges(self.line, passed, part, at) {
+        while let Some(regions) = run.next_regions().await? {
+            for region in regions {
+                let (at, length) = run.root_at(region.root);
+                for range in ranges(self.line, sections, region, at) {
                     arcs.push(Arc {
                         site,
-                        root: part.root,
+                        root: region.root,
                         range,
                         at,
                         length,
@@ -249,14 +255,14 @@ impl Search {
         Ok(arcs)
     }
 
-    /// The nearest sites of a line that is a free point.
-    pub(super) async fn at_a_point(&mut self, at: Place) -> Result<Vec<SiteAlong>, QueryError> {
+    /// Returns the nearest sites of a line that is a single free point.
+    pub(super) async fn at_a_point(&mut self, at: QueryPoint) -> Result<Vec<SiteAlong>, QueryError> {
         let mut sites = Vec::new();
         let mut run = self.run(at, Goal::Sites, f64::INFINITY).await?;
         while sites.len() < self.k
             && let Some(found) = run.next().await?
         {
-            if let What::Site { number, id, vertex } = found.what {
+            if let Target::Site { number, id, vertex } = found.target {
                 sites.push(SiteAlong {
                     number,
                     id,
@@ -269,37 +275,37 @@ impl Search {
     }
 }
 
-/// The ranges of the line in a part that is seen from a root.
-fn ranges(line: Line, passed: &Passed, part: Part, root: Point) -> Vec<[f64; 2]> {
+/// Returns the ranges of the line in a region that a root sees.
+fn ranges(line: QueryLine, sections: &LineSections, region: VisibleRegion, root: Point) -> Vec<[f64; 2]> {
     let between = |range: [f64; 2], [right, left]: [Point; 2]| {
         let range = line.clip(range, root, right, true)?;
         line.clip(range, root, left, false)
     };
-    match part.shape {
-        Shape::Triangle { corners, between: rays } => {
-            let range = passed.range_of(corners);
+    match region.shape {
+        RegionShape::Triangle { corners, between: rays } => {
+            let range = sections.range_of(corners);
             let seen = range.and_then(|range| match rays {
                 None => Some(range),
                 Some(rays) => between(range, rays),
             });
             seen.into_iter().collect()
         }
-        Shape::Beyond {
+        RegionShape::BehindHullEdge {
             edge: [right, left],
             between: rays,
         } => {
             let seen = |range| between(line.clip(range, right, left, false)?, rays);
-            passed.outside().filter_map(seen).collect()
+            sections.outside().filter_map(seen).collect()
         }
-        Shape::Half { side, except } => {
+        RegionShape::HalfPlane { half_plane, except } => {
             let seen = |range| {
-                let range = line.clip(range, root, side.towards, side.is_left)?;
+                let range = line.clip(range, root, half_plane.towards, half_plane.is_left)?;
                 match except {
                     None => Some(range),
                     Some(except) => line.clip(range, root, except.towards, !except.is_left),
                 }
             };
-            passed.outside().filter_map(seen).collect()
+            sections.outside().filter_map(seen).collect()
         }
     }
 }

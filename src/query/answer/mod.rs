@@ -1,4 +1,4 @@
-//! What queries answer with.
+//! The answers of queries.
 
 pub(crate) mod distance;
 mod path;

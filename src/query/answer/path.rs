@@ -1,4 +1,4 @@
-//! Paths as they are told: their points, and what they bend around.
+//! Paths: their points, and what they bend around.
 
 use super::distance::Distance;
 use crate::geometry::Point;
@@ -10,13 +10,13 @@ use crate::store::{EdgeSource, Vertex, VertexId};
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Path {
-    /// How long it is.
+    /// The length of the path.
     pub distance: Distance,
-    /// From its start by way of its bends to its end.
+    /// The start, the bends and the end.
     pub points: Vec<Point>,
-    /// Where it bends, in order: one for each point between start and end.
+    /// The bends, in order: one for each point between start and end.
     pub bends: Vec<Bend>,
-    /// Whether it was proved by a walk through the triangles that it passes.
+    /// Whether the path was proved by a walk through the triangles that it passes.
     pub is_certified: bool,
 }
 
@@ -26,34 +26,37 @@ pub struct Path {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Bend {
-    /// The vertex at which it is.
+    /// The vertex of the bend.
     pub vertex: Vertex,
-    /// Whether the path turns left there, with an obstacle on its left; otherwise right.
+    /// Whether the path turns left, with an obstacle on its left. Otherwise it turns right, with an
+    /// obstacle on its right.
     pub turns_left: bool,
-    /// The other end of the edge, from the vertex, that it bends around. None if nothing is in the way: the path is not a shortest one.
+    /// The other end of the edge at the vertex that the path bends around. `None` if nothing is in
+    /// the way, because the path is not a shortest one.
     pub edge_to: Option<Vertex>,
-    /// The lines along that edge, as seen from the vertex; none if it only separates a hole that nothing drew.
+    /// The lines along that edge, in the direction from the vertex. Empty if the edge only
+    /// separates a hole that was not drawn.
     pub sources: Vec<EdgeSource>,
 }
 
-/// A point of a way: where it is, and the vertex if it is one.
+/// A point of a path, and its vertex if it is one.
 pub(crate) type WayPoint = (Point, Option<VertexId>);
 
-/// How a question for a path ends.
+/// The outcome of a query for a path.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum PathOutcome {
-    /// With a shortest path.
+    /// A shortest path.
     Found(Path),
-    /// Both ends are free, but no way leads from one to the other.
+    /// Both ends are free, but no path connects them.
     Unreachable,
-    /// An end lies in an obstacle.
+    /// An end is in an obstacle.
     InsideObstacle {
         /// The end.
         point: Point,
-        /// The nearest point where one may be, rounded; none if there is none.
+        /// The nearest free point, rounded; `None` if no point is free.
         nearest_free: Option<Point>,
     },
 }
@@ -65,7 +68,7 @@ mod tests {
     use crate::store::{LineKind, TileId};
 
     #[test]
-    fn a_path_serialises_with_what_it_bends_around() {
+    fn a_path_serialises_with_its_bends() {
         let id = VertexId {
             tile: TileId(2),
             index: VertexIndex(3),

@@ -4,25 +4,25 @@ use super::distance::Distance;
 use super::path::Path;
 use crate::store::{Vertex, VertexId};
 
-/// A site, by walking distance.
+/// A site, found by walking distance.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct SiteFound {
-    /// Its number, from 0 over all inputs.
+    /// The number of the site, counted from 0 over all inputs.
     pub number: u64,
-    /// Its id, if the input gave it one.
+    /// The id of the site, if the input gave it one.
     pub id: Option<String>,
-    /// The vertex at which it lies.
+    /// The vertex of the site.
     pub vertex: Vertex,
-    /// How far it is.
+    /// The walking distance.
     pub distance: Distance,
-    /// The way there, if it was asked for.
+    /// The path, if it was requested.
     pub path: Option<Path>,
 }
 
-/// A vertex, by walking distance.
+/// A vertex, found by walking distance.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,8 +30,9 @@ pub struct SiteFound {
 pub struct VertexFound {
     /// The vertex.
     pub vertex: Vertex,
-    /// How far it is.
+    /// The walking distance.
     pub distance: Distance,
-    /// The vertex round which the way to it bends last: its parent in the tree of shortest paths. None: it is seen from the source.
+    /// The vertex of the last bend on the path: the parent in the tree of shortest paths. `None` if
+    /// the source sees the vertex.
     pub parent: Option<VertexId>,
 }

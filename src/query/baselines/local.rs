@@ -1,13 +1,13 @@
-//! What a method has gathered: candidates and obstacle edges, as a local visibility graph.
+//! The candidates and obstacle edges that a method has collected, as a local visibility graph.
 
 use foldhash::{HashMap, HashMapExt, HashSet, HashSetExt};
 
-use super::asked::Asked;
-use super::graph::{LocalGraph, Search};
+use super::context::QueryContext;
+use super::graph::{LocalGraph, VisibilitySearch};
 use super::obstacles::ObstacleEdge;
 use crate::geometry::Point;
 use crate::query::answer::WayPoint;
-use crate::query::free_space::{Place, Spot};
+use crate::query::free_space::{Position, QueryPoint};
 use crate::query::request::QueryError;
 use crate::store::{Vertex, VertexId};
 
@@ -15,7 +15,7 @@ use crate::store::{Vertex, VertexId};
 #[derive(Clone, Debug)]
 pub(super) struct Candidate {
     pub(super) vertex: Vertex,
-    /// Number and id of each.
+    /// The number and id of each site.
     pub(super) sites: Vec<(u64, Option<String>)>,
     node: u32,
 }
@@ -28,21 +28,21 @@ pub(super) struct Reached {
     pub(super) way: Vec<WayPoint>,
 }
 
-/// Sweeps after which others have their turn.
+/// The number of sweeps after which the search yields to other tasks.
 const PAUSE: u64 = 64;
 
 /// Candidates and obstacle edges round a source.
 pub(super) struct Local {
     graph: LocalGraph,
     known: HashSet<[VertexId; 2]>,
-    /// Points that lie within an edge.
+    /// Points inside an edge.
     on_edges: Vec<([VertexId; 2], Point)>,
     source: u32,
     pub(super) candidates: Vec<Candidate>,
     at: HashMap<u32, usize>,
     /// The node of the target of a path.
     target: Option<u32>,
-    /// Vertices all of whose edges are known.
+    /// Vertices whose edges are all known.
     complete: HashSet<VertexId>,
 }
 
@@ -51,8 +51,8 @@ fn sorted([a, b]: [VertexId; 2]) -> [VertexId; 2] {
 }
 
 impl Local {
-    /// With a source, and a target if a path is asked for.
-    pub(super) fn new(source: &Place, target: Option<&Place>) -> Self {
+    /// Creates a graph with a source, and with a target if a path is wanted.
+    pub(super) fn new(source: &QueryPoint, target: Option<&QueryPoint>) -> Self {
         let mut this = Self {
             graph: LocalGraph::default(),
             known: HashSet::new(),
@@ -63,19 +63,19 @@ impl Local {
             target: None,
             complete: HashSet::new(),
         };
-        this.source = this.place(source);
-        this.target = target.map(|target| this.place(target));
+        this.source = this.add_node(source);
+        this.target = target.map(|target| this.add_node(target));
         this
     }
 
-    fn place(&mut self, place: &Place) -> u32 {
-        if let Spot::Edge { ends } = place.spot {
-            self.on_edges.push((sorted(ends.map(|end| end.id)), place.point));
+    fn add_node(&mut self, point: &QueryPoint) -> u32 {
+        if let Position::Edge { ends } = point.position {
+            self.on_edges.push((sorted(ends.map(|end| end.id)), point.point));
         }
-        self.graph.node((place.point, place.vertex()))
+        self.graph.node((point.point, point.vertex()))
     }
 
-    /// Adds an edge, unless it is known.
+    /// Adds an edge. Returns `false` if it is known already.
     pub(super) fn add_edge(&mut self, edge: &ObstacleEdge) -> bool {
         let [from, to] = edge.ends;
         let key = edge.key();
@@ -90,8 +90,8 @@ impl Local {
         if to.point.lex_cmp(from.point).is_lt() {
             points.reverse();
         }
-        for piece in points.windows(2) {
-            self.graph.add_edge([piece[0], piece[1]], edge.free);
+        for subsegment in points.windows(2) {
+            self.graph.add_edge([subsegment[0], subsegment[1]], edge.free);
         }
         true
     }
@@ -110,34 +110,35 @@ impl Local {
         self.complete.insert(vertex);
     }
 
-    /// Whether all edges of a vertex are known to be known.
+    /// Returns whether all edges of a vertex are noted as known.
     pub(super) fn is_complete(&self, vertex: VertexId) -> bool {
         self.complete.contains(&vertex)
     }
 
-    /// How many sites there are at all candidates.
+    /// Returns the number of sites at all candidates.
     pub(super) fn site_count(&self) -> usize {
         self.candidates.iter().map(|candidate| candidate.sites.len()).sum()
     }
 
-    /// The nearest candidates with so many sites, within a limit; all of those that are as far away as the last one.
+    /// Returns the nearest candidates with `wanted` sites in total, within a limit, and all
+    /// candidates that are as far away as the last one.
     pub(super) async fn nearest(
         &self,
         wanted: usize,
         limit: f64,
-        asked: &mut Asked,
+        context: &mut QueryContext,
     ) -> Result<Vec<Reached>, QueryError> {
         let targets = self
             .candidates
             .iter()
             .map(|candidate| (candidate.node, candidate.sites.len()));
-        self.search(targets.collect(), wanted, limit, asked).await
+        self.search(targets.collect(), wanted, limit, context).await
     }
 
-    /// The target of a path, if it can be reached within a limit.
-    pub(super) async fn target(&self, limit: f64, asked: &mut Asked) -> Result<Option<Reached>, QueryError> {
+    /// Returns the target of a path, if it can be reached within a limit.
+    pub(super) async fn target(&self, limit: f64, context: &mut QueryContext) -> Result<Option<Reached>, QueryError> {
         let target = self.target.map(|target| (target, 1));
-        let found = self.search(target.into_iter().collect(), 1, limit, asked).await;
+        let found = self.search(target.into_iter().collect(), 1, limit, context).await;
         found.map(|mut found| found.pop())
     }
 
@@ -146,17 +147,17 @@ impl Local {
         targets: Vec<(u32, usize)>,
         wanted: usize,
         limit: f64,
-        asked: &mut Asked,
+        context: &mut QueryContext,
     ) -> Result<Vec<Reached>, QueryError> {
-        asked.clock.lap("collect");
+        context.clock.lap("collect");
         if wanted == 0 {
             return Ok(Vec::new());
         }
-        let mut search = Search::new(&self.graph, self.source, targets, wanted, limit);
+        let mut search = VisibilitySearch::new(&self.graph, self.source, targets, wanted, limit);
         while !search.go(PAUSE) {
-            asked.pause().await?;
+            context.pause().await?;
         }
-        let statistics = &mut asked.statistics;
+        let statistics = &mut context.statistics;
         statistics.candidates = self.candidates.len() as u64;
         statistics.edges_kept = self.known.len() as u64;
         statistics.graph_nodes = self.graph.node_count() as u64;
@@ -169,7 +170,7 @@ impl Local {
             way: search.way(found),
         });
         let reached = reached.collect();
-        asked.clock.lap("graph");
+        context.clock.lap("graph");
         Ok(reached)
     }
 }
@@ -178,7 +179,7 @@ impl Local {
 pub(super) struct Gathered {
     pub(super) local: Local,
     pub(super) reached: Vec<Reached>,
-    /// If a budget was used up: the sites that are not there are at least as far away.
+    /// If a limit was reached: a lower bound of the distances of the missing sites.
     pub(super) at_least: Option<f64>,
 }
 
@@ -191,8 +192,8 @@ impl Gathered {
         }
     }
 
-    /// No sites, before a budget was used up.
-    pub(super) fn nothing(source: &Place, at_least: f64) -> Self {
+    /// Returns a result without sites, for a limit that was reached before any was found.
+    pub(super) fn nothing(source: &QueryPoint, at_least: f64) -> Self {
         Self {
             local: Local::new(source, None),
             reached: Vec::new(),

@@ -1,20 +1,25 @@
-//! Other ways to the same answers: the method of Wu's thesis, and those that it compares with; and what each of them costs.
+//! Other methods for the same answers: that of Wu's thesis and those that the thesis compares with,
+//! with the cost of each.
 //!
 //! ```text
-//!   answers     by any of them
+//!   answers     by any method
 //!     │
-//!   visibility ──▶ edges      sites and obstacle edges by CDT distance          (Wu 2004)
-//!   zhang ───────▶ nearby     by Euclidean distance, in a disc that grows       (Zhang, Papadias, Mouratidis, Zhu, EDBT 2004)
-//!   xia ─────────▶ nearby     those that provisional paths run into             (Xia, Hsu, Tung, BNCOD 2004)
+//!   visibility ──▶ edges     sites and obstacle edges by CDT distance     (Wu 2004)
+//!   zhang ───────▶ nearby    by Euclidean distance, in a growing disc     (Zhang et al. 2004)
+//!   xia ─────────▶ nearby    those that provisional paths cross           (Xia et al. 2004)
 //!     │
-//!     └──▶ local ──▶ graph     what all of them ask of the few edges that they have
+//!     └──▶ local ──▶ graph   the local visibility graph that all of them use
 //! ```
 //!
-//! Each finds sites, and obstacle edges that paths to them may have to go round, and then shortest paths among these. They are here
-//! to be measured against the wavefront, which needs none of it. All of them refuse files with break lines.
+//! Zhang et al. are Zhang, Papadias, Mouratidis and Zhu (EDBT 2004); Xia et al. are Xia, Hsu and
+//! Tung (BNCOD 2004).
+//!
+//! Each method finds sites, and the obstacle edges that paths to them may have to pass round, and
+//! then shortest paths among these. They are here for comparison with the wavefront, which needs
+//! none of this. All of them refuse files with break lines.
 
 mod answers;
-mod asked;
+mod context;
 mod graph;
 mod local;
 mod nearby;
@@ -24,7 +29,7 @@ mod stretch;
 #[cfg(test)]
 mod tests;
 mod visibility;
-mod wave;
+mod wavefront;
 mod xia;
 mod zhang;
 

@@ -1,6 +1,8 @@
-//! What is near as the crow flies, through obstacles and all: vertices with sites, and obstacle edges that meet a disc or a segment.
+//! Euclidean proximity, regardless of obstacles: vertices with sites, and obstacle edges that meet
+//! a disc or a segment.
 //!
-//! The triangulation is its own index: from a place on, triangles are entered over each side that is near enough, nearest first.
+//! The triangulation is its own index: starting at a point, the search enters triangles through
+//! each edge that is near enough, nearest first.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -12,21 +14,21 @@ use super::obstacles::ObstacleEdge;
 use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 use crate::mesh::Twin;
 use crate::query::answer::distance;
-use crate::query::free_space::{Ground, Place, Spot, Wedge, nearest_on};
+use crate::query::free_space::{FreeSpace, Position, QueryPoint, Wedge, nearest_on};
 use crate::query::request::{Contradiction, QueryError, Tiles};
 use crate::store::{Tile, TileId, Vertex, VertexId};
 
-/// What things are near to.
+/// The center of a search.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Center {
-    /// By their distance from a point.
+    /// A point; things are ordered by their distance from it.
     Point(Point),
-    /// Only if they meet a segment.
+    /// A segment; only things that meet it count.
     Segment([Point; 2]),
 }
 
 impl Center {
-    /// The distance of a segment, rounded; infinite if it does not count.
+    /// Returns the distance of a segment, rounded; infinite if it does not count.
     fn distance(self, [a, b]: [Point; 2]) -> f64 {
         match self {
             Self::Point(p) => distance_of_segment([a, b], p),
@@ -36,12 +38,12 @@ impl Center {
     }
 }
 
-/// The distance of a point from a segment, rounded.
+/// Returns the distance of a point from a segment, rounded.
 pub(super) fn distance_of_segment(ends: [Point; 2], p: Point) -> f64 {
     distance(nearest_on(ends, p), p)
 }
 
-/// Whether two closed segments have a point in common. Exact.
+/// Returns whether two closed segments intersect. Exact.
 fn meet([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
     let are_apart = |turns: [Orientation; 2]| turns[0] == turns[1] && turns[0] != Orientation::Collinear;
     let turns = [orient2d(a, b, c), orient2d(a, b, d)];
@@ -52,41 +54,41 @@ fn meet([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
     turns != [Orientation::Collinear; 2] || (overlap(a.x, b.x, c.x, d.x) && overlap(a.y, b.y, c.y, d.y))
 }
 
-/// What is to be looked at.
+/// A thing to be examined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Thing {
-    /// What lies beyond a side of a tile's triangle.
-    Beyond(TileId, HalfEdge),
-    /// The triangle of a side, from outside the hull.
+enum QueueItem {
+    /// What is beyond a half-edge of a tile's triangle.
+    Twin(TileId, HalfEdge),
+    /// The triangle of a half-edge, entered from outside the hull.
     Into(TileId, HalfEdge),
     Vertex(VertexId),
 }
 
-/// What was met.
+/// A thing that was found.
 #[derive(Clone, Debug)]
 pub(super) enum Met {
     Edge(ObstacleEdge),
-    /// A vertex with sites, with number and id of each, and its distance.
+    /// A vertex with sites: the number and id of each site, and the distance.
     Sites(Vertex, Vec<(u64, Option<String>)>, f64),
 }
 
 /// Things near a point or a segment, nearest first.
 pub(super) struct Nearby {
     center: Center,
-    /// By the bits of the distance.
-    open: BinaryHeap<Reverse<(u64, Thing)>>,
+    /// The queue, by the bits of the distance.
+    open: BinaryHeap<Reverse<(u64, QueueItem)>>,
     edges: HashSet<[VertexId; 2]>,
     vertices: HashSet<VertexId>,
-    /// Obstacle edges that were looked at, near or not, by their ends in order.
+    /// Obstacle edges that were examined, near or not, with sorted ends.
     pub(super) walls: Vec<[VertexId; 2]>,
 }
 
-/// Rounding makes nothing farther than a limit by more than this part.
+/// The factor that covers the rounding errors of distances.
 const MARGIN: f64 = 1.0 + 1e-12;
 
 impl Nearby {
-    /// Starts at a place, which lies at the center.
-    pub(super) async fn start(tiles: &mut Tiles, place: &Place, center: Center) -> Result<Self, QueryError> {
+    /// Starts at a query point, which is at the center.
+    pub(super) async fn start(tiles: &mut Tiles, query_point: &QueryPoint, center: Center) -> Result<Self, QueryError> {
         let mut this = Self {
             center,
             open: BinaryHeap::new(),
@@ -94,31 +96,31 @@ impl Nearby {
             vertices: HashSet::new(),
             walls: Vec::new(),
         };
-        match place.spot {
-            Spot::Triangle(triangle) => {
+        match query_point.position {
+            Position::Triangle(triangle) => {
                 let tile = this.tile(tiles, triangle.tile).await?;
                 this.take(&tile, triangle.triangle);
             }
-            Spot::Edge { ends: [a, b] } => {
+            Position::Edge { ends: [a, b] } => {
                 for [from, to] in [[a, b], [b, a]] {
-                    if let Some((tile, side)) = tiles.side_between(from.id, to.id).await? {
-                        this.take(&tile, side.triangle());
+                    if let Some((tile, half_edge)) = tiles.half_edge_between(from.id, to.id).await? {
+                        this.take(&tile, half_edge.triangle());
                     }
                 }
             }
-            Spot::Vertex(vertex) => {
+            Position::Vertex(vertex) => {
                 let tile = this.tile(tiles, vertex.id.tile).await?;
-                let ground = Ground::of(tiles, &tile);
-                let wedges = tiles.checked(tile.id(), ground.wedges(vertex.id.index))?;
+                let space = FreeSpace::of(tiles, &tile);
+                let wedges = tiles.checked(tile.id(), space.wedges(vertex.id.index))?;
                 for wedge in wedges {
-                    if let Wedge::Triangle(side) = wedge {
-                        this.take(&tile, side.triangle());
+                    if let Wedge::Triangle(half_edge) = wedge {
+                        this.take(&tile, half_edge.triangle());
                     }
                 }
             }
-            Spot::Outside([from, to]) => {
+            Position::Outside([from, to]) => {
                 for (vertex, forward) in [(from, true), (to, false)] {
-                    this.take_hull(tiles, place.point, vertex, forward).await?;
+                    this.take_hull(tiles, query_point.point, vertex, forward).await?;
                 }
             }
         }
@@ -127,14 +129,14 @@ impl Nearby {
 
     async fn tile(&self, tiles: &mut Tiles, id: TileId) -> Result<Arc<Tile>, QueryError> {
         let tile = tiles.get(id).await?;
-        let ground = Ground::of(tiles, &tile);
-        if ground.has_break_lines() {
+        let space = FreeSpace::of(tiles, &tile);
+        if space.has_break_lines() {
             return Err(tiles.break_lines());
         }
         Ok(tile)
     }
 
-    /// The next thing that is not farther than a limit.
+    /// Returns the next thing whose distance is at most `limit`.
     pub(super) async fn next(&mut self, tiles: &mut Tiles, limit: f64) -> Result<Option<Met>, QueryError> {
         while let Some(&Reverse((bits, thing))) = self.open.peek() {
             let far = f64::from_bits(bits);
@@ -143,7 +145,7 @@ impl Nearby {
             }
             self.open.pop();
             let (outside, found) = match thing {
-                Thing::Vertex(vertex) => {
+                QueueItem::Vertex(vertex) => {
                     let tile = self.tile(tiles, vertex.tile).await?;
                     let sites = tile.sites_at(vertex.index);
                     let sites: Vec<_> = sites.map(|site| (site.number, site.id.map(str::to_owned))).collect();
@@ -152,74 +154,79 @@ impl Nearby {
                     }
                     continue;
                 }
-                Thing::Into(id, side) => {
+                QueueItem::Into(id, half_edge) => {
                     let tile = self.tile(tiles, id).await?;
-                    self.take(&tile, side.triangle());
-                    (Some(tiles.outside_is_free()), (tile, side))
+                    self.take(&tile, half_edge.triangle());
+                    (Some(tiles.outside_is_free()), (tile, half_edge))
                 }
-                Thing::Beyond(id, side) => (None, (self.tile(tiles, id).await?, side)),
+                QueueItem::Twin(id, half_edge) => (None, (self.tile(tiles, id).await?, half_edge)),
             };
-            let (tile, side) = found;
+            let (tile, half_edge) = found;
             let beyond = match outside {
                 Some(is_free) => is_free,
-                None => self.enter_beyond(tiles, &tile, side).await?,
+                None => self.enter_twin(tiles, &tile, half_edge).await?,
             };
-            if tile.is_wall(side) {
+            if tile.is_wall(half_edge) {
                 return Ok(Some(Met::Edge(ObstacleEdge {
-                    ends: tile.ends(side),
-                    free: [!tile.is_hole(side.triangle()), beyond],
+                    ends: tile.ends(half_edge),
+                    free: [!tile.is_hole(half_edge.triangle()), beyond],
                 })));
             }
         }
         Ok(None)
     }
 
-    /// Enters what lies beyond a side, and says whether it is free.
-    async fn enter_beyond(&mut self, tiles: &mut Tiles, tile: &Arc<Tile>, side: HalfEdge) -> Result<bool, QueryError> {
-        let beyond = match tile.twin(side) {
+    /// Enters the twin of a half-edge. Returns whether the space there is free.
+    async fn enter_twin(
+        &mut self,
+        tiles: &mut Tiles,
+        tile: &Arc<Tile>,
+        half_edge: HalfEdge,
+    ) -> Result<bool, QueryError> {
+        let beyond = match tile.twin(half_edge) {
             Twin::HalfEdge(other) => Some((Arc::clone(tile), other)),
             Twin::Hull => None,
             Twin::Elsewhere => {
-                let [from, to] = tile.ends(side).map(|end| end.id);
-                tiles.side_between(to, from).await?
+                let [from, to] = tile.ends(half_edge).map(|end| end.id);
+                tiles.half_edge_between(to, from).await?
             }
         };
         Ok(match beyond {
-            Some((tile, side)) => {
-                self.take(&tile, side.triangle());
-                !tile.is_hole(side.triangle())
+            Some((tile, half_edge)) => {
+                self.take(&tile, half_edge.triangle());
+                !tile.is_hole(half_edge.triangle())
             }
             None => tiles.outside_is_free(),
         })
     }
 
-    /// The distance of all that was not met is at least this.
+    /// Returns a lower bound of the distance of all things that were not found yet.
     pub(super) fn front(&self) -> f64 {
         self.open.peek().map_or(f64::INFINITY, |open| f64::from_bits(open.0.0))
     }
 
-    /// Puts what belongs to a triangle in the queue.
+    /// Puts the edges and corners of a triangle in the queue.
     fn take(&mut self, tile: &Tile, triangle: TriangleId) {
-        for side in HalfEdge::of_triangle(triangle) {
-            self.push_side(tile, side, Thing::Beyond(tile.id(), side));
+        for half_edge in HalfEdge::of_triangle(triangle) {
+            self.push_side(tile, half_edge, QueueItem::Twin(tile.id(), half_edge));
             if let Center::Point(center) = self.center {
-                let corner = tile.vertex(tile.origin(side));
+                let corner = tile.vertex(tile.origin(half_edge));
                 if self.vertices.insert(corner.id) {
                     let far = distance(corner.point, center);
-                    self.open.push(Reverse((far.to_bits(), Thing::Vertex(corner.id))));
+                    self.open.push(Reverse((far.to_bits(), QueueItem::Vertex(corner.id))));
                 }
             }
         }
     }
 
-    fn push_side(&mut self, tile: &Tile, side: HalfEdge, thing: Thing) {
-        let ends = [side, side.next()].map(|side| tile.vertex(tile.origin(side)));
+    fn push_side(&mut self, tile: &Tile, half_edge: HalfEdge, thing: QueueItem) {
+        let ends = [half_edge, half_edge.next()].map(|half_edge| tile.vertex(tile.origin(half_edge)));
         let [a, b] = ends.map(|end| end.id);
         let key = if a < b { [a, b] } else { [b, a] };
         if !self.edges.insert(key) {
             return;
         }
-        if tile.is_wall(side) {
+        if tile.is_wall(half_edge) {
             self.walls.push(key);
         }
         let far = self.center.distance(ends.map(|end| end.point));
@@ -228,7 +235,7 @@ impl Nearby {
         }
     }
 
-    /// The hull's edges that a point outside sees, from a vertex on.
+    /// Puts the hull edges that a point outside sees, starting at `vertex`, in the queue.
     async fn take_hull(
         &mut self,
         tiles: &mut Tiles,
@@ -242,13 +249,13 @@ impl Nearby {
             if !tile.has_vertex(vertex.index) {
                 return Err(tiles.damaged(vertex.tile, Contradiction::NoVertex(vertex.index)));
             }
-            let ground = Ground::of(tiles, &tile);
-            let edge = tiles.checked(vertex.tile, ground.along_hull(vertex.index, forward))?;
+            let space = FreeSpace::of(tiles, &tile);
+            let edge = tiles.checked(vertex.tile, space.along_hull(vertex.index, forward))?;
             let [from, to] = tile.ends(edge);
             if orient2d(from.point, to.point, at) != Orientation::Clockwise {
                 break;
             }
-            self.push_side(&tile, edge, Thing::Into(tile.id(), edge));
+            self.push_side(&tile, edge, QueueItem::Into(tile.id(), edge));
             vertex = if forward { to.id } else { from.id };
         }
         Ok(())

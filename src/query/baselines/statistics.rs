@@ -1,59 +1,64 @@
-//! What an answer cost.
+//! The cost of an answer.
 
 use std::time::{Duration, Instant};
 
-/// What an answer cost.
+/// The cost of an answer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Statistics {
-    /// Places with sites that distances were computed to; by the wave those that it told.
+    /// The number of points with sites whose distances were computed; for the wavefront, the number
+    /// of sites that it reported.
     pub candidates: u64,
-    /// Different obstacle edges that were looked at; of the wave: at vertices that it reached.
+    /// The number of different obstacle edges that were examined; for the wavefront, those at
+    /// vertices that it reached.
     pub edges_considered: u64,
-    /// Those of them that the local visibility graph was made of in the end.
+    /// The number of these edges in the final local visibility graph.
     pub edges_kept: u64,
-    /// Nodes of the local visibility graph.
+    /// The number of nodes of the local visibility graph.
     pub graph_nodes: u64,
-    /// Nodes that were swept, over all rounds; by the wave those that it turned round.
+    /// The number of nodes that were swept, over all rounds; for the wavefront, the number of its
+    /// roots.
     pub nodes_swept: u64,
-    /// Edges of the local visibility graph that were found, over all rounds.
+    /// The number of edges of the local visibility graph that were found, over all rounds.
     pub graph_edges: u64,
-    /// How often shortest paths were searched for.
+    /// The number of searches for shortest paths.
     pub rounds: u64,
-    /// Different tiles that were asked for.
+    /// The number of different tiles that were requested.
     pub tiles: u64,
-    /// How long each step took.
+    /// The time of each step.
     pub times: Vec<StepTime>,
 }
 
-/// How long a step took.
+/// The time of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepTime {
-    /// What was done: `locate`, `collect` candidates and obstacle edges, `graph` (sweeps and search), `wave`, `paths`.
+    /// The name of the step: `locate`, `collect` (candidates and obstacle edges), `graph` (sweeps
+    /// and search), `wave`, `paths`.
     pub step: &'static str,
-    /// How long it took, in all.
+    /// The total time of the step.
     pub time: Duration,
 }
 
 impl Statistics {
-    /// How long all steps took.
+    /// Returns the total time of all steps.
     #[must_use]
     pub fn time(&self) -> Duration {
         self.times.iter().map(|step| step.time).sum()
     }
 }
 
-/// An answer, and what it cost.
+/// An answer, with its cost.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured<T> {
-    /// The answer; as far as it was found, if the options' limits were reached.
+    /// The answer; a part of it if a limit of the options was reached.
     pub answer: T,
-    /// If the options' limits were reached: all that the answer lacks is at least as far away.
+    /// If a limit of the options was reached: a lower bound of the distances of everything that the
+    /// answer lacks.
     pub at_least: Option<f64>,
-    /// What it cost.
+    /// The cost.
     pub statistics: Statistics,
 }
 
-/// Measures steps.
+/// Measures the time of steps.
 pub(super) struct Clock {
     last: Instant,
     pub(super) times: Vec<StepTime>,
@@ -67,7 +72,7 @@ impl Clock {
         }
     }
 
-    /// What was done since the last step was this one.
+    /// Attributes the time since the last call to a step.
     pub(super) fn lap(&mut self, step: &'static str) {
         let now = Instant::now();
         let time = now - std::mem::replace(&mut self.last, now);

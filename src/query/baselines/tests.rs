@@ -1,4 +1,4 @@
-//! What a stretch factor is for, by points that need one above π/2.
+//! Tests the effect of the stretch factor, with points that need a factor above π/2.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -7,11 +7,12 @@ use crate::input::{PointBatch, SiteBatch, SiteId};
 use crate::pipeline::{BuildOptions, Builder};
 use crate::query::QueryOptions;
 use crate::query::baselines::answers::*;
-use crate::query::baselines::asked::Wanted;
+use crate::query::baselines::context::Wanted;
 use crate::query::baselines::stretch::Stretch;
 use crate::store::{OpenOptions, TileReader};
 
-/// 74 points on whose Delaunay triangulation the way from the first to that of number 37 is 1.5754 times as long as the straight one.
+/// Returns 74 points. In their Delaunay triangulation, the path along edges from the first point to
+/// point 37 is 1.5754 times as long as the straight line.
 fn points() -> Vec<Point> {
     let text = include_str!("../../../tests/data/stretch/pi2_points_6dp.csv");
     let rows = text.lines().filter(|line| !line.starts_with('#'));
@@ -23,7 +24,7 @@ fn points() -> Vec<Point> {
 }
 
 #[test]
-fn half_of_pi_loses_a_site_and_the_proven_factor_does_not() {
+fn half_of_pi_loses_a_site_and_the_proved_factor_does_not() {
     let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
     runtime.block_on(async {
         let folder = tempfile::tempdir().unwrap();
@@ -56,7 +57,7 @@ fn half_of_pi_loses_a_site_and_the_proven_factor_does_not() {
                 .unwrap();
             !found.answer.iter().any(|site| site.number == to as u64)
         };
-        assert!(lost(0, 37, Stretch(FRAC_PI_2)).await, "nothing is lost by π/2");
+        assert!(lost(0, 37, Stretch(FRAC_PI_2)).await, "π/2 loses no site");
         for from in 0..points.len() {
             for to in 0..points.len() {
                 assert!(!lost(from, to, Stretch::PROVED).await, "{to} is lost from {from}");

@@ -1,47 +1,55 @@
-//! S.-W. Wu's thesis (I/O-Efficient Algorithm for Constrained Delaunay Triangulation with Applications to Proximity Search, NUS 2004):
-//! CDT distance prunes, and a local visibility graph finds what is left.
+//! The method of S.-W. Wu's thesis (I/O-Efficient Algorithm for Constrained Delaunay Triangulation
+//! with Applications to Proximity Search, NUS 2004): CDT distance prunes, and a local visibility
+//! graph finds the answers among the rest.
 //!
-//! With *t* what the CDT distance is of the walking distance at most, and *r* what the walking distance of the wanted sites is at
-//! most: they are among those within CDT distance l₁ = r·t, and the obstacle edges that matter have an end within l₂ = r·t(t+3)/2.
-//! For k nearest, r is the CDT distance of the k-th. From a query point that is no vertex one walks to the nearest corner v of
-//! its triangle first, d away, and searches from there with r + d in place of r.
+//! Let *t* be an upper bound of the ratio of CDT distance to walking distance, and *r* an upper
+//! bound of the walking distance of the wanted sites. The sites are among those within CDT distance
+//! l₁ = r·t, and the obstacle edges that matter have an end within l₂ = r·t(t+3)/2. For k nearest
+//! sites, r is the CDT distance of the k-th. If the query point is not a vertex, the search walks
+//! to the nearest corner v of its triangle first, at distance d, and continues from there with
+//! r + d in place of r.
 //!
 //! ```text
-//!        P ╱ ╲            Why: say a path P among the edges that are kept, no longer than r, meets another edge e first at x. P and the
-//!     ┌───x─────e──┐      edges C to the same site, no longer than l₁, make a loop of at most r(1+t). Edges cross neither C nor each
-//!     q    ╲    v  s      other, and P does not cross e twice, or it would be shorter along e. So an end v of e lies in the loop,
-//!     └───────C────┘      within half of its length from x, and from q by way of P and e: at most r + r(1+t)/2, by CDT t times that.
+//!        P ╱ ╲          Why: let P be a path among the edges that are kept, no longer than r,
+//!     ┌───x─────e──┐    that meets another edge e first at x. P and the edges C to the same
+//!     q    ╲    v  s    site, no longer than l₁, form a loop of at most r(1+t). Edges cross
+//!     └───────C────┘    neither C nor each other, and P does not cross e twice, or it would be
+//!                       shorter along e. So an end v of e is in the loop, within half of its
+//!                       length from x, and from q by way of P and e at most r + r(1+t)/2; by
+//!                       CDT, t times that.
 //! ```
 //!
-//! However: C is known when all candidates are. No site that is farther away than r as the crow flies is one; with c, the longest of the
-//! rest, the ends lie within t·(r + (r+c)/2), which is l₂ where c = l₁ and mostly much less, and within (r+c)/2 as the crow flies,
-//! so that the search need not go where no way to there is short enough. And an edge that is farther away than r as the crow flies
-//! is on no path of length r. Whole edges count, not obstacles.
+//! This implementation differs: C is known once all candidates are known. Sites with a Euclidean
+//! distance above r are no candidates. Let c be the length of the longest C of the rest. Then the
+//! ends are within t·(r + (r+c)/2), which is l₂ if c = l₁ and usually much less, and within a
+//! Euclidean distance of (r+c)/2. So the search skips vertices from which no path to that disc is
+//! short enough. An edge with a Euclidean distance above r is on no path of length r. Whole edges
+//! count, not obstacles.
 
 use foldhash::{HashMap, HashSet};
 
-use super::asked::{Asked, Wanted};
+use super::context::{QueryContext, Wanted};
 use super::local::{Local, Reached};
 use super::nearby::distance_of_segment;
 use super::obstacles::{ObstacleEdge, edges_at};
 use super::stretch::Stretch;
 use crate::query::answer::distance;
 use crate::query::edges::{Corner, EdgeRun, Within};
-use crate::query::free_space::{Ground, Place, Spot};
+use crate::query::free_space::{FreeSpace, Position, QueryPoint};
 use crate::query::request::{Contradiction, QueryError};
 use crate::store::{Tile, Vertex, VertexId};
 
-/// Sums of lengths may be less than they are by no more than this part.
+/// The factor that covers the rounding errors of sums of lengths.
 const MARGIN: f64 = 1.0 + 1e-9;
 
-/// Vertices with sites, by CDT distance.
+/// A vertex with sites, by CDT distance.
 struct Site {
     vertex: Vertex,
     length: f64,
     sites: Vec<(u64, Option<String>)>,
 }
 
-/// What was met along edges.
+/// What the search along edges has found.
 #[derive(Default)]
 struct Collected {
     sites: Vec<Site>,
@@ -59,8 +67,8 @@ impl Collected {
         if !self.met.insert(vertex) {
             return Ok(());
         }
-        let ground = Ground { tile, outside_is_free };
-        edges_at(ground, vertex.index, |edge| {
+        let space = FreeSpace { tile, outside_is_free };
+        edges_at(space, vertex.index, |edge| {
             self.edges.entry(edge.key()).or_insert(edge);
         })?;
         let sites: Vec<_> = tile
@@ -78,29 +86,29 @@ impl Collected {
     }
 }
 
-/// A search along edges, from the corner that stands for the source.
+/// A search along edges, from the corner that replaces the source.
 struct Walk {
     run: EdgeRun,
-    /// How far the corner is from the source.
+    /// The distance of the corner from the source.
     gap: f64,
     stretch: f64,
     collected: Collected,
-    /// The next vertex, which was found but not noted.
+    /// The next vertex, which was found but not noted yet.
     ahead: Option<(VertexId, f64)>,
     is_over: bool,
 }
 
 impl Walk {
-    async fn start(asked: &mut Asked, stretch: Stretch) -> Result<Self, QueryError> {
-        let corners = corners(asked).await?;
+    async fn start(context: &mut QueryContext, stretch: Stretch) -> Result<Self, QueryError> {
+        let corners = corners(context).await?;
         let gap = corners
             .first()
-            .map_or(0.0, |corner| distance(corner.point, asked.source.point));
-        let tiles = asked.lend_tiles();
+            .map_or(0.0, |corner| distance(corner.point, context.source.point));
+        let tiles = context.lend_tiles();
         let run = if corners.is_empty() {
-            EdgeRun::start(tiles, asked.source.clone(), f64::INFINITY).await?
+            EdgeRun::start(tiles, context.source.clone(), f64::INFINITY).await?
         } else {
-            EdgeRun::from_corners(tiles, asked.source.clone(), &corners).await?
+            EdgeRun::from_corners(tiles, context.source.clone(), &corners).await?
         };
         let mut this = Self {
             run,
@@ -114,7 +122,7 @@ impl Walk {
         Ok(this)
     }
 
-    /// Goes on to all within a length, or until there are so many sites.
+    /// Continues to all vertices within a length, or until `sites` sites are found.
     async fn go(&mut self, limit: f64, sites: usize) -> Result<(), QueryError> {
         loop {
             if let Some((vertex, length)) = self.ahead {
@@ -139,7 +147,8 @@ impl Walk {
         }
     }
 
-    /// What is known when a budget is used up: from the corner no site is nearer than the first along edges, divided by the stretch factor.
+    /// Replaces the lower bound of a limit error: from the corner, no site is nearer than the first
+    /// along edges, divided by the stretch factor.
     fn nothing_within(&self, error: QueryError) -> QueryError {
         let QueryError::OutOfBudget { at_least } = error else {
             return error;
@@ -148,11 +157,11 @@ impl Walk {
         error.at_least((first / (self.stretch * MARGIN) - self.gap).max(0.0))
     }
 
-    /// Gathers what matters for sites within `radius`.
-    async fn gather(&mut self, asked: &Asked, radius: f64, longest: Longest<'_>) -> Result<Local, QueryError> {
+    /// Collects what matters for sites within `radius`.
+    async fn gather(&mut self, context: &QueryContext, radius: f64, longest: Longest<'_>) -> Result<Local, QueryError> {
         let stretch = self.stretch;
         let from_corner = radius + self.gap;
-        let at = asked.source.point;
+        let at = context.source.point;
         let is_near = |site: &Site| distance(site.vertex.point, at) <= radius * MARGIN;
         let (target, longest) = match longest {
             Longest::Of(to, length) => (Some(to), length),
@@ -167,7 +176,7 @@ impl Walk {
         let l2 = stretch * (from_corner + half_loop);
         self.run.search.narrow(l2 * MARGIN, at, half_loop * MARGIN);
         self.go(l2, usize::MAX).await?;
-        let mut local = Local::new(&asked.source, target);
+        let mut local = Local::new(&context.source, target);
         for edge in self.collected.edges.values() {
             if distance_of_segment(edge.ends.map(|end| end.point), at) <= radius * MARGIN {
                 local.add_edge(edge);
@@ -181,25 +190,26 @@ impl Walk {
         Ok(local)
     }
 
-    fn finish(self, asked: &mut Asked) {
-        asked.statistics.edges_considered = self.collected.edges.len() as u64;
-        asked.tiles = self.run.tiles;
-        asked.clock.lap("collect");
+    fn finish(self, context: &mut QueryContext) {
+        context.statistics.edges_considered = self.collected.edges.len() as u64;
+        context.tiles = self.run.tiles;
+        context.clock.lap("collect");
     }
 }
 
-/// What the longest way along edges to a candidate is.
+/// The length of the longest path along edges to a candidate.
 enum Longest<'p> {
-    /// To be found among the sites.
+    /// To be determined from the sites.
     OfSites,
-    /// That to a target.
-    Of(&'p Place, f64),
+    /// The path to this target, with its length.
+    Of(&'p QueryPoint, f64),
 }
 
-/// The corner nearest to a source that is no vertex, in each sector that the source lies in; none if it is one.
-async fn corners(asked: &mut Asked) -> Result<Vec<Corner>, QueryError> {
-    let at = asked.source.point;
-    let outside_is_free = asked.tiles.outside_is_free();
+/// Returns the corner nearest to a source that is not a vertex, in each sector that contains the
+/// source. Returns nothing if the source is a vertex.
+async fn corners(context: &mut QueryContext) -> Result<Vec<Corner>, QueryError> {
+    let at = context.source.point;
+    let outside_is_free = context.tiles.outside_is_free();
     let nearest = |ends: &[Vertex]| {
         let by_distance = |a: &&Vertex, b: &&Vertex| distance(a.point, at).total_cmp(&distance(b.point, at));
         ends.iter().min_by(by_distance).copied()
@@ -212,28 +222,28 @@ async fn corners(asked: &mut Asked) -> Result<Vec<Corner>, QueryError> {
             within,
         });
     };
-    match asked.source.spot {
-        Spot::Vertex(_) => {}
-        Spot::Triangle(triangle) => {
+    match context.source.position {
+        Position::Vertex(_) => {}
+        Position::Triangle(triangle) => {
             let ends = triangle.vertices;
-            if let Some(place) = (0..3).min_by(|&a, &b| {
-                let far = |place: usize| distance(ends[place].point, at);
+            if let Some(index) = (0..3).min_by(|&a, &b| {
+                let far = |index: usize| distance(ends[index].point, at);
                 far(a).total_cmp(&far(b))
             }) {
-                add(ends[place], Within::RightOf(ends[(place + 2) % 3].id));
+                add(ends[index], Within::RightOf(ends[(index + 2) % 3].id));
             }
         }
-        Spot::Edge { ends: [a, b] } => {
+        Position::Edge { ends: [a, b] } => {
             let Some(corner) = nearest(&[a, b]) else {
                 return Ok(corners);
             };
             for [from, to] in [[a, b], [b, a]] {
-                match asked.tiles.side_between(from.id, to.id).await? {
-                    Some((tile, side)) if tile.is_hole(side.triangle()) => {}
-                    Some((tile, side)) => {
-                        let vertices = tile.vertices(side.triangle());
-                        if let Some(place) = vertices.iter().position(|vertex| vertex.id == corner.id) {
-                            add(corner, Within::RightOf(vertices[(place + 2) % 3].id));
+                match context.tiles.half_edge_between(from.id, to.id).await? {
+                    Some((tile, half_edge)) if tile.is_hole(half_edge.triangle()) => {}
+                    Some((tile, half_edge)) => {
+                        let vertices = tile.vertices(half_edge.triangle());
+                        if let Some(index) = vertices.iter().position(|vertex| vertex.id == corner.id) {
+                            add(corner, Within::RightOf(vertices[(index + 2) % 3].id));
                         }
                     }
                     None if outside_is_free => add(corner, Within::Outside),
@@ -241,12 +251,12 @@ async fn corners(asked: &mut Asked) -> Result<Vec<Corner>, QueryError> {
                 }
             }
         }
-        Spot::Outside(edge) => {
+        Position::Outside(edge) => {
             let mut ends = Vec::new();
             for id in edge {
-                let tile = asked.tiles.get(id.tile).await?;
+                let tile = context.tiles.get(id.tile).await?;
                 if !tile.has_vertex(id.index) {
-                    return Err(asked.tiles.damaged(id.tile, Contradiction::NoVertex(id.index)));
+                    return Err(context.tiles.damaged(id.tile, Contradiction::NoVertex(id.index)));
                 }
                 ends.push(tile.vertex(id.index));
             }
@@ -258,13 +268,13 @@ async fn corners(asked: &mut Asked) -> Result<Vec<Corner>, QueryError> {
     Ok(corners)
 }
 
-/// The nearest sites, or those within a radius.
+/// Returns the nearest sites, or those within a radius.
 pub(super) async fn sites(
-    asked: &mut Asked,
+    context: &mut QueryContext,
     stretch: Stretch,
     wanted: Wanted,
 ) -> Result<(Local, Vec<Reached>), QueryError> {
-    let mut walk = Walk::start(asked, stretch).await?;
+    let mut walk = Walk::start(context, stretch).await?;
     let radius = match wanted {
         Wanted::Within(radius) => radius,
         Wanted::Nearest(count) => {
@@ -272,30 +282,34 @@ pub(super) async fn sites(
             walk.collected.sites.last().map_or(0.0, |site| site.length) + walk.gap
         }
     };
-    let local = walk.gather(asked, radius, Longest::OfSites).await?;
-    walk.finish(asked);
+    let local = walk.gather(context, radius, Longest::OfSites).await?;
+    walk.finish(context);
     let limit = match wanted {
         Wanted::Within(radius) => radius,
         Wanted::Nearest(_) => radius * MARGIN,
     };
-    let found = local.nearest(wanted.count(), limit, asked).await?;
+    let found = local.nearest(wanted.count(), limit, context).await?;
     Ok((local, found))
 }
 
-/// The shortest path to a target.
-pub(super) async fn path(asked: &mut Asked, stretch: Stretch, to: &Place) -> Result<Option<Reached>, QueryError> {
-    let (mut run, end) = EdgeRun::towards(asked.lend_tiles(), asked.source.clone(), to, 1.0).await?;
+/// Returns the shortest path to a target.
+pub(super) async fn path(
+    context: &mut QueryContext,
+    stretch: Stretch,
+    to: &QueryPoint,
+) -> Result<Option<Reached>, QueryError> {
+    let (mut run, end) = EdgeRun::towards(context.lend_tiles(), context.source.clone(), to, 1.0).await?;
     run.refuse_break_lines()?;
     let length = run.find(end).await?.map(|node| run.node(node).length);
-    asked.tiles = run.tiles;
+    context.tiles = run.tiles;
     let Some(length) = length else {
-        asked.clock.lap("collect");
+        context.clock.lap("collect");
         return Ok(None);
     };
-    let mut walk = Walk::start(asked, stretch).await?;
+    let mut walk = Walk::start(context, stretch).await?;
     let longest = Longest::Of(to, length + walk.gap);
-    let local = walk.gather(asked, length, longest).await?;
-    walk.finish(asked);
-    let found = local.target(length * MARGIN, asked).await?;
+    let local = walk.gather(context, length, longest).await?;
+    walk.finish(context);
+    let found = local.target(length * MARGIN, context).await?;
     Ok(found)
 }

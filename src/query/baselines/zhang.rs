@@ -1,95 +1,99 @@
-//! Zhang, Papadias, Mouratidis and Zhu, "Spatial queries in the presence of obstacles" (EDBT 2004): Euclidean distance prunes.
+//! The method of Zhang, Papadias, Mouratidis and Zhu, "Spatial queries in the presence of
+//! obstacles" (EDBT 2004): Euclidean distance prunes.
 //!
-//! The *k* nearest sites as the crow flies are the first candidates. The obstacle edges in the disc round the source that reaches to the
-//! last of them make a local visibility graph; the distance to the k-th site in it is provisional. If that is beyond the disc, the disc
-//! grows to it, with the candidates and edges that it meets then. A path within the disc meets no other edge, so what is
-//! within is right. However, and always to its advantage: the unit is the edge, not the obstacle, so a large island costs only its shore
-//! nearby; the triangulation is the index; one search serves all candidates of a round, where the paper makes one for each; and the
-//! visibility graph is made only where that search comes, where the paper makes all of it.
+//! The *k* nearest sites by Euclidean distance are the first candidates. The obstacle edges in the
+//! disc round the source that reaches to the last of them form a local visibility graph. The
+//! distance of the k-th site in that graph is provisional. If it is beyond the disc, the disc grows
+//! to that distance, with the candidates and edges that it then meets. A path within the disc meets
+//! no other edge, so the distances within it are correct. This implementation differs, always in
+//! favour of the method: the unit is the edge, not the obstacle, so a large island costs only its
+//! shore nearby; the triangulation is the index; one search serves all candidates of a round, where
+//! the paper makes one for each; and only the part of the visibility graph that this search reaches
+//! is built, where the paper builds all of it.
 
-use super::asked::{Asked, Wanted};
+use super::context::{QueryContext, Wanted};
 use super::local::{Gathered, Local, Reached};
 use super::nearby::{Center, Met, Nearby};
 use crate::query::answer::distance;
-use crate::query::free_space::Place;
+use crate::query::free_space::QueryPoint;
 use crate::query::request::QueryError;
 
-/// Things in a disc round the source.
+/// The candidates and edges in a disc round the source.
 struct Disc {
     local: Local,
     nearby: Nearby,
     radius: f64,
-    /// All within so far is in it.
+    /// The radius within which everything is included.
     known: f64,
 }
 
 impl Disc {
-    async fn new(asked: &mut Asked, target: Option<&Place>) -> Result<Self, QueryError> {
-        let center = Center::Point(asked.source.point);
+    async fn new(context: &mut QueryContext, target: Option<&QueryPoint>) -> Result<Self, QueryError> {
+        let center = Center::Point(context.source.point);
         Ok(Self {
-            local: Local::new(&asked.source, target),
-            nearby: Nearby::start(&mut asked.tiles, &asked.source, center).await?,
+            local: Local::new(&context.source, target),
+            nearby: Nearby::start(&mut context.tiles, &context.source, center).await?,
             radius: 0.0,
             known: 0.0,
         })
     }
 
-    /// Grows to a radius.
-    async fn grow(&mut self, asked: &mut Asked, radius: f64) -> Result<(), QueryError> {
+    /// Grows the disc to a radius.
+    async fn grow(&mut self, context: &mut QueryContext, radius: f64) -> Result<(), QueryError> {
         self.radius = radius;
-        self.grow_until(asked, usize::MAX).await
+        self.grow_until(context, usize::MAX).await
     }
 
-    /// Grows until it has so many sites, or all that there are.
-    async fn grow_to(&mut self, asked: &mut Asked, sites: usize) -> Result<(), QueryError> {
+    /// Grows the disc until it has `sites` sites, or everything.
+    async fn grow_to(&mut self, context: &mut QueryContext, sites: usize) -> Result<(), QueryError> {
         self.radius = f64::INFINITY;
-        self.grow_until(asked, sites).await
+        self.grow_until(context, sites).await
     }
 
-    async fn grow_until(&mut self, asked: &mut Asked, sites: usize) -> Result<(), QueryError> {
+    async fn grow_until(&mut self, context: &mut QueryContext, sites: usize) -> Result<(), QueryError> {
         let mut count = 0u32;
         loop {
             count = count.wrapping_add(1);
             if count.is_multiple_of(1 << 10) {
-                asked.pause().await?;
+                context.pause().await?;
             }
-            match self.nearby.next(&mut asked.tiles, self.radius).await? {
+            match self.nearby.next(&mut context.tiles, self.radius).await? {
                 Some(Met::Edge(edge)) => {
                     self.local.add_edge(&edge);
                 }
                 Some(Met::Sites(vertex, sites_here, far)) => {
                     self.local.add_candidate(vertex, sites_here);
                     if self.local.site_count() >= sites && self.radius > far {
-                        // As far away, there may be more.
+                        // There may be more sites at the same distance.
                         self.radius = far;
                     }
                 }
                 None => break,
             }
         }
-        asked.statistics.edges_considered = self.nearby.walls.len() as u64;
+        context.statistics.edges_considered = self.nearby.walls.len() as u64;
         self.known = self.radius;
         Ok(())
     }
 
-    /// Whether all that there is is in it.
+    /// Returns whether the disc contains everything.
     fn is_all(&self) -> bool {
         self.nearby.front() == f64::INFINITY
     }
 }
 
-/// What is certain of the sites so far: those within a distance.
+/// The sites that are certain so far: those within a distance.
 #[derive(Default)]
 struct Certain {
     found: Vec<Reached>,
     within: f64,
 }
 
-/// The nearest sites, or those within a radius.
-pub(super) async fn sites(asked: &mut Asked, wanted: Wanted) -> Result<Gathered, QueryError> {
-    let mut disc = Disc::new(asked, None).await?;
+/// Returns the nearest sites, or those within a radius.
+pub(super) async fn sites(context: &mut QueryContext, wanted: Wanted) -> Result<Gathered, QueryError> {
+    let mut disc = Disc::new(context, None).await?;
     let mut certain = Certain::default();
-    match rounds(asked, wanted, &mut disc, &mut certain).await {
+    match rounds(context, wanted, &mut disc, &mut certain).await {
         Ok(found) => Ok(Gathered::all((disc.local, found))),
         Err(QueryError::OutOfBudget { .. }) => {
             let Certain { mut found, within } = certain;
@@ -105,19 +109,19 @@ pub(super) async fn sites(asked: &mut Asked, wanted: Wanted) -> Result<Gathered,
 }
 
 async fn rounds(
-    asked: &mut Asked,
+    context: &mut QueryContext,
     wanted: Wanted,
     disc: &mut Disc,
     certain: &mut Certain,
 ) -> Result<Vec<Reached>, QueryError> {
     let count = wanted.count();
     match wanted {
-        Wanted::Within(radius) => disc.grow(asked, radius).await?,
-        Wanted::Nearest(count) => disc.grow_to(asked, count).await?,
+        Wanted::Within(radius) => disc.grow(context, radius).await?,
+        Wanted::Nearest(count) => disc.grow_to(context, count).await?,
     }
     loop {
-        let found = disc.local.nearest(count, wanted.limit(), asked).await?;
-        asked.pause().await?;
+        let found = disc.local.nearest(count, wanted.limit(), context).await?;
+        context.pause().await?;
         if matches!(wanted, Wanted::Within(_)) {
             return Ok(found);
         }
@@ -134,27 +138,27 @@ async fn rounds(
                 found,
                 within: disc.known,
             };
-            disc.grow(asked, farthest).await?;
+            disc.grow(context, farthest).await?;
         } else {
             *certain = Certain {
                 found,
                 within: disc.known,
             };
-            // Some cannot be reached, so others are wanted.
+            // Some candidates cannot be reached, so more are needed.
             let more = 2 * disc.local.site_count().max(1);
-            disc.grow_to(asked, more).await?;
+            disc.grow_to(context, more).await?;
         }
     }
 }
 
-/// The shortest path to a target.
-pub(super) async fn path(asked: &mut Asked, to: &Place) -> Result<Option<Reached>, QueryError> {
-    let mut disc = Disc::new(asked, Some(to)).await?;
-    let mut radius = distance(asked.source.point, to.point);
+/// Returns the shortest path to a target.
+pub(super) async fn path(context: &mut QueryContext, to: &QueryPoint) -> Result<Option<Reached>, QueryError> {
+    let mut disc = Disc::new(context, Some(to)).await?;
+    let mut radius = distance(context.source.point, to.point);
     loop {
-        disc.grow(asked, radius).await?;
-        let found = disc.local.target(f64::INFINITY, asked).await?;
-        asked.pause().await?;
+        disc.grow(context, radius).await?;
+        let found = disc.local.target(f64::INFINITY, context).await?;
+        context.pause().await?;
         match found {
             Some(found) if found.length > radius => radius = found.length,
             found => return Ok(found),

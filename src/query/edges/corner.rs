@@ -1,82 +1,83 @@
-//! Triangles by their vertices, whether these are the file's or were put in.
+//! Triangles by their vertices, which are vertices of the file or inserted points.
 
 use crate::geometry::{HalfEdge, Point, TriangleId, VertexIndex};
 use crate::store::{Tile, TileId, VertexId};
 
-/// A vertex of the file, or a point that was put in. It is as small as the number of a vertex, since the queue and the sets of
-/// a search are full of these.
+/// A vertex of the file, or an inserted point. It has the size of a vertex id, because the queue
+/// and the sets of a search have many of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(crate) struct End(VertexId);
+pub(crate) struct GraphVertex(VertexId);
 
-impl End {
-    /// The tile that points which were put in have in place of one.
-    const PUT_IN: TileId = TileId(u32::MAX);
+impl GraphVertex {
+    /// The tile id that marks inserted points.
+    const INSERTED: TileId = TileId(u32::MAX);
 
-    /// The point that was put in under this number.
-    pub(crate) fn put_in(number: u32) -> Self {
+    /// Returns the inserted point with this number.
+    pub(crate) fn inserted(number: u32) -> Self {
         Self(VertexId {
-            tile: Self::PUT_IN,
+            tile: Self::INSERTED,
             index: VertexIndex(number),
         })
     }
 
-    /// Whether it was put in.
+    /// Returns whether this is an inserted point.
     #[inline]
-    pub(crate) fn is_put_in(self) -> bool {
-        self.0.tile == Self::PUT_IN
+    pub(crate) fn is_inserted(self) -> bool {
+        self.0.tile == Self::INSERTED
     }
 
-    /// The number under which it was put in, if it was.
+    /// Returns the number of an inserted point; `None` for a vertex of the file.
     pub(crate) fn number(self) -> Option<u32> {
-        self.is_put_in().then_some(self.0.index.0)
+        self.is_inserted().then_some(self.0.index.0)
     }
 
-    /// The vertex of the file, if it is one.
+    /// Returns the vertex of the file; `None` for an inserted point.
     #[inline]
     pub(crate) fn vertex(self) -> Option<VertexId> {
-        (!self.is_put_in()).then_some(self.0)
+        (!self.is_inserted()).then_some(self.0)
     }
 }
 
-impl From<VertexId> for End {
+impl From<VertexId> for GraphVertex {
     fn from(vertex: VertexId) -> Self {
         Self(vertex)
     }
 }
 
-/// Where one is, at a vertex: in a wedge of the file, which tells the sector, or in a sector of a point that was put in.
+/// A position at a vertex: in a wedge of the file, which determines the sector, or in a sector of
+/// an inserted point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Within {
-    /// That of the file's triangle on the right of the edge to this vertex.
+    /// In the wedge of the file's triangle on the right of the edge to this vertex.
     RightOf(VertexId),
-    /// The outside.
+    /// In the outside.
     Outside,
-    /// The sector of this number of a point that was put in.
+    /// In the sector with this number of an inserted point.
     Sector(u32),
 }
 
 /// A vertex, in one of its wedges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Corner {
-    pub(crate) vertex: End,
+    pub(crate) vertex: GraphVertex,
     pub(crate) point: Point,
     pub(crate) within: Within,
 }
 
-/// What a side is.
+/// The kind of an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Bar {
-    /// No constraint.
+pub(crate) enum EdgeKind {
+    /// Not a constraint.
     Open,
-    /// A constraint that one may pass.
+    /// A constraint that does not block.
     Line,
     /// A constraint that blocks.
     Wall,
 }
 
-impl Bar {
-    pub(super) fn of(tile: &Tile, side: HalfEdge) -> Self {
-        match (tile.is_constraint(side), tile.is_wall(side)) {
+impl EdgeKind {
+    pub(super) fn of(tile: &Tile, half_edge: HalfEdge) -> Self {
+        match (tile.is_constraint(half_edge), tile.is_wall(half_edge)) {
             (false, _) => Self::Open,
             (true, false) => Self::Line,
             (true, true) => Self::Wall,
@@ -84,29 +85,30 @@ impl Bar {
     }
 }
 
-/// A side, with what its triangle or the outside has on its left.
+/// A directed edge; its corners are those of the triangle, or the outside, on its left.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Rim {
+pub(crate) struct FaceEdge {
     pub(super) from: Corner,
     pub(super) to: Corner,
-    pub(super) bar: Bar,
+    pub(super) kind: EdgeKind,
 }
 
-impl Rim {
-    pub(super) fn ends(&self) -> [End; 2] {
+impl FaceEdge {
+    pub(super) fn ends(&self) -> [GraphVertex; 2] {
         [self.from.vertex, self.to.vertex]
     }
 }
 
-/// A triangle, counter-clockwise, and what its sides are, that from its first to its second corner first.
+/// A triangle with counter-clockwise corners, and the kinds of its edges, starting with the edge
+/// from its first to its second corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Face {
     pub(super) corners: [Corner; 3],
-    pub(super) bars: [Bar; 3],
+    pub(super) kinds: [EdgeKind; 3],
 }
 
 impl Face {
-    /// A triangle of the file.
+    /// Returns a triangle of the file.
     pub(super) fn of(tile: &Tile, triangle: TriangleId) -> Self {
         let vertices = tile.vertices(triangle);
         let corner = |i: usize| Corner {
@@ -116,15 +118,15 @@ impl Face {
         };
         Self {
             corners: [corner(0), corner(1), corner(2)],
-            bars: HalfEdge::of_triangle(triangle).map(|side| Bar::of(tile, side)),
+            kinds: HalfEdge::of_triangle(triangle).map(|half_edge| EdgeKind::of(tile, half_edge)),
         }
     }
 
-    pub(super) fn rims(&self) -> [Rim; 3] {
-        [0, 1, 2].map(|i| Rim {
+    pub(super) fn edges(&self) -> [FaceEdge; 3] {
+        [0, 1, 2].map(|i| FaceEdge {
             from: self.corners[i],
             to: self.corners[(i + 1) % 3],
-            bar: self.bars[i],
+            kind: self.kinds[i],
         })
     }
 
@@ -132,15 +134,15 @@ impl Face {
         self.corners.map(|corner| corner.point)
     }
 
-    /// The numbers of its vertices, in order.
-    pub(super) fn key(&self) -> [End; 3] {
+    /// Returns the vertices, sorted.
+    pub(super) fn key(&self) -> [GraphVertex; 3] {
         let mut key = self.corners.map(|corner| corner.vertex);
         key.sort_unstable();
         key
     }
 }
 
-/// The two vertices of an edge, in order.
-pub(crate) fn sorted([a, b]: [End; 2]) -> [End; 2] {
+/// Returns the two vertices of an edge, sorted.
+pub(crate) fn sorted([a, b]: [GraphVertex; 2]) -> [GraphVertex; 2] {
     if a < b { [a, b] } else { [b, a] }
 }

@@ -1,4 +1,4 @@
-//! Questions for the CDT distance.
+//! Queries for CDT distances.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -7,30 +7,30 @@ use futures::stream::Stream;
 
 use foldhash::HashSet;
 
-use super::corner::End;
+use super::corner::GraphVertex;
 use super::run::EdgeRun;
 use crate::collections::keyed::Keyed;
 use crate::geometry::Point;
 use crate::query::answer::{Distance, SiteFound};
-use crate::query::free_space::Place;
+use crate::query::free_space::QueryPoint;
 use crate::query::request::{QueryError, QueryOptions, Tiles, unfold};
 use crate::store::{TileReader, Vertex, VertexId};
 
-/// A shortest way along edges.
+/// A shortest path along edges.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct CdtPath {
-    /// How long it is; the bounds are those of the CDT distance.
+    /// The length of the path, with bounds of the CDT distance.
     pub distance: Distance,
-    /// From its start by way of vertices to its end.
+    /// The start, the vertices on the path, and the end.
     pub points: Vec<Point>,
-    /// The vertices that these points are; ends may be none.
+    /// The vertices at these points; `None` for an end that is not a vertex.
     pub vertices: Vec<Option<VertexId>>,
 }
 
-/// A vertex in one of its sectors, by CDT distance.
+/// A vertex in one of its sectors, found by CDT distance.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,40 +38,42 @@ pub struct CdtPath {
 pub struct CdtVertex {
     /// The vertex.
     pub vertex: Vertex,
-    /// The neighbour at the right end of the sector, as seen from the vertex; none if the vertex has one free sector only.
+    /// The neighbour at the right end of the sector, seen from the vertex; `None` if the vertex has
+    /// one free sector only.
     pub sector: Option<VertexId>,
-    /// How far it is along edges; the bounds are those of the CDT distance.
+    /// The distance along edges, with bounds of the CDT distance.
     pub distance: Distance,
-    /// Which item of the stream, from 0, the way comes from: the parent in the source tree. None: from the source, if that is not
-    /// the vertex itself.
+    /// The previous vertex on the path, as the index of an item of the stream, from 0: the parent
+    /// in the source tree. `None` if the previous vertex is the source and not an item, or the
+    /// vertex is itself the source.
     pub parent: Option<u64>,
 }
 
 /// A stream of vertices in their sectors.
-pub(crate) struct Vertices {
+pub(crate) struct VertexStream {
     pub(crate) run: EdgeRun,
-    /// For each node, how many edges lead there.
+    /// For each node, the number of edges on the path to it.
     legs: Vec<u32>,
-    /// Nodes that are no vertices of the file; they come first.
-    put_in: u32,
+    /// The number of nodes that are inserted points; they come first.
+    inserted: u32,
 }
 
-impl Vertices {
+impl VertexStream {
     async fn next(&mut self) -> Result<Option<(CdtVertex, u32)>, QueryError> {
         while let Some(number) = self.run.next().await? {
             let node = *self.run.node(number);
             let before = node.parent.and_then(|parent| self.legs.get(parent as usize));
             self.legs.push(before.map_or(0, |legs| legs + 1));
             let Some(id) = node.vertex.vertex() else {
-                self.put_in += 1;
+                self.inserted += 1;
                 continue;
             };
-            let parent = node.parent.and_then(|parent| parent.checked_sub(self.put_in));
+            let parent = node.parent.and_then(|parent| parent.checked_sub(self.inserted));
             let found = CdtVertex {
                 vertex: Vertex { id, point: node.point },
                 sector: Some(node.sector)
                     .filter(|&sector| sector != node.vertex)
-                    .and_then(End::vertex),
+                    .and_then(GraphVertex::vertex),
                 distance: Distance::of_legs(node.length, self.legs[number as usize] as usize),
                 parent: parent.map(u64::from),
             };
@@ -81,19 +83,19 @@ impl Vertices {
     }
 }
 
-/// A site, with its node, by length and number.
+/// A site with its node, ordered by length and number.
 type Ready = Keyed<(u64, u64), (SiteFound, u32)>;
 
 /// A stream of sites.
 pub(crate) struct SitesAlongEdges {
-    pub(crate) vertices: Vertices,
+    pub(crate) vertices: VertexStream,
     met: HashSet<VertexId>,
-    /// Those that were met, with their nodes, by length and number, until no other can be as near.
+    /// The sites that were reached, with their nodes, until no other site can be nearer.
     ready: BinaryHeap<Reverse<Ready>>,
 }
 
 impl SitesAlongEdges {
-    /// Starts at a point, for sites that are not farther away than `limit`.
+    /// Starts at `at`, for sites that are at most `limit` away.
     pub(crate) async fn start(
         reader: &TileReader,
         at: Point,
@@ -101,13 +103,13 @@ impl SitesAlongEdges {
         options: &QueryOptions,
     ) -> Result<Self, QueryError> {
         Ok(Self {
-            vertices: Vertices::start(reader, at, limit, options).await?,
+            vertices: VertexStream::start(reader, at, limit, options).await?,
             met: HashSet::default(),
             ready: BinaryHeap::new(),
         })
     }
 
-    /// The next site, and its node.
+    /// Returns the next site, and its node.
     pub(crate) async fn next(&mut self) -> Result<Option<(SiteFound, u32)>, QueryError> {
         loop {
             let front = self.vertices.run.search.front();
@@ -140,29 +142,32 @@ impl SitesAlongEdges {
     }
 }
 
-impl Vertices {
+impl VertexStream {
     async fn start(reader: &TileReader, at: Point, limit: f64, options: &QueryOptions) -> Result<Self, QueryError> {
         Ok(Self {
             run: EdgeRun::from_point(reader, at, limit, options).await?,
             legs: Vec::new(),
-            put_in: 0,
+            inserted: 0,
         })
     }
 }
 
 /// Distances along edges of the triangulation.
 impl TileReader {
-    /// The CDT distance between two points: the length of a shortest way along edges of the triangulation that one may walk along, with
-    /// both points among the vertices, and that way. None if no way leads from one to the other.
+    /// Returns the CDT distance between two points, with its path: the length of a shortest path
+    /// along walkable edges of the constrained Delaunay triangulation that has both points as
+    /// vertices. Returns `None` if no path connects them.
     ///
-    /// It is at least the walking distance, and less than 2.42 times that (Bose and Keil 2006). An end that is no vertex is put in
-    /// for this query; nothing is written. A point outside the hull is joined to the vertices of the hull that it sees.
+    /// It is at least the walking distance, and less than 2.42 times the walking distance (Bose and
+    /// Keil 2006). An end that is not a vertex is inserted for this query only; nothing is written.
+    /// A point outside the hull is connected to the vertices of the hull that it sees.
     ///
     /// [Examples](crate::query#examples).
     ///
     /// # Errors
-    /// [`BreakLines`](QueryError::BreakLines) if the file has any, [`InsideObstacle`](QueryError::InsideObstacle) if an end lies
-    /// in one; otherwise as [`shortest_path`](Self::shortest_path).
+    /// [`BreakLines`](QueryError::BreakLines) if the file has break lines, and
+    /// [`InsideObstacle`](QueryError::InsideObstacle) if an end is in an obstacle; otherwise as
+    /// [`shortest_path`](Self::shortest_path).
     pub async fn cdt_distance(
         &self,
         from: Point,
@@ -170,8 +175,8 @@ impl TileReader {
         options: QueryOptions,
     ) -> Result<Option<CdtPath>, QueryError> {
         let mut tiles = Tiles::new(self, &options);
-        let to = Place::find_free(&mut tiles, to).await?;
-        let from = Place::find_free(&mut tiles, from).await?;
+        let to = QueryPoint::find_free(&mut tiles, to).await?;
+        let from = QueryPoint::find_free(&mut tiles, from).await?;
         let (mut run, end) = EdgeRun::towards(tiles, from, &to, 1.0).await?;
         run.refuse_break_lines()?;
         let Some(node) = run.find(end).await? else {
@@ -188,10 +193,12 @@ impl TileReader {
         }))
     }
 
-    /// All vertices that can be reached from a point, in each of their sectors, by [CDT distance](Self::cdt_distance): the source
-    /// tree. Vertices that are equally far away come by their coordinates.
+    /// Returns all vertices that can be reached from `from`, in each of their sectors, by [CDT
+    /// distance](Self::cdt_distance): the source tree. Vertices with equal distances are ordered by
+    /// their coordinates.
     ///
-    /// Ends and limits as [`nearest_sites`](Self::nearest_sites); and it ends with an error if the file has break lines.
+    /// The stream ends, and its limits apply, as for [`nearest_sites`](Self::nearest_sites). It
+    /// also ends with an error if the file has break lines.
     ///
     /// [Examples](crate::query#examples).
     pub fn vertices_by_cdt_distance(
@@ -201,17 +208,18 @@ impl TileReader {
     ) -> impl Stream<Item = Result<CdtVertex, QueryError>> + Send + Unpin + 'static + use<> {
         let reader = self.clone();
         let start = async move {
-            let mut vertices = Vertices::start(&reader, from, f64::INFINITY, &options).await?;
+            let mut vertices = VertexStream::start(&reader, from, f64::INFINITY, &options).await?;
             vertices.run.refuse_break_lines()?;
             Ok(vertices)
         };
-        unfold(start, |mut vertices: Vertices| async move {
+        unfold(start, |mut vertices: VertexStream| async move {
             Ok(vertices.next().await?.map(|(vertex, _)| (vertex, vertices)))
         })
     }
 
-    /// The sites by [CDT distance](Self::cdt_distance) from a point; equally far ones by number. Their paths are none, and their
-    /// distances those along edges, with the bounds of these. Ends and limits as
+    /// Returns the sites by [CDT distance](Self::cdt_distance) from `from`; sites with equal
+    /// distances are ordered by number. They have no paths, and their distances are those along
+    /// edges, with their bounds. The stream ends, and its limits apply, as for
     /// [`vertices_by_cdt_distance`](Self::vertices_by_cdt_distance).
     ///
     /// [Examples](crate::query#examples).

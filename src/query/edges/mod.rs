@@ -1,26 +1,31 @@
 //! Walking distance along the edges of the triangulation: the CDT distance.
 //!
-//! In: a source, and tiles as they are asked for. Out: vertices in their sectors, nearest first, each with the one before it: the source
-//! tree. It is Dijkstra's search over the edges that one may walk along: those of free triangles, and those of the hull where the
-//! outside is free. A wall is walked along on one of its sides, and a vertex is passed within one sector ([`ground`](crate::query::free_space::ground)),
-//! so a node is a vertex in a sector: unlike in the wave, where only one sector of a vertex matters, a way may pass it in each.
+//! The input is a source, and tiles on request. The output is vertices in their sectors, nearest
+//! first, each with its predecessor: the source tree. The search is Dijkstra's algorithm over the
+//! walkable edges: those of free triangles, and those of the hull if the outside is free. A path
+//! runs along a wall on one of its sides, and passes a vertex within one sector
+//! ([`free_space`](crate::query::free_space)). So a node is a vertex in a sector. In the wavefront
+//! only one sector of a vertex matters; here a path may pass a vertex in each.
 //!
 //! ```text
-//!     a ─────── b         the wall w v parts what is round v into one sector only, but round w, where it goes on, into two. From a
-//!     │ ╲  v  ╱ │         to c the edges lead round v, over a v and v c, or across w only on either side of the wall:
-//!     │  ╲ ║ ╱  │         (w, left) has an edge to a, and (w, right) one to c
-//!     │   ╲║╱   │
+//!     a ─────── b    The wall w v divides the plane round v into one sector only, but the plane
+//!     │ ╲  v  ╱ │    round w, where the wall continues, into two. From a to c the edges lead round
+//!     │  ╲ ║ ╱  │    v, over a v and v c, or across w only on either side of the wall: the node
+//!     │   ╲║╱   │    (w, left) has an edge to a, and the node (w, right) has one to c.
 //!     a'───w────c
 //!          ║
 //! ```
 //!
-//! It is at most 4π√3/9 < 2.42 times the shortest way among obstacles if all constraints are walls (Bose and Keil, "On the stretch factor of
-//! the constrained Delaunay triangulation", ISVD 2006): what sees each other is joined by edges no longer than that. Break lines are
-//! no obstacles, but hold edges in place that the bound needs elsewhere; so there is no such bound where a file has them.
+//! If all constraints are walls, the CDT distance is at most 4π√3/9 < 2.42 times the shortest path
+//! among the obstacles (Bose and Keil, "On the stretch factor of the constrained Delaunay
+//! triangulation", ISVD 2006): a path along edges connects points that see each other, and is at
+//! most that much longer. Break lines are not obstacles, but keep edges that the bound needs
+//! elsewhere. So a file with break lines has no such bound.
 //!
-//! A source or target that is no vertex is put in for the one query ([`overlay`]).
+//! A source or target that is not a vertex is inserted for the one query ([`overlay`]).
 //!
-//! It has no I/O: [`EdgeSearch::step`] is given a tile, and tells when it needs another; [`run`] feeds it.
+//! The search does no I/O: [`EdgeSearch::step`](search::EdgeSearch::step) takes a tile, and returns
+//! when it needs another; [`run`] supplies the tiles.
 
 mod corner;
 mod distances;

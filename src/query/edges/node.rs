@@ -1,20 +1,20 @@
-//! Vertices in their sectors, as a search along edges reached them.
+//! The nodes of a search along edges: vertices in their sectors.
 
-use super::corner::{End, Within};
+use super::corner::{GraphVertex, Within};
 use crate::geometry::Point;
 
-/// A vertex in a sector, as it was reached.
+/// A vertex in a sector, as the search reached it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Node {
-    pub(crate) vertex: End,
+    pub(crate) vertex: GraphVertex,
     pub(crate) point: Point,
-    /// Its sector: the neighbour at the right end of it, or the vertex itself if it has one free sector only. Of a point
-    /// that was put in, its number.
-    pub(crate) sector: End,
-    /// The way to it.
+    /// The sector: the neighbour at its right end, or the vertex itself if it has one free sector
+    /// only. For an inserted point, the number of the sector.
+    pub(crate) sector: GraphVertex,
+    /// The length of the path.
     pub(crate) length: f64,
-    /// The node before it; none for the source.
+    /// The previous node; `None` for the source.
     pub(crate) parent: Option<u32>,
-    /// In which wedge it was reached; none for the source.
+    /// The wedge in which the vertex was reached; `None` for the source.
     pub(crate) within: Option<Within>,
 }

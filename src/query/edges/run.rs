@@ -1,29 +1,29 @@
-//! The search along edges, and its tiles.
+//! A search along edges and the tiles that drive it.
 
 use std::sync::Arc;
 
 #[cfg(feature = "baselines")]
 use super::corner::Corner;
-use super::corner::End;
+use super::corner::GraphVertex;
 use super::node::Node;
 use super::overlay::Overlay;
-use super::search::{EdgeSearch, Step, Towards};
+use super::search::{EdgeSearch, EdgeSearchStep, Heuristic};
 use crate::geometry::Point;
-use crate::query::free_space::{Ground, Place};
+use crate::query::free_space::{FreeSpace, QueryPoint};
 use crate::query::request::{QueryError, QueryOptions, Tiles};
 use crate::store::{LineKind, Metadata, Tile, TileReader};
 
-/// Nodes after which other tasks have their turn.
+/// The number of nodes after which the search yields to other tasks.
 const PAUSE: u32 = 1 << 10;
 
-/// A search along edges and its tiles.
+/// A search along edges and the tiles that drive it.
 pub(crate) struct EdgeRun {
     pub(crate) tiles: Tiles,
     pub(crate) search: EdgeSearch,
     tile: Arc<Tile>,
-    source: Place,
+    source: QueryPoint,
     pause: u32,
-    /// Whether to fail where there is a break line.
+    /// Whether to fail at a break line.
     refuses: bool,
 }
 
@@ -32,12 +32,12 @@ pub(crate) struct EdgeRun {
 pub(crate) enum BreakLines {
     No,
     Yes,
-    /// It does not say which lines it has.
+    /// The file does not state which lines it has.
     Unknown,
 }
 
 impl BreakLines {
-    /// What the directory of a file says.
+    /// Returns what the directory of a file states.
     pub(crate) fn of(metadata: &Metadata) -> Self {
         if metadata.constraint_edges == 0 {
             return Self::No;
@@ -51,25 +51,29 @@ impl BreakLines {
 }
 
 impl EdgeRun {
-    /// Starts at a free place, for all that is not farther away than `limit`, nearest first.
-    pub(crate) async fn start(tiles: Tiles, source: Place, limit: f64) -> Result<Self, QueryError> {
+    /// Starts at a free point, for all nodes that are at most `limit` away, nearest first.
+    pub(crate) async fn start(tiles: Tiles, source: QueryPoint, limit: f64) -> Result<Self, QueryError> {
         Ok(Self::begin(tiles, source, None, limit).await?.0)
     }
 
-    /// Starts at a free place, towards another one; returns which vertex that is now. The way that is found to it is at most `haste` times as
-    /// long as a shortest one, which is 1 or more.
+    /// Starts at a free point, towards `target`. Returns the vertex of the target. The path to it
+    /// is at most `weight` times as long as a shortest one; `weight` is at least 1.
     pub(crate) async fn towards(
         tiles: Tiles,
-        source: Place,
-        target: &Place,
-        haste: f64,
-    ) -> Result<(Self, End), QueryError> {
-        Self::begin(tiles, source, Some((target, haste)), f64::INFINITY).await
+        source: QueryPoint,
+        target: &QueryPoint,
+        weight: f64,
+    ) -> Result<(Self, GraphVertex), QueryError> {
+        Self::begin(tiles, source, Some((target, weight)), f64::INFINITY).await
     }
 
-    /// Starts at a vertex in some of its wedges, on behalf of a place near it.
+    /// Starts at a vertex in some of its wedges, instead of a point near it.
     #[cfg(feature = "baselines")]
-    pub(crate) async fn from_corners(mut tiles: Tiles, source: Place, corners: &[Corner]) -> Result<Self, QueryError> {
+    pub(crate) async fn from_corners(
+        mut tiles: Tiles,
+        source: QueryPoint,
+        corners: &[Corner],
+    ) -> Result<Self, QueryError> {
         let search = EdgeSearch::from_corners(corners, tiles.outside_is_free());
         let tile = tiles.last().await?;
         Ok(Self {
@@ -84,18 +88,18 @@ impl EdgeRun {
 
     async fn begin(
         mut tiles: Tiles,
-        source: Place,
-        target: Option<(&Place, f64)>,
+        source: QueryPoint,
+        target: Option<(&QueryPoint, f64)>,
         limit: f64,
-    ) -> Result<(Self, End), QueryError> {
+    ) -> Result<(Self, GraphVertex), QueryError> {
         let mut overlay = Overlay::default();
-        let start = overlay.put_in(&mut tiles, &source).await?;
+        let start = overlay.insert_point(&mut tiles, &source).await?;
         let mut end = start;
         let mut goal = None;
-        if let Some((target, haste)) = target {
+        if let Some((target, weight)) = target {
             let point = target.point;
-            goal = Some(Towards { point, haste });
-            end = overlay.put_in(&mut tiles, target).await?;
+            goal = Some(Heuristic { point, weight });
+            end = overlay.insert_point(&mut tiles, target).await?;
         }
         let outside_is_free = tiles.outside_is_free();
         let search = EdgeSearch::new((start, source.point), overlay, limit, goal, outside_is_free);
@@ -111,7 +115,7 @@ impl EdgeRun {
         Ok((this, end))
     }
 
-    /// Starts at a point, which must be free.
+    /// Starts at `at`, which must be free.
     pub(crate) async fn from_point(
         reader: &TileReader,
         at: Point,
@@ -119,11 +123,12 @@ impl EdgeRun {
         options: &QueryOptions,
     ) -> Result<Self, QueryError> {
         let mut tiles = Tiles::new(reader, options);
-        let source = Place::find_free(&mut tiles, at).await?;
+        let source = QueryPoint::find_free(&mut tiles, at).await?;
         Self::start(tiles, source, limit).await
     }
 
-    /// Fails if the file has break lines, or a tile that is come to shows one: the bound of the CDT distance does not hold then.
+    /// Fails if the file has break lines. From now on also fails at a tile with break lines. The
+    /// bound of the CDT distance does not hold with them.
     pub(crate) fn refuse_break_lines(&mut self) -> Result<(), QueryError> {
         self.refuses = true;
         match BreakLines::of(self.tiles.metadata()) {
@@ -133,16 +138,17 @@ impl EdgeRun {
     }
 
     fn check_tile(&self) -> Result<(), QueryError> {
-        if self.refuses && Ground::of(&self.tiles, &self.tile).has_break_lines() {
+        if self.refuses && FreeSpace::of(&self.tiles, &self.tile).has_break_lines() {
             return Err(self.tiles.break_lines());
         }
         Ok(())
     }
 
-    /// The next nearest node, by number; none if there is no more.
+    /// Returns the number of the next nearest node; `None` if there are no more.
     ///
     /// # Errors
-    /// If a tile cannot be read, or the budget is used up: with the length that all nodes to come have at least.
+    /// If a tile cannot be read, or a limit is reached. The error then has a lower bound of the
+    /// lengths of all remaining nodes.
     pub(crate) async fn next(&mut self) -> Result<Option<u32>, QueryError> {
         self.pause -= 1;
         if self.pause == 0 {
@@ -155,9 +161,9 @@ impl EdgeRun {
         loop {
             let step = self.search.step(&self.tile);
             match self.tiles.checked(self.tile.id(), step)? {
-                Step::Found(node) => return Ok(Some(node)),
-                Step::Done => return Ok(None),
-                Step::Need(id) => {
+                EdgeSearchStep::Found(node) => return Ok(Some(node)),
+                EdgeSearchStep::Done => return Ok(None),
+                EdgeSearchStep::Need(id) => {
                     let tile = self.tiles.get(id).await;
                     self.tile = tile.map_err(|error| error.at_least(self.search.front()))?;
                     self.check_tile()?;
@@ -166,11 +172,11 @@ impl EdgeRun {
         }
     }
 
-    /// The node of a vertex, of the file or put in, if there is a way to it.
+    /// Returns the node of a vertex, or of an inserted point, if a path leads there.
     ///
     /// # Errors
     /// As [`next`](Self::next).
-    pub(crate) async fn find(&mut self, vertex: End) -> Result<Option<u32>, QueryError> {
+    pub(crate) async fn find(&mut self, vertex: GraphVertex) -> Result<Option<u32>, QueryError> {
         while let Some(node) = self.next().await? {
             if self.search.node(node).vertex == vertex {
                 return Ok(Some(node));
@@ -179,18 +185,19 @@ impl EdgeRun {
         Ok(None)
     }
 
-    /// A node that was found.
+    /// Returns a node that was found.
     pub(crate) fn node(&self, number: u32) -> &Node {
         self.search.node(number)
     }
 
-    /// The tile of the vertex of the file that was found last, with its whole star.
+    /// Returns the tile of the file's vertex that was found last, which has the vertex's whole
+    /// star.
     pub(crate) fn tile(&self) -> &Arc<Tile> {
         &self.tile
     }
 
-    /// Where it started.
-    pub(crate) fn source(&self) -> &Place {
+    /// Returns the point where the search started.
+    pub(crate) fn source(&self) -> &QueryPoint {
         &self.source
     }
 }

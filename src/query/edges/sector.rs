@@ -1,31 +1,31 @@
-//! The sectors of vertices, by the vertices beside them.
+//! The sectors of vertices, identified by neighbouring vertices.
 
-use super::corner::{End, Within};
+use super::corner::{GraphVertex, Within};
 use crate::geometry::VertexIndex;
-use crate::query::free_space::{Ground, Wedge};
+use crate::query::free_space::{FreeSpace, Wedge};
 use crate::query::request::Contradiction;
 
-/// The wedge of a vertex of the tile that is named by a vertex on its left.
-pub(crate) fn wedge(ground: Ground<'_>, vertex: VertexIndex, within: Within) -> Result<Wedge, Contradiction> {
+/// Returns the wedge of a vertex of the tile, which `within` names by a vertex on its left.
+pub(crate) fn wedge(space: FreeSpace<'_>, vertex: VertexIndex, within: Within) -> Result<Wedge, Contradiction> {
     let wedge = match within {
         Within::Outside => Some(Wedge::Outside),
         Within::Sector(_) => None,
-        Within::RightOf(left) => ground.right_of_edge(vertex, left)?,
+        Within::RightOf(left) => space.right_of_edge(vertex, left)?,
     };
     wedge.ok_or(Contradiction::LacksTriangle(vertex))
 }
 
-/// The name of the sector of a wedge, and its wedges from the right to the left.
+/// Returns the name of the sector of a wedge, and its wedges from right to left.
 pub(crate) fn sector(
-    ground: Ground<'_>,
+    space: FreeSpace<'_>,
     vertex: VertexIndex,
     wedge: Wedge,
-) -> Result<(End, Vec<Wedge>), Contradiction> {
-    let (wedges, is_whole) = ground.sector(vertex, wedge)?;
+) -> Result<(GraphVertex, Vec<Wedge>), Contradiction> {
+    let (wedges, is_whole) = space.sector(vertex, wedge)?;
     let name = if is_whole {
         vertex
     } else {
-        ground.neighbours(vertex, wedges[0])?[0]
+        space.neighbours(vertex, wedges[0])?[0]
     };
-    Ok((ground.tile.vertex(name).id.into(), wedges))
+    Ok((space.tile.vertex(name).id.into(), wedges))
 }

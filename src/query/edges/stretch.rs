@@ -1,5 +1,5 @@
-//! What ways along edges can be longer than others.
+//! The stretch factor of paths along edges.
 
-/// A factor that is proved: 4π√3/9, rounded up (Bose and Keil, "On the stretch factor of the constrained Delaunay triangulation",
-/// ISVD 2006).
+/// A proved upper bound of the stretch factor: 4π√3/9, rounded up (Bose and Keil, "On the stretch
+/// factor of the constrained Delaunay triangulation", ISVD 2006).
 pub(crate) const STRETCH: f64 = 2.42;

@@ -1,28 +1,28 @@
-//! Whether one may be at a point.
+//! Whether a point is free.
 
-use super::place::Place;
+use super::query_point::QueryPoint;
 use crate::geometry::Point;
 use crate::query::request::{QueryError, QueryOptions, Tiles};
 use crate::store::TileReader;
 
-/// Whether one may be at a point.
+/// Whether a point is free, that is, not in an obstacle.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Footing {
-    /// One may.
+    /// The point is free.
     Free,
-    /// It lies in an obstacle.
+    /// The point is in an obstacle.
     InsideObstacle {
-        /// The nearest point where one may be, rounded; none if there is none.
+        /// The nearest free point, rounded; `None` if no point is free.
         nearest_free: Option<Point>,
     },
 }
 
-/// Whether one may be somewhere.
+/// Free and blocked points.
 impl TileReader {
-    /// Whether one may be at a point, and where one may if not.
+    /// Returns whether the point `at` is free, and the nearest free point if it is not.
     ///
     /// [Examples](crate::query#examples).
     ///
@@ -30,11 +30,11 @@ impl TileReader {
     /// As [`shortest_path`](Self::shortest_path).
     pub async fn footing(&self, at: Point, options: QueryOptions) -> Result<Footing, QueryError> {
         let mut tiles = Tiles::new(self, &options);
-        let place = Place::find(&mut tiles, at).await?;
-        if place.is_free {
+        let query_point = QueryPoint::find(&mut tiles, at).await?;
+        if query_point.is_free {
             return Ok(Footing::Free);
         }
-        let nearest_free = place.nearest_free(&mut tiles).await?;
+        let nearest_free = query_point.nearest_free(&mut tiles).await?;
         Ok(Footing::InsideObstacle { nearest_free })
     }
 }

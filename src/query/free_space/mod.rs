@@ -1,21 +1,24 @@
-//! Where one may walk: what blocks, the sectors round vertices, and the places where queries begin and end.
+//! The free space: which edges block, the sectors round vertices, and the points where queries
+//! start and end.
+//!
+//! Walls *block*, and so do the edges that separate free triangles from holes.
 
 mod footing;
-mod ground;
 mod marks;
 mod nearest_free;
 mod passages;
-mod place;
+mod position;
+mod query_point;
 mod sight;
-mod spot;
+mod space;
 mod wedges;
 
 pub use footing::Footing;
-pub(crate) use ground::{Beyond, Ground};
 pub(crate) use marks::Mark;
 #[cfg(feature = "baselines")]
 pub(crate) use nearest_free::nearest_on;
 pub(crate) use passages::{Passage, Passages};
-pub(crate) use place::Place;
-pub(crate) use spot::Spot;
+pub(crate) use position::Position;
+pub(crate) use query_point::QueryPoint;
+pub(crate) use space::{FreeSpace, FreeTwin};
 pub(crate) use wedges::Wedge;

@@ -1,42 +1,46 @@
-//! Where the nearest free point is.
+//! The nearest free point of a point in an obstacle.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use foldhash::HashSet;
 
-use super::ground::Ground;
-use super::spot::Spot;
+use super::position::Position;
+use super::space::FreeSpace;
 use super::wedges::Wedge;
 use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 use crate::query::answer::distance;
 use crate::query::request::{Contradiction, QueryError, Tiles};
 use crate::store::{Tile, Vertex, VertexId};
 
-/// The nearest point where one may be, of a point where one may not. None if there is no such point.
-pub(crate) async fn nearest_free(tiles: &mut Tiles, at: Point, spot: Spot) -> Result<Option<Point>, QueryError> {
-    let mut search = Search {
+/// Returns the free point nearest to `at`, which is not free; `None` if no point is free.
+pub(crate) async fn nearest_free(
+    tiles: &mut Tiles,
+    at: Point,
+    position: Position,
+) -> Result<Option<Point>, QueryError> {
+    let mut search = HoleSearch {
         at,
         open: BinaryHeap::new(),
         pushed: HashSet::default(),
     };
-    match spot {
-        Spot::Triangle(triangle) => search.push_sides(&*tiles.get(triangle.tile).await?, triangle.triangle),
-        Spot::Edge { ends: [a, b] } => {
+    match position {
+        Position::Triangle(triangle) => search.push_edges(&*tiles.get(triangle.tile).await?, triangle.triangle),
+        Position::Edge { ends: [a, b] } => {
             search.push([a, b]);
             search.push([b, a]);
         }
-        Spot::Vertex(vertex) => {
+        Position::Vertex(vertex) => {
             let tile = tiles.get(vertex.id.tile).await?;
-            let ground = Ground::of(tiles, &tile);
-            let wedges = tiles.checked(tile.id(), ground.wedges(vertex.id.index))?;
+            let space = FreeSpace::of(tiles, &tile);
+            let wedges = tiles.checked(tile.id(), space.wedges(vertex.id.index))?;
             for wedge in wedges {
-                if let Wedge::Triangle(side) = wedge {
-                    search.push_sides(&tile, side.triangle());
+                if let Wedge::Triangle(half_edge) = wedge {
+                    search.push_edges(&tile, half_edge.triangle());
                 }
             }
         }
-        Spot::Outside([from, _]) => {
+        Position::Outside([from, _]) => {
             for forward in [true, false] {
                 search.push_visible(tiles, from, forward).await?;
             }
@@ -45,16 +49,16 @@ pub(crate) async fn nearest_free(tiles: &mut Tiles, at: Point, spot: Spot) -> Re
     search.run(tiles).await
 }
 
-/// A search from a place that is not free through holes, by the distance of their edges: the straight way to the nearest
-/// free point lies in what is not free.
-struct Search {
+/// A search through holes, from a point that is not free, in the order of the distance of their
+/// edges. The straight line to the nearest free point runs through space that is not free.
+struct HoleSearch {
     at: Point,
-    /// Edges, by the bits of their distance; what lies on the left of each is to be looked at.
+    /// Edges, by the bits of their distance. The search examines the triangle on the left of each.
     open: BinaryHeap<Reverse<(u64, [VertexId; 2])>>,
     pushed: HashSet<[VertexId; 2]>,
 }
 
-impl Search {
+impl HoleSearch {
     fn push(&mut self, [from, to]: [Vertex; 2]) {
         if self.pushed.insert([from.id, to.id]) {
             let nearest = nearest_on([from.point, to.point], self.at);
@@ -63,21 +67,21 @@ impl Search {
         }
     }
 
-    /// What lies beyond the sides of a triangle.
-    fn push_sides(&mut self, tile: &Tile, triangle: TriangleId) {
-        for side in HalfEdge::of_triangle(triangle) {
-            let [from, to] = tile.ends(side);
+    /// Pushes the twins of a triangle's half-edges.
+    fn push_edges(&mut self, tile: &Tile, triangle: TriangleId) {
+        for half_edge in HalfEdge::of_triangle(triangle) {
+            let [from, to] = tile.ends(half_edge);
             self.push([to, from]);
         }
     }
 
-    /// What lies behind the hull's edges that a point outside sees, from a vertex on.
+    /// Pushes the hull edges that a point outside sees, starting at `vertex`.
     async fn push_visible(&mut self, tiles: &mut Tiles, vertex: VertexId, forward: bool) -> Result<(), QueryError> {
         let mut vertex = vertex;
         loop {
             let tile = tiles.get(vertex.tile).await?;
-            let ground = Ground::of(tiles, &tile);
-            let edge = tiles.checked(vertex.tile, ground.along_hull(vertex.index, forward))?;
+            let space = FreeSpace::of(tiles, &tile);
+            let edge = tiles.checked(vertex.tile, space.along_hull(vertex.index, forward))?;
             let [from, to] = tile.ends(edge);
             let is_seen = orient2d(from.point, to.point, self.at) == Orientation::Clockwise;
             if !is_seen || self.pushed.contains(&[from.id, to.id]) {
@@ -90,12 +94,16 @@ impl Search {
 
     async fn run(mut self, tiles: &mut Tiles) -> Result<Option<Point>, QueryError> {
         while let Some(Reverse((_, [from, to]))) = self.open.pop() {
-            match tiles.side_between(from, to).await? {
-                Some((tile, side)) if tile.is_hole(side.triangle()) => self.push_sides(&tile, side.triangle()),
-                Some((tile, side)) => return Ok(Some(nearest_on(tile.ends(side).map(|end| end.point), self.at))),
+            match tiles.half_edge_between(from, to).await? {
+                Some((tile, half_edge)) if tile.is_hole(half_edge.triangle()) => {
+                    self.push_edges(&tile, half_edge.triangle())
+                }
+                Some((tile, half_edge)) => {
+                    return Ok(Some(nearest_on(tile.ends(half_edge).map(|end| end.point), self.at)));
+                }
                 None if tiles.outside_is_free() => {
                     let tile = tiles.get(to.tile).await?;
-                    let back = tiles.checked(to.tile, side_towards_hull(Ground::of(tiles, &tile), to, from))?;
+                    let back = tiles.checked(to.tile, half_edge_along_hull(FreeSpace::of(tiles, &tile), to, from))?;
                     return Ok(Some(nearest_on(tile.ends(back).map(|end| end.point), self.at)));
                 }
                 None => {}
@@ -105,16 +113,16 @@ impl Search {
     }
 }
 
-/// The side from a vertex of the tile along the hull to the next one.
-fn side_towards_hull(ground: Ground<'_>, from: VertexId, to: VertexId) -> Result<HalfEdge, Contradiction> {
-    let side = ground.first(from.index)?;
-    let [_, end] = ground.tile.ends(side);
+/// Returns the half-edge along the hull from `from`, a vertex of the tile, to `to`.
+fn half_edge_along_hull(space: FreeSpace<'_>, from: VertexId, to: VertexId) -> Result<HalfEdge, Contradiction> {
+    let half_edge = space.first(from.index)?;
+    let [_, end] = space.tile.ends(half_edge);
     (end.id == to)
-        .then_some(side)
+        .then_some(half_edge)
         .ok_or(Contradiction::NoHullEdge(from, to))
 }
 
-/// The point of a segment that is nearest to a point, rounded.
+/// Returns the point of the segment that is nearest to `p`, rounded.
 pub(crate) fn nearest_on([a, b]: [Point; 2], p: Point) -> Point {
     let (dx, dy) = (b.x - a.x, b.y - a.y);
     let square = dx * dx + dy * dy;

@@ -1,138 +1,149 @@
-//! What lies beyond the sides of a tile's triangles, noted for all searches when the first one comes to a side, and where dead ends begin.
+//! The twins of a tile's half-edges, noted for all searches when the first one reaches a half-edge,
+//! and where dead ends start.
 //!
-//! A triangle that one can leave by one side only is a *dead end*, and so is one that besides leads to dead ends only. No shortest way
-//! goes through it that has neither of its ends there: it would come back to the side by which it entered, and could go along that.
-//! Triangles at whose corners there are sites count as ways out, and so do those of the border, which other tiles have too.
+//! A triangle with only one exit is a *dead end*, and so is one whose other exits all lead to dead
+//! ends. No shortest path that starts and ends elsewhere runs through a dead end: it would return
+//! to the half-edge by which it entered, and could run along that half-edge instead. Triangles with
+//! a site at a corner count as exits, and so do triangles of the border, which other tiles have
+//! too.
 //!
 //! ```text
-//!     ──────────┬───────       t has one side that is not blocked, and with t left out, so has u: both are dead ends. Who comes to
-//!       ╲   u  ╱ ╲             the side between v and u need not go on, but for a goal in u or t. Whoever starts there goes out
-//!     ═══╲    ╱ t ║            as if nothing was noted: the sides are noted as seen from outside
-//!         ╲  ╱    ║
-//!       v  ╲╱═════╝
+//!     ──────────┬───────    t has one half-edge that is not blocked. Without t, so has u: both are
+//!       ╲   u  ╱ ╲          dead ends. A search that reaches the edge between v and u stops there,
+//!     ═══╲    ╱ t ║         unless a goal lies in u or t. A search that starts inside leaves as if
+//!         ╲  ╱    ║         nothing were noted, because only the half-edges that lead into a dead
+//!       v  ╲╱═════╝         end are marked.
 //! ```
 //!
-//! That sides agree with those beyond them is checked when they are noted, and not at each crossing. To look for dead ends takes all sides of
-//! the tile, which pays where many searches come; the first ones do without.
+//! Noting a half-edge checks that it agrees with its twin, so crossings need no check. Finding dead
+//! ends examines all half-edges of the tile. That pays off where many searches come, so the first
+//! searches do without.
 
 use std::sync::atomic::Ordering;
 
-use super::ground::{Beyond, Ground};
+use super::space::{FreeSpace, FreeTwin};
 use crate::geometry::{HalfEdge, Orientation, TriangleId, VertexIndex, orient2d};
-use crate::store::{Noted, NotedSide, NotedSides};
+use crate::store::{HalfEdgeNote, HalfEdgeNotes, NoteKind};
 
-/// What lies beyond a side, if it is no side: from here on, and [`NotedSide::NONE`].
+/// The lowest noted value that is not a half-edge. The values from here on are the cases below, and
+/// [`HalfEdgeNote::NONE`].
 const NO_SIDE: u32 = u32::MAX - 4;
 const BLOCKED: u32 = NO_SIDE;
 const ELSEWHERE: u32 = NO_SIDE + 1;
 const OUTSIDE: u32 = NO_SIDE + 2;
-const AT_ODDS: u32 = NO_SIDE + 3;
-/// Of a side beyond which there is a dead end.
+const CONTRADICTORY: u32 = NO_SIDE + 3;
+/// The bit that marks a half-edge whose twin belongs to a dead end.
 const DEAD_END: u32 = 1 << 31;
 
-/// The search that comes to a tile as this one looks for its dead ends: to do that takes as long as some tens of ways across the tile.
+/// The number of visits to a tile after which its dead ends are computed. The computation takes as
+/// long as some tens of paths across the tile.
 const LOOKS_FOR_DEAD_ENDS: u32 = 16;
 
-/// What lies beyond a side of a free triangle.
+/// The space beyond a half-edge of a free triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Passage {
-    /// A free triangle, with this side.
-    Side(HalfEdge),
-    /// The same, and it leads nowhere else.
+    /// The triangle of this half-edge, the twin, which is free.
+    HalfEdge(HalfEdge),
+    /// The triangle of this half-edge, which is free and a dead end.
     DeadEnd(HalfEdge),
     /// A triangle of another tile, or the hull.
     Elsewhere,
-    /// The free outside.
+    /// The free outside of the hull.
     Outside,
-    /// Nothing that one may enter.
+    /// Nothing: the edge blocks, or the space beyond it is not free.
     Blocked,
-    /// A triangle that does not lie there: the tile is damaged.
-    AtOdds,
+    /// A triangle whose corners contradict the edge: the tile is damaged.
+    Contradictory,
 }
 
-/// The sides of a tile, and what is noted of them.
+/// The half-edges of a tile, and the notes about them.
 #[derive(Clone, Copy)]
 pub(crate) struct Passages<'t> {
-    ground: Ground<'t>,
-    noted: &'t NotedSides,
+    space: FreeSpace<'t>,
+    noted: &'t HalfEdgeNotes,
 }
 
-impl<'t> Ground<'t> {
-    /// What lies beyond the sides of the tile's triangles.
+impl<'t> FreeSpace<'t> {
+    /// Returns the passages of the tile's half-edges.
     #[inline]
     pub(crate) fn passages(self) -> Passages<'t> {
         Passages {
-            ground: self,
-            noted: self.tile.notes().sides(3 * self.tile.triangle_count()),
+            space: self,
+            noted: self.tile.notes().half_edges(3 * self.tile.triangle_count()),
         }
     }
 }
 
 impl<'t> Passages<'t> {
-    /// The tile.
+    /// Returns the free space of the tile.
     #[inline]
-    pub(crate) fn ground(self) -> Ground<'t> {
-        self.ground
+    pub(crate) fn space(self) -> FreeSpace<'t> {
+        self.space
     }
 
-    /// What lies beyond a side.
+    /// Returns what is beyond a half-edge.
     #[inline]
-    pub(crate) fn beyond(self, side: HalfEdge) -> Passage {
-        let noted = match self.noted.of_sides[side.index()].get(Noted::Beyond) {
-            NotedSide::NONE => self.note(side),
+    pub(crate) fn twin(self, half_edge: HalfEdge) -> Passage {
+        let noted = match self.noted.half_edges[half_edge.index()].get(NoteKind::Passage) {
+            HalfEdgeNote::NONE => self.note(half_edge),
             noted => noted,
         };
         match noted {
             BLOCKED => Passage::Blocked,
             ELSEWHERE => Passage::Elsewhere,
             OUTSIDE => Passage::Outside,
-            AT_ODDS => Passage::AtOdds,
-            side if side & DEAD_END != 0 && self.may_mark() => Passage::DeadEnd(HalfEdge(side & !DEAD_END)),
-            side => Passage::Side(HalfEdge(side)),
+            CONTRADICTORY => Passage::Contradictory,
+            half_edge if half_edge & DEAD_END != 0 && self.may_mark() => {
+                Passage::DeadEnd(HalfEdge(half_edge & !DEAD_END))
+            }
+            half_edge => Passage::HalfEdge(HalfEdge(half_edge)),
         }
     }
 
-    /// Whether dead ends are marked: not where there are so many sides that the mark would be one's number.
+    /// Returns whether dead ends can be marked: not if the tile has so many half-edges that the
+    /// mark would be part of an index.
     #[inline]
     fn may_mark(self) -> bool {
-        self.noted.of_sides.len() <= DEAD_END as usize
+        self.noted.half_edges.len() <= DEAD_END as usize
     }
 
-    /// The corner that a side starts at.
+    /// Returns the origin of a half-edge.
     #[inline]
-    pub(crate) fn corner(self, side: HalfEdge) -> VertexIndex {
-        let noted = &self.noted.of_sides[side.index()];
-        VertexIndex(match noted.get(Noted::Corner) {
-            NotedSide::NONE => noted.note(Noted::Corner, self.ground.tile.origin(side).0),
+    pub(crate) fn corner(self, half_edge: HalfEdge) -> VertexIndex {
+        let noted = &self.noted.half_edges[half_edge.index()];
+        VertexIndex(match noted.get(NoteKind::Origin) {
+            HalfEdgeNote::NONE => noted.note(NoteKind::Origin, self.space.tile.origin(half_edge).0),
             corner => corner,
         })
     }
 
-    /// Finds out what lies beyond a side.
+    /// Determines what is beyond a half-edge, and notes it.
     #[cold]
-    fn note(self, side: HalfEdge) -> u32 {
-        let beyond = match self.ground.beyond(side) {
-            Beyond::Side(other) if self.agree(side, other) => other.0,
-            Beyond::Side(_) => AT_ODDS,
-            Beyond::Elsewhere => ELSEWHERE,
-            Beyond::Outside => OUTSIDE,
-            Beyond::Blocked => BLOCKED,
+    fn note(self, half_edge: HalfEdge) -> u32 {
+        let beyond = match self.space.twin(half_edge) {
+            FreeTwin::HalfEdge(other) if self.agree(half_edge, other) => other.0,
+            FreeTwin::HalfEdge(_) => CONTRADICTORY,
+            FreeTwin::Elsewhere => ELSEWHERE,
+            FreeTwin::Outside => OUTSIDE,
+            FreeTwin::Blocked => BLOCKED,
         };
-        self.noted.of_sides[side.index()].note(Noted::Beyond, beyond)
+        self.noted.half_edges[half_edge.index()].note(NoteKind::Passage, beyond)
     }
 
-    /// Whether two sides have the same ends, and the triangle of the other one lies on its left.
-    fn agree(self, side: HalfEdge, other: HalfEdge) -> bool {
-        let [from, to] = [side, side.next()].map(|side| self.corner(side));
-        let corners = HalfEdge::of_triangle(other.triangle()).map(|side| self.corner(side));
-        let [to_there, from_there] = [other, other.next()].map(|side| corners[side.corner() as usize]);
-        let is_same = |a: VertexIndex, b: VertexIndex| a == b || self.ground.point(a) == self.ground.point(b);
-        let [a, b, c] = corners.map(|corner| self.ground.point(corner));
+    /// Returns whether two half-edges have the same ends, and the triangle of `other` is
+    /// counter-clockwise.
+    fn agree(self, half_edge: HalfEdge, other: HalfEdge) -> bool {
+        let [from, to] = [half_edge, half_edge.next()].map(|half_edge| self.corner(half_edge));
+        let corners = HalfEdge::of_triangle(other.triangle()).map(|half_edge| self.corner(half_edge));
+        let [to_there, from_there] = [other, other.next()].map(|half_edge| corners[half_edge.corner() as usize]);
+        let is_same = |a: VertexIndex, b: VertexIndex| a == b || self.space.point(a) == self.space.point(b);
+        let [a, b, c] = corners.map(|corner| self.space.point(corner));
         is_same(from, from_there) && is_same(to, to_there) && orient2d(a, b, c) == Orientation::CounterClockwise
     }
 
-    /// A search comes to the tile: whether dead ends are known in it, from now on.
-    pub(crate) fn come(self) -> bool {
+    /// Counts the visit of a search to the tile. Returns whether the dead ends of the tile are
+    /// known from now on.
+    pub(crate) fn visit(self) -> bool {
         if self.noted.knows_dead_ends.load(Ordering::Acquire) {
             return true;
         }
@@ -143,76 +154,77 @@ impl<'t> Passages<'t> {
         is_time
     }
 
-    /// Marks dead ends. Only one search may do so.
+    /// Marks dead ends. Only one search may call this.
     fn find_dead_ends(self) {
-        // Where nothing is blocked, nothing is a dead end.
-        if self.ground.may_block() && self.may_mark() {
+        // Without blocked edges there are no dead ends.
+        if self.space.may_block() && self.may_mark() {
             self.mark_dead_ends();
         }
         self.noted.knows_dead_ends.store(true, Ordering::Release);
     }
 
-    /// A triangle, and those by which one comes to it if it is in a dead end, up to the first one that is not.
+    /// Returns `triangle`, followed by the triangles that lead out of its dead end, if it lies in
+    /// one, up to the first that is not in the dead end.
     pub(crate) fn way_in(self, triangle: TriangleId) -> Vec<TriangleId> {
         let mut way = Vec::new();
         let mut triangle = triangle;
-        for _ in 0..self.ground.tile.triangle_count() {
+        for _ in 0..self.space.tile.triangle_count() {
             way.push(triangle);
-            let sides = HalfEdge::of_triangle(triangle);
-            // From inside, the only way out is not marked.
-            let out = sides
+            let half_edges = HalfEdge::of_triangle(triangle);
+            // The only exit from inside a dead end is not marked.
+            let out = half_edges
                 .into_iter()
-                .map(|side| self.beyond(side))
+                .map(|half_edge| self.twin(half_edge))
                 .find_map(|beyond| match beyond {
-                    Passage::Side(side) => Some(side),
+                    Passage::HalfEdge(half_edge) => Some(half_edge),
                     _ => None,
                 });
             match out {
-                Some(out) if matches!(self.beyond(out), Passage::DeadEnd(_)) => triangle = out.triangle(),
+                Some(out) if matches!(self.twin(out), Passage::DeadEnd(_)) => triangle = out.triangle(),
                 _ => break,
             }
         }
         way
     }
 
-    /// Takes away triangles that have one way out, and then those that have one way out without them, and so on.
+    /// Removes triangles with one exit, then those with one exit left, and so on.
     fn mark_dead_ends(self) {
-        let is_site: Vec<bool> = self.ground.site_marks();
+        let is_site: Vec<bool> = self.space.site_marks();
         let ways = |triangle: TriangleId| -> u8 {
-            let sides = HalfEdge::of_triangle(triangle);
-            // What is not a side of the tile, nor blocked, is a way out that stays.
-            let count = sides.map(|side| match self.beyond(side) {
+            let half_edges = HalfEdge::of_triangle(triangle);
+            // A half-edge that is not blocked and has no twin in the tile is an exit that stays.
+            let count = half_edges.map(|half_edge| match self.twin(half_edge) {
                 Passage::Blocked => 0,
-                Passage::Side(_) | Passage::DeadEnd(_) => 1,
-                Passage::Elsewhere | Passage::Outside | Passage::AtOdds => 2,
+                Passage::HalfEdge(_) | Passage::DeadEnd(_) => 1,
+                Passage::Elsewhere | Passage::Outside | Passage::Contradictory => 2,
             });
             count.into_iter().sum()
         };
-        let core = self.ground.tile.core_triangle_count() as usize;
-        let core = self.ground.tile.triangle_ids().take(core);
+        let core = self.space.tile.core_triangle_count() as usize;
+        let core = self.space.tile.triangle_ids().take(core);
         let mut left: Vec<u8> = core
             .clone()
             .map(|triangle| {
                 let mut corners = HalfEdge::of_triangle(triangle)
                     .into_iter()
-                    .map(|side| self.corner(side));
-                let stays = !self.ground.is_free(triangle) || corners.any(|corner| is_site[corner.index()]);
+                    .map(|half_edge| self.corner(half_edge));
+                let stays = !self.space.is_free(triangle) || corners.any(|corner| is_site[corner.index()]);
                 if stays { u8::MAX } else { ways(triangle) }
             })
             .collect();
         let mut ends: Vec<TriangleId> = core.filter(|triangle| left[triangle.index()] <= 1).collect();
         while let Some(triangle) = ends.pop() {
             left[triangle.index()] = u8::MAX;
-            let mut sides = HalfEdge::of_triangle(triangle).into_iter();
-            let out = sides.find_map(|side| match self.beyond(side) {
-                Passage::Side(out) => Some(out),
+            let mut half_edges = HalfEdge::of_triangle(triangle).into_iter();
+            let out = half_edges.find_map(|half_edge| match self.twin(half_edge) {
+                Passage::HalfEdge(out) => Some(out),
                 _ => None,
             });
             let Some(out) = out else { continue };
-            if !matches!(self.beyond(out), Passage::Side(_) | Passage::DeadEnd(_)) {
+            if !matches!(self.twin(out), Passage::HalfEdge(_) | Passage::DeadEnd(_)) {
                 continue;
             }
-            self.noted.of_sides[out.index()].set_bits(Noted::Beyond, DEAD_END);
+            self.noted.half_edges[out.index()].set_bits(NoteKind::Passage, DEAD_END);
             if let Some(left) = left.get_mut(out.triangle().index()).filter(|left| **left < u8::MAX) {
                 *left = left.saturating_sub(1);
                 if *left == 1 {
@@ -223,13 +235,16 @@ impl<'t> Passages<'t> {
     }
 }
 
-impl Ground<'_> {
-    /// Whether a side may be blocked.
+impl FreeSpace<'_> {
+    /// Returns whether any edge of the tile may block.
     fn may_block(self) -> bool {
         let mut components = 0..self.tile.component_count();
         !self.outside_is_free
             || components.any(|component| self.tile.component_at(component).is_hole)
-            || self.tile.constraint_half_edges().any(|side| self.tile.is_wall(side))
+            || self
+                .tile
+                .constraint_half_edges()
+                .any(|half_edge| self.tile.is_wall(half_edge))
     }
 
     fn site_marks(self) -> Vec<bool> {

@@ -1,37 +1,40 @@
-//! Whether one place sees another one within a tile: then the straight way is the shortest, and needs no search.
+//! Line of sight within a tile. If one point sees another, the straight line is the shortest path,
+//! and no search is needed.
 //!
-//! It is a quick look: where it says no, the way may be straight all the same, through other tiles or vertices.
+//! The test is quick and one-sided: if it fails, the path may still be straight, through other
+//! tiles or through vertices.
 
-use super::ground::Ground;
 use super::passages::Passage;
-use super::place::Place;
-use super::spot::Spot;
+use super::position::Position;
+use super::query_point::QueryPoint;
+use super::space::FreeSpace;
 use crate::geometry::{HalfEdge, Orientation, orient2d};
 use crate::query::request::{QueryError, Tiles};
 
-impl Ground<'_> {
-    /// Whether the straight way between two places, each strictly within a free triangle of this tile, crosses nothing but sides within the
-    /// tile that do not block.
-    pub(crate) fn sees(self, from: &Place, to: &Place) -> bool {
-        let (Spot::Triangle(start), Spot::Triangle(goal)) = (from.spot, to.spot) else {
+impl FreeSpace<'_> {
+    /// Returns whether both points are strictly inside free triangles of this tile, and the segment
+    /// between them crosses only half-edges with a free twin in this tile.
+    pub(crate) fn sees(self, from: &QueryPoint, to: &QueryPoint) -> bool {
+        let (Position::Triangle(start), Position::Triangle(goal)) = (from.position, to.position) else {
             return false;
         };
         if [start, goal].iter().any(|end| end.tile != self.tile.id()) {
             return false;
         }
         let passages = self.passages();
-        let turn = |side: HalfEdge| orient2d(from.point, to.point, self.point(passages.corner(side)));
+        let turn = |half_edge: HalfEdge| orient2d(from.point, to.point, self.point(passages.corner(half_edge)));
         if start.triangle == goal.triangle {
             return true;
         }
-        let mut sides = HalfEdge::of_triangle(start.triangle).into_iter();
-        // It leaves between a corner on its right and one on its left.
-        let exit = sides
-            .find(|&side| turn(side) == Orientation::Clockwise && turn(side.next()) == Orientation::CounterClockwise);
+        let mut half_edges = HalfEdge::of_triangle(start.triangle).into_iter();
+        // The segment leaves between a corner on its right and a corner on its left.
+        let exit = half_edges.find(|&half_edge| {
+            turn(half_edge) == Orientation::Clockwise && turn(half_edge.next()) == Orientation::CounterClockwise
+        });
         let Some(mut exit) = exit else { return false };
-        // Whatever a damaged tile says, it does not take for ever.
+        // The bound ends the loop in damaged tiles.
         for _ in 0..self.tile.triangle_count() {
-            let (Passage::Side(entered) | Passage::DeadEnd(entered)) = passages.beyond(exit) else {
+            let (Passage::HalfEdge(entered) | Passage::DeadEnd(entered)) = passages.twin(exit) else {
                 return false;
             };
             if entered.triangle() == goal.triangle {
@@ -48,9 +51,10 @@ impl Ground<'_> {
 }
 
 impl Tiles {
-    /// Whether one place sees another one, as far as a quick look at the last tile tells.
-    pub(crate) async fn sees(&mut self, from: &Place, to: &Place) -> Result<bool, QueryError> {
+    /// Returns whether `from` sees `to` within the tile that was read last. May return `false`
+    /// although it does.
+    pub(crate) async fn sees(&mut self, from: &QueryPoint, to: &QueryPoint) -> Result<bool, QueryError> {
         let tile = self.last().await?;
-        Ok(Ground::of(self, &tile).sees(from, to))
+        Ok(FreeSpace::of(self, &tile).sees(from, to))
     }
 }

@@ -1,63 +1,66 @@
 //! The sectors round a vertex.
 //!
-//! Round a vertex, the edges that [block](super::ground) part the plane into
-//! sectors; whoever arrives at a vertex in one sector leaves it in the same. A **wedge** is what one triangle has of the plane
-//! round its corner; at a hull vertex the outside is a wedge too.
+//! Round a vertex, the edges that [block](super) divide the plane into sectors. A path that arrives
+//! at a vertex in one sector leaves it in the same sector. A **wedge** is the part of the plane
+//! round a vertex that one triangle covers. At a hull vertex the outside is a wedge too.
 //!
 //! ```text
-//!            left
-//!         q ╱
-//!          ╱ wedge      the blocked edges v–p and v–r part the plane round v into two sectors: the one drawn, of the two wedges
-//!       v ●──── s       (p s) and (s q), which goes on to r, and that below v
-//!          ╲ wedge
-//!         p ╲
-//!            right
+//!             left
+//!          q ╱
+//!           ╱ wedge      The blocked edges v–p and v–r divide the plane round v into two sectors:
+//!        v ●──── s       the one drawn, with the two wedges (p s) and (s q), which continues to r,
+//!           ╲ wedge      and the one below v.
+//!          p ╲
+//!             right
 //! ```
 //!
-//! A shortest path bends only where the free side of its sector is wider than a half-turn. The angles of all sectors of a vertex
-//! make a full turn, so at most one of them is so wide: a vertex *turns* in one sector or in none.
+//! A shortest path bends only where the free side of its sector is wider than a half-turn. The
+//! angles of all sectors of a vertex add up to a full turn, so at most one sector is that wide: a
+//! vertex *turns* in one sector or in none.
 
-use super::ground::Ground;
 use super::passages::Passage;
+use super::space::FreeSpace;
 use crate::geometry::{HalfEdge, Orientation, VertexIndex, orient2d};
 use crate::mesh::{StarEnd, Topology};
-use crate::query::request::{Contradiction, side_towards};
+use crate::query::request::{Contradiction, half_edge_towards};
 use crate::store::VertexId;
 
 /// A part of the plane round a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Wedge {
-    /// That of the triangle of this side, which leaves the vertex.
+    /// The wedge of the triangle of this half-edge, whose origin is the vertex.
     Triangle(HalfEdge),
-    /// What lies outside the hull.
+    /// The outside of the hull.
     Outside,
 }
 
-impl<'t> Ground<'t> {
+impl<'t> FreeSpace<'t> {
     fn is_free_wedge(self, wedge: Wedge) -> bool {
         match wedge {
-            Wedge::Triangle(side) => self.is_free(side.triangle()),
+            Wedge::Triangle(half_edge) => self.is_free(half_edge.triangle()),
             Wedge::Outside => self.outside_is_free,
         }
     }
 
-    /// The wedge beyond the left edge of a free one, if one may go there.
+    /// Returns the wedge on the left of a free wedge, if the edge between them does not block and
+    /// the space there is free.
     pub(crate) fn left_of(self, vertex: VertexIndex, wedge: Wedge) -> Result<Option<Wedge>, Contradiction> {
-        let side = match wedge {
-            Wedge::Triangle(side) => side.prev(),
+        let half_edge = match wedge {
+            Wedge::Triangle(half_edge) => half_edge.prev(),
             Wedge::Outside => {
                 let first = self.first(vertex)?;
                 let is_open = !self.tile.is_wall(first) && self.is_free(first.triangle());
                 return Ok(is_open.then_some(Wedge::Triangle(first)));
             }
         };
-        self.wedge_beyond(vertex, side, |there| there)
+        self.wedge_at_twin(vertex, half_edge, |there| there)
     }
 
-    /// The wedge beyond the right edge of a free one, if one may go there.
+    /// Returns the wedge on the right of a free wedge, if the edge between them does not block and
+    /// the space there is free.
     pub(crate) fn right_of(self, vertex: VertexIndex, wedge: Wedge) -> Result<Option<Wedge>, Contradiction> {
         match wedge {
-            Wedge::Triangle(side) => self.wedge_beyond(vertex, side, HalfEdge::next),
+            Wedge::Triangle(half_edge) => self.wedge_at_twin(vertex, half_edge, HalfEdge::next),
             Wedge::Outside => {
                 let last = self.last(vertex)?;
                 let is_open = !self.tile.is_wall(last.prev()) && self.is_free(last.triangle());
@@ -66,7 +69,8 @@ impl<'t> Ground<'t> {
         }
     }
 
-    /// The wedge beyond the left or the right edge of a free one, if one may go there.
+    /// Returns the wedge on the left or right of a free wedge, if the edge between them does not
+    /// block and the space there is free.
     pub(crate) fn beside(
         self,
         vertex: VertexIndex,
@@ -80,32 +84,34 @@ impl<'t> Ground<'t> {
         }
     }
 
-    /// The wedge beyond a side of a free triangle at one of its ends, if one may go there, given the side that leaves the vertex there.
+    /// Returns the wedge of `vertex` beyond a half-edge of a free triangle, if it is free and the
+    /// edge does not block. `leaving` maps the twin to the half-edge whose origin is the vertex.
     #[inline]
-    fn wedge_beyond(
+    fn wedge_at_twin(
         self,
         vertex: VertexIndex,
-        side: HalfEdge,
+        half_edge: HalfEdge,
         leaving: impl FnOnce(HalfEdge) -> HalfEdge,
     ) -> Result<Option<Wedge>, Contradiction> {
-        match self.passages().beyond(side) {
-            Passage::Side(there) | Passage::DeadEnd(there) => Ok(Some(Wedge::Triangle(leaving(there)))),
+        match self.passages().twin(half_edge) {
+            Passage::HalfEdge(there) | Passage::DeadEnd(there) => Ok(Some(Wedge::Triangle(leaving(there)))),
             Passage::Outside => Ok(Some(Wedge::Outside)),
             Passage::Blocked => Ok(None),
-            Passage::Elsewhere | Passage::AtOdds => Err(Contradiction::IncompleteStar(vertex)),
+            Passage::Elsewhere | Passage::Contradictory => Err(Contradiction::IncompleteStar(vertex)),
         }
     }
 
-    /// The neighbours of a vertex between which a wedge lies: that on its right, and that on its left.
+    /// Returns the two neighbours of a vertex that bound a wedge: the right one, then the left one.
     pub(crate) fn neighbours(self, vertex: VertexIndex, wedge: Wedge) -> Result<[VertexIndex; 2], Contradiction> {
         let (right, left) = match wedge {
-            Wedge::Triangle(side) => (side.next(), side.prev()),
+            Wedge::Triangle(half_edge) => (half_edge.next(), half_edge.prev()),
             Wedge::Outside => (self.last(vertex)?.prev(), self.first(vertex)?.next()),
         };
-        Ok([right, left].map(|side| self.passages().corner(side)))
+        Ok([right, left].map(|half_edge| self.passages().corner(half_edge)))
     }
 
-    /// The side that leaves a hull vertex along the hull, with the hull's inside on its left.
+    /// Returns the half-edge along the hull whose origin is a hull vertex; the inside of the hull
+    /// is on its left.
     pub(crate) fn first(self, vertex: VertexIndex) -> Result<HalfEdge, Contradiction> {
         match self.tile.rewind(self.leaving(vertex)?).1 {
             StarEnd::Hull(first) => Ok(first),
@@ -114,7 +120,8 @@ impl<'t> Ground<'t> {
         }
     }
 
-    /// The side that leaves a hull vertex, of the triangle whose side before it comes in along the hull.
+    /// Returns the half-edge that leaves a hull vertex and whose previous half-edge arrives there
+    /// along the hull.
     pub(crate) fn last(self, vertex: VertexIndex) -> Result<HalfEdge, Contradiction> {
         let mut star = self.tile.star(self.leaving(vertex)?);
         star.by_ref().for_each(drop);
@@ -125,7 +132,8 @@ impl<'t> Ground<'t> {
         }
     }
 
-    /// The hull edge that leaves a hull vertex, or the one that comes in; the hull is on its left.
+    /// Returns the hull edge that leaves a hull vertex (`forward`), or the one that arrives there.
+    /// The hull is on its left.
     pub(crate) fn along_hull(self, vertex: VertexIndex, forward: bool) -> Result<HalfEdge, Contradiction> {
         if forward {
             self.first(vertex)
@@ -138,18 +146,18 @@ impl<'t> Ground<'t> {
         if !self.tile.has_vertex(vertex) {
             return Err(Contradiction::NoVertex(vertex));
         }
-        let side = self.tile.leaving(vertex);
-        side.ok_or(Contradiction::NoTriangle(vertex))
+        let half_edge = self.tile.leaving(vertex);
+        half_edge.ok_or(Contradiction::NoTriangle(vertex))
     }
 
-    /// The wedges round a vertex of the tile that are free.
+    /// Returns the free wedges round a vertex of the tile.
     pub(crate) fn free_wedges(self, vertex: VertexIndex) -> Result<Vec<Wedge>, Contradiction> {
         let mut wedges = self.wedges(vertex)?;
         wedges.retain(|&wedge| self.is_free_wedge(wedge));
         Ok(wedges)
     }
 
-    /// All wedges round a vertex of the tile, counter-clockwise.
+    /// Returns all wedges round a vertex of the tile, counter-clockwise.
     pub(crate) fn wedges(self, vertex: VertexIndex) -> Result<Vec<Wedge>, Contradiction> {
         let start = self.leaving(vertex)?;
         let mut star = self.tile.star(start);
@@ -159,7 +167,7 @@ impl<'t> Ground<'t> {
             Some(StarEnd::Hull(_)) => {
                 wedges.push(Wedge::Outside);
                 let rest = self.tile.star(self.first(vertex)?);
-                wedges.extend(rest.take_while(|&side| side != start).map(Wedge::Triangle));
+                wedges.extend(rest.take_while(|&half_edge| half_edge != start).map(Wedge::Triangle));
             }
             Some(StarEnd::Elsewhere(_)) => return Err(Contradiction::IncompleteStar(vertex)),
             Some(StarEnd::Endless) | None => return Err(Contradiction::EndlessStar(vertex)),
@@ -167,13 +175,15 @@ impl<'t> Ground<'t> {
         Ok(wedges)
     }
 
-    /// The wedge on the right of the edge to another vertex; `None` if that is the outside.
+    /// Returns the wedge on the right of the edge from `vertex` to `to`; `None` if the outside is
+    /// there.
     pub(crate) fn right_of_edge(self, vertex: VertexIndex, to: VertexId) -> Result<Option<Wedge>, Contradiction> {
-        let back = side_towards(self.tile, vertex, to)?;
+        let back = half_edge_towards(self.tile, vertex, to)?;
         Ok(back.map(|back| Wedge::Triangle(back.next())))
     }
 
-    /// The wedges of the sector of a wedge, from the right to the left, and whether nothing blocks anywhere round the vertex.
+    /// Returns the wedges in the sector of a wedge, from right to left, and whether nothing blocks
+    /// anywhere round the vertex.
     pub(crate) fn sector(self, vertex: VertexIndex, wedge: Wedge) -> Result<(Vec<Wedge>, bool), Contradiction> {
         let mut first = wedge;
         let mut is_whole = false;
@@ -196,8 +206,9 @@ impl<'t> Ground<'t> {
         Err(Contradiction::EndlessStar(vertex))
     }
 
-    /// Whether a path may have to bend in the sector of a wedge: it is wider than a half-turn, or holds the outside,
-    /// along whose edges one walks from vertex to vertex. A sector that nothing blocks does not count.
+    /// Returns whether a path may have to bend in the sector of a wedge: the sector is wider than a
+    /// half-turn, or it contains the outside, where paths run along the hull from vertex to vertex.
+    /// A sector without blocking edges does not count.
     pub(crate) fn sector_turns(self, vertex: VertexIndex, wedge: Wedge) -> Result<bool, Contradiction> {
         let mut start = wedge;
         for _ in 0..=self.tile.triangle_count() {
@@ -210,7 +221,7 @@ impl<'t> Ground<'t> {
         Err(Contradiction::EndlessStar(vertex))
     }
 
-    /// The same for the rightmost wedge of a sector.
+    /// Returns whether a path may have to bend in the sector whose rightmost wedge is `start`.
     pub(super) fn turns_from(self, vertex: VertexIndex, start: Wedge) -> Result<bool, Contradiction> {
         let at = self.point(vertex);
         let from = self.neighbours(vertex, start)?[0];
@@ -230,7 +241,8 @@ impl<'t> Ground<'t> {
         Err(Contradiction::EndlessStar(vertex))
     }
 
-    /// The rightmost wedge of the sector in which paths bend round a vertex, if there is one.
+    /// Returns the rightmost wedge of the sector in which paths bend round a vertex, if there is
+    /// one.
     pub(crate) fn turning_sector(self, vertex: VertexIndex) -> Result<Option<Wedge>, Contradiction> {
         for wedge in self.free_wedges(vertex)? {
             if self.right_of(vertex, wedge)?.is_none() && self.turns_from(vertex, wedge)? {
@@ -240,7 +252,7 @@ impl<'t> Ground<'t> {
         Ok(None)
     }
 
-    /// The last wedge of a sector, from one of its wedges on leftwards or rightwards.
+    /// Returns the last wedge of a sector, leftwards or rightwards from one of its wedges.
     pub(crate) fn end_of_sector(
         self,
         vertex: VertexIndex,

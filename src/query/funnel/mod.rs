@@ -1,15 +1,18 @@
-//! A way over edges, pulled taut among the obstacles.
+//! Shortens a path along edges among the obstacles.
 //!
-//! In: the vertices of a way along edges, each in its sector. Out: a way that is not longer, and bends, as a rule, only where it is in
-//! the way of something. The triangles along the way make a *sleeve*, through which the [funnel](funnel) finds the shortest way. Where that bends round a
-//! vertex with nothing behind it, the sleeve is led round the vertex on the other side (as edges of a path are flipped by Sharp
-//! and Crane, "You can find geodesic paths in triangle meshes by just flipping edges", 2020), and so on, for some rounds.
+//! The input is the vertices of a path along edges, each in its sector. The output is a path that
+//! is not longer, and bends, as a rule, only where an obstacle is in the way. The triangles along
+//! the path form a *sleeve*, and the [funnel algorithm](portals) finds the shortest path within the
+//! sleeve. Where that path bends round a vertex with no obstacle behind it, the sleeve is moved to
+//! the other side of the vertex, and so on for some rounds. Sharp and Crane flip the edges of a
+//! path in the same way ("You can find geodesic paths in triangle meshes by just flipping edges",
+//! 2020).
 //!
-//! The sleeve only goes over edges that nothing blocks, within one sector of each vertex, so nothing leaks. What is walked outside the
-//! hull, along its edges, stays as it is.
+//! The sleeve crosses only edges that do not block, within one sector of each vertex, so no path
+//! leaks through obstacles. Parts of the path outside the hull, along its edges, are not changed.
 
-mod pull;
+mod portals;
+mod shorten;
 mod sleeve;
-mod taut;
 
-pub(crate) use taut::{length, taut};
+pub(crate) use shorten::{length, shorten};

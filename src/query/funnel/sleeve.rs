@@ -1,92 +1,95 @@
-//! The triangles along a way over edges, as the edges that one crosses in them.
+//! The triangles along a path over edges, represented by the edges that are crossed between them.
 //!
 //! ```text
-//!        d ─── e          the way a v b turns left at v; round v it may be passed on either side if nothing blocks. On its left
-//!       ╱ ╲   ╱ ╲         the sleeve has the triangles of v between the edges v a and v b, that is, the portals v d and v e
-//!      a ─── v ─── b      (v is on their right); on its right it has those below
-//!       ╲   ╱ ╲   ╱
+//!        d ─── e        The path a v b turns left at v. It may pass v on either side if nothing
+//!       ╱ ╲   ╱ ╲       blocks. On the left of v, the sleeve has the triangles of v between the
+//!      a ─── v ─── b    edges v a and v b, that is, the portals v d and v e (v is on their right).
+//!       ╲   ╱ ╲   ╱     On the right of v, it has the triangles below.
 //! ```
 
 use std::sync::Arc;
 
-use super::pull::Portal;
+use super::portals::Portal;
 use crate::geometry::Orientation::{Clockwise, Collinear, CounterClockwise};
 use crate::geometry::{HalfEdge, Point, TriangleId, VertexIndex, orient2d};
 use crate::query::answer::WayPoint;
 use crate::query::edges::{Node, Within, sector, wedge};
-use crate::query::free_space::{Beyond, Ground, Wedge};
+use crate::query::free_space::{FreeSpace, FreeTwin, Wedge};
 use crate::query::request::{Contradiction, QueryError, Tiles};
 use crate::store::{Tile, VertexId};
 
-/// A part of a way that runs through triangles, and so can be pulled taut; without portals it is straight.
+/// A part of a path that runs through triangles, and so can be shortened. Without portals it is
+/// straight.
 #[derive(Clone, Debug)]
-pub(crate) struct Piece {
+pub(crate) struct Sleeve {
     pub(crate) from: WayPoint,
     pub(crate) portals: Vec<Portal>,
     pub(crate) to: WayPoint,
 }
 
-/// A vertex, with the wedges in which a way comes and goes; what lies outside sees the hull from these points.
-struct Pass {
+/// A vertex, with the wedges by which a path arrives and leaves. If the path comes from or goes to
+/// the outside, `outside` has the points from which the hull is seen.
+struct VertexPass {
     vertex: VertexId,
     wedges: [Wedge; 2],
     outside: [Option<Point>; 2],
 }
 
-/// A way over edges, in pieces: it goes from one to the next where it leaves the triangles, to walk along the hull.
-pub(crate) async fn pieces(tiles: &mut Tiles, way: &[Node]) -> Result<Vec<Piece>, QueryError> {
+/// Returns the sleeves of a path over edges. A sleeve ends where the path leaves the triangles, to
+/// walk along the hull.
+pub(crate) async fn sleeves(tiles: &mut Tiles, way: &[Node]) -> Result<Vec<Sleeve>, QueryError> {
     let point = |node: &Node| (node.point, node.vertex.vertex());
     let [first, .., last] = way else {
         return Ok(Vec::new());
     };
-    let mut piece = Piece {
+    let mut sleeve = Sleeve {
         from: point(first),
         portals: Vec::new(),
         to: point(last),
     };
-    let mut pieces = Vec::new();
+    let mut sleeves = Vec::new();
     for nodes in way.windows(3) {
-        let Passing { mut entry, fan, exit } = passing(tiles, [&nodes[0], &nodes[1], &nodes[2]]).await?;
+        let NodePassage { mut entry, fan, exit } = passing(tiles, [&nodes[0], &nodes[1], &nodes[2]]).await?;
         entry.reverse();
         let turned = |portal: Portal| Portal {
             right: portal.left,
             left: portal.right,
         };
-        piece.portals.extend(entry.into_iter().map(turned));
+        sleeve.portals.extend(entry.into_iter().map(turned));
         match fan {
-            Some(portals) => piece.portals.extend(portals),
+            Some(portals) => sleeve.portals.extend(portals),
             None => {
                 let here = point(&nodes[1]);
-                let next = Piece {
+                let next = Sleeve {
                     from: here,
                     portals: Vec::new(),
-                    to: piece.to,
+                    to: sleeve.to,
                 };
-                piece.to = here;
-                pieces.push(std::mem::replace(&mut piece, next));
+                sleeve.to = here;
+                sleeves.push(std::mem::replace(&mut sleeve, next));
             }
         }
-        piece.portals.extend(exit);
+        sleeve.portals.extend(exit);
     }
-    pieces.push(piece);
-    Ok(pieces)
+    sleeves.push(sleeve);
+    Ok(sleeves)
 }
 
-/// How a way passes a node.
-struct Passing {
-    /// The portals from the node back to where it comes from, if that was put in.
+/// How a path passes a node.
+struct NodePassage {
+    /// The portals from the node back to the previous one, if that is an inserted point.
     entry: Vec<Portal>,
-    /// Those round the node, unless it leaves the triangles there.
+    /// The portals round the node; `None` if the path leaves the triangles there.
     fan: Option<Vec<Portal>>,
-    /// Those to where it goes, if that was put in.
+    /// The portals to the next node, if that is an inserted point.
     exit: Vec<Portal>,
 }
 
-/// How a way passes a node between two others: through the fewest triangles.
-async fn passing(tiles: &mut Tiles, [before, node, after]: [&Node; 3]) -> Result<Passing, QueryError> {
+/// Determines how a path passes a node between two others: through as few triangles as possible.
+async fn passing(tiles: &mut Tiles, [before, node, after]: [&Node; 3]) -> Result<NodePassage, QueryError> {
     let Some(vertex) = node.vertex.vertex() else {
-        // Only ends are put in.
-        let reason = "a way goes through a point that is no vertex".to_owned();
+        // Only the ends of a path are inserted points.
+        let reason = "a path passes through a point that is not a vertex".to_owned();
         return Err(QueryError::Uncertified { reason });
     };
     let comes = reach(tiles, vertex, node, before).await?;
@@ -94,13 +97,13 @@ async fn passing(tiles: &mut Tiles, [before, node, after]: [&Node; 3]) -> Result
         None => reach(tiles, vertex, node, after).await?,
         Some(end) => leaving(tiles, vertex, end, after).await?,
     };
-    // The side to which it turns is the shorter one.
+    // The side to which the path turns is the shorter one.
     let turns_left = orient2d(before.point, node.point, after.point) == CounterClockwise;
-    let outside = [before, after].map(|other| other.vertex.is_put_in().then_some(other.point));
-    let mut best: Option<(usize, Passing)> = None;
+    let outside = [before, after].map(|other| other.vertex.is_inserted().then_some(other.point));
+    let mut best: Option<(usize, NodePassage)> = None;
     for (come, entry) in &comes {
         for (go, exit) in &goes {
-            let pass = Pass {
+            let pass = VertexPass {
                 vertex,
                 wedges: [*come, *go],
                 outside,
@@ -116,7 +119,7 @@ async fn passing(tiles: &mut Tiles, [before, node, after]: [&Node; 3]) -> Result
                 let (entry, exit) = (entry.clone(), exit.clone());
                 best = Some((
                     fan.len(),
-                    Passing {
+                    NodePassage {
                         entry,
                         fan: Some(fan),
                         exit,
@@ -126,14 +129,15 @@ async fn passing(tiles: &mut Tiles, [before, node, after]: [&Node; 3]) -> Result
         }
     }
     let first = |ways: Vec<(Wedge, Vec<Portal>)>| ways.into_iter().next().map(|way| way.1).unwrap_or_default();
-    Ok(best.map(|best| best.1).unwrap_or_else(|| Passing {
+    Ok(best.map(|best| best.1).unwrap_or_else(|| NodePassage {
         entry: first(comes),
         fan: None,
         exit: first(goes),
     }))
 }
 
-/// The wedges of a node in which another one beside it on the way may lie; if that was put in, with the portals on the way to it.
+/// Returns the wedges of a node that may contain its neighbour `other` on the path. If `other` is
+/// an inserted point, each wedge comes with the portals on the way to it.
 async fn reach(
     tiles: &mut Tiles,
     vertex: VertexId,
@@ -141,27 +145,27 @@ async fn reach(
     other: &Node,
 ) -> Result<Vec<(Wedge, Vec<Portal>)>, QueryError> {
     let tile = tiles.get(vertex.tile).await?;
-    let ground = Ground::of(tiles, &tile);
+    let space = FreeSpace::of(tiles, &tile);
     let (index, damaged) = (vertex.index, |reason| tiles.damaged(tile.id(), reason));
     let Some(within) = node.within else {
         return Ok(Vec::new());
     };
-    let here = wedge(ground, index, within).map_err(damaged)?;
-    if !other.vertex.is_put_in() {
+    let here = wedge(space, index, within).map_err(damaged)?;
+    if !other.vertex.is_inserted() {
         return Ok(vec![(here, Vec::new())]);
     }
-    let (_, wedges) = sector(ground, index, here).map_err(damaged)?;
+    let (_, wedges) = sector(space, index, here).map_err(damaged)?;
     let mut towards = Vec::new();
     for &wedge in &wedges {
-        let ends = ground.neighbours(index, wedge).map_err(damaged)?;
-        let [right, left] = ends.map(|end| orient2d(node.point, ground.point(end), other.point));
-        if let (Wedge::Triangle(side), true) = (wedge, right != Clockwise && left != CounterClockwise) {
-            towards.push((wedge, side));
+        let ends = space.neighbours(index, wedge).map_err(damaged)?;
+        let [right, left] = ends.map(|end| orient2d(node.point, space.point(end), other.point));
+        if let (Wedge::Triangle(half_edge), true) = (wedge, right != Clockwise && left != CounterClockwise) {
+            towards.push((wedge, half_edge));
         }
     }
     let mut ways = Vec::new();
-    for (wedge, side) in towards {
-        let portals = straight(tiles, Arc::clone(&tile), side, other.point).await?;
+    for (wedge, half_edge) in towards {
+        let portals = straight(tiles, Arc::clone(&tile), half_edge, other.point).await?;
         ways.extend(portals.map(|portals| (wedge, portals)));
     }
     if ways.is_empty() && wedges.contains(&Wedge::Outside) {
@@ -170,16 +174,18 @@ async fn reach(
     Ok(ways)
 }
 
-/// What a straight way from the vertex that a side leaves crosses, through the triangle of the side, to a point. None if it cannot go there.
-/// It ends, whatever the tiles say: see [`Ground::check_crossing`].
+/// Returns the portals of the straight line from the origin of a half-edge, through the half-edge's
+/// triangle, to `to`. Returns `None` if the line is blocked.
+///
+/// The loop ends even in damaged tiles: see [`FreeSpace::check_crossing`].
 async fn straight(
     tiles: &mut Tiles,
     tile: Arc<Tile>,
-    side: HalfEdge,
+    half_edge: HalfEdge,
     to: Point,
 ) -> Result<Option<Vec<Portal>>, QueryError> {
-    let from = tile.point(tile.origin(side));
-    let (mut tile, mut exit) = (tile, side.next());
+    let from = tile.point(tile.origin(half_edge));
+    let (mut tile, mut exit) = (tile, half_edge.next());
     let mut portals = Vec::new();
     let is_in = |tile: &Tile, triangle: TriangleId| {
         let corners = tile.triangle_points(triangle);
@@ -191,20 +197,20 @@ async fn straight(
             right: (right.point, Some(right.id)),
             left: (left.point, Some(left.id)),
         });
-        let entered = match Ground::of(tiles, &tile).beyond(exit) {
-            Beyond::Side(side) => side,
-            Beyond::Outside => return Ok(Some(portals)),
-            Beyond::Blocked => return Ok(None),
-            Beyond::Elsewhere => match tiles.side_between(left.id, right.id).await? {
-                Some((there, side)) if !there.is_hole(side.triangle()) => {
+        let entered = match FreeSpace::of(tiles, &tile).twin(exit) {
+            FreeTwin::HalfEdge(half_edge) => half_edge,
+            FreeTwin::Outside => return Ok(Some(portals)),
+            FreeTwin::Blocked => return Ok(None),
+            FreeTwin::Elsewhere => match tiles.half_edge_between(left.id, right.id).await? {
+                Some((there, half_edge)) if !there.is_hole(half_edge.triangle()) => {
                     tile = there;
-                    side
+                    half_edge
                 }
                 None if tiles.outside_is_free() => return Ok(Some(portals)),
                 _ => return Ok(None),
             },
         };
-        let crossed = Ground::of(tiles, &tile).check_crossing(entered, [left.point, right.point]);
+        let crossed = FreeSpace::of(tiles, &tile).check_crossing(entered, [left.point, right.point]);
         tiles.checked(tile.id(), crossed)?;
         if is_in(&tile, entered.triangle()) {
             break;
@@ -219,7 +225,7 @@ async fn straight(
     Ok(Some(portals))
 }
 
-/// The wedge of a node by whose triangle the way goes on to a vertex of the file.
+/// Returns the wedge of a node through whose triangle the path continues to a vertex of the file.
 async fn leaving(
     tiles: &mut Tiles,
     vertex: VertexId,
@@ -227,11 +233,11 @@ async fn leaving(
     after: &Node,
 ) -> Result<Vec<(Wedge, Vec<Portal>)>, QueryError> {
     let tile = tiles.get(vertex.tile).await?;
-    let (ground, index) = (Ground::of(tiles, &tile), vertex.index);
+    let (space, index) = (FreeSpace::of(tiles, &tile), vertex.index);
     let found = match after.within {
-        // The triangle is on the left of the way if the wedge at its end begins there.
-        Some(Within::RightOf(third)) if third == vertex => right_at(ground, index, end),
-        Some(Within::RightOf(_)) => wedge(ground, index, Within::RightOf(end)).map(Some),
+        // The triangle is on the left of the path if the wedge at its end starts there.
+        Some(Within::RightOf(third)) if third == vertex => right_at(space, index, end),
+        Some(Within::RightOf(_)) => wedge(space, index, Within::RightOf(end)).map(Some),
         Some(Within::Outside) => Ok(Some(Wedge::Outside)),
         Some(Within::Sector(_)) | None => Ok(None),
     };
@@ -239,41 +245,41 @@ async fn leaving(
     Ok(found.into_iter().map(|wedge| (wedge, Vec::new())).collect())
 }
 
-/// The wedge of a vertex that has another one on its right.
-fn right_at(ground: Ground<'_>, vertex: VertexIndex, right: VertexId) -> Result<Option<Wedge>, Contradiction> {
-    for wedge in ground.free_wedges(vertex)? {
-        if ground.tile.vertex(ground.neighbours(vertex, wedge)?[0]).id == right {
+/// Returns the free wedge of a vertex whose right neighbour is `right`.
+fn right_at(space: FreeSpace<'_>, vertex: VertexIndex, right: VertexId) -> Result<Option<Wedge>, Contradiction> {
+    for wedge in space.free_wedges(vertex)? {
+        if space.tile.vertex(space.neighbours(vertex, wedge)?[0]).id == right {
             return Ok(Some(wedge));
         }
     }
     Ok(None)
 }
 
-impl Pass {
-    /// What is crossed round the vertex from one wedge to the other, leftwards, with the vertex on the left, or rightwards. None if
-    /// something blocks.
+impl VertexPass {
+    /// Returns the portals round the vertex from one wedge to the other: leftwards, with the vertex
+    /// on the left, or rightwards. Returns `None` if something blocks.
     async fn round(&self, tiles: &mut Tiles, leftwards: bool) -> Result<Option<Vec<Portal>>, QueryError> {
         let tile = tiles.get(self.vertex.tile).await?;
-        tiles.checked(tile.id(), self.round_in(Ground::of(tiles, &tile), leftwards))
+        tiles.checked(tile.id(), self.round_in(FreeSpace::of(tiles, &tile), leftwards))
     }
 
-    fn round_in(&self, ground: Ground<'_>, leftwards: bool) -> Result<Option<Vec<Portal>>, Contradiction> {
+    fn round_in(&self, space: FreeSpace<'_>, leftwards: bool) -> Result<Option<Vec<Portal>>, Contradiction> {
         let vertex = self.vertex.index;
-        let here = (ground.point(vertex), Some(self.vertex));
+        let here = (space.point(vertex), Some(self.vertex));
         let [start, goal] = self.wedges;
         let mut portals = Vec::new();
         let mut wedge = start;
-        for _ in 0..=ground.tile.triangle_count() {
-            // From outside to outside the way goes all through the hull.
+        for _ in 0..=space.tile.triangle_count() {
+            // A path from the outside to the outside crosses the whole hull.
             if wedge == goal && (goal != Wedge::Outside || !portals.is_empty()) {
                 return Ok(Some(portals));
             }
-            let end = ground.neighbours(vertex, wedge)?[usize::from(leftwards)];
-            let Some(there) = ground.beside(vertex, wedge, leftwards)? else {
+            let end = space.neighbours(vertex, wedge)?[usize::from(leftwards)];
+            let Some(there) = space.beside(vertex, wedge, leftwards)? else {
                 return Ok(None);
             };
-            let end = (ground.point(end), Some(ground.tile.vertex(end).id));
-            // Over the hull one goes only to or from a point that sees the edge.
+            let end = (space.point(end), Some(space.tile.vertex(end).id));
+            // A path crosses the hull only to or from a point that sees the hull edge.
             let seen_from = match (wedge, there) {
                 (Wedge::Outside, _) => Some(self.outside[0]),
                 (_, Wedge::Outside) if goal == Wedge::Outside => Some(self.outside[1]),
@@ -295,8 +301,9 @@ impl Pass {
     }
 }
 
-impl Piece {
-    /// Leads the sleeve round a vertex on its other side, from this portal on, if nothing blocks there. Returns the portal behind.
+impl Sleeve {
+    /// Moves the sleeve to the other side of a vertex, from portal `from` on, if nothing blocks
+    /// there. Returns the index of the portal after the vertex.
     pub(crate) async fn flip(
         &mut self,
         tiles: &mut Tiles,
@@ -323,14 +330,14 @@ impl Piece {
         if !tile.has_vertex(vertex.index) {
             return Err(tiles.damaged(vertex.tile, Contradiction::NoVertex(vertex.index)));
         }
-        let ground = Ground::of(tiles, &tile);
+        let space = FreeSpace::of(tiles, &tile);
         let wedges =
-            [(enter, is_left), (leave, !is_left)].map(|(end, on_right)| beside(ground, vertex.index, end, on_right));
+            [(enter, is_left), (leave, !is_left)].map(|(end, on_right)| beside(space, vertex.index, end, on_right));
         let [come, go] = wedges.map(|wedge| tiles.checked(tile.id(), wedge));
         let (Some(come), Some(go)) = (come?, go?) else {
             return Ok(None);
         };
-        let pass = Pass {
+        let pass = VertexPass {
             vertex,
             wedges: [come, go],
             outside: [Some(self.from.0), Some(self.to.0)],
@@ -344,16 +351,16 @@ impl Piece {
     }
 }
 
-/// The free wedge of a vertex on the right or on the left of the edge to another one.
+/// Returns the free wedge of a vertex on the right or on the left of the edge to `end`.
 fn beside(
-    ground: Ground<'_>,
+    space: FreeSpace<'_>,
     vertex: VertexIndex,
     end: VertexId,
     on_right: bool,
 ) -> Result<Option<Wedge>, Contradiction> {
     if !on_right {
-        return right_at(ground, vertex, end);
+        return right_at(space, vertex, end);
     }
-    let wedge = ground.right_of_edge(vertex, end)?;
-    Ok(wedge.or(ground.outside_is_free.then_some(Wedge::Outside)))
+    let wedge = space.right_of_edge(vertex, end)?;
+    Ok(wedge.or(space.outside_is_free.then_some(Wedge::Outside)))
 }

@@ -1,18 +1,20 @@
-//! Which triangle contains a point, and how high it lies there.
+//! The triangle that contains a point, and the z of the triangulation there.
 
 use super::location::Location;
-use super::walk::{Locate, Step};
+use super::walk::{Locate, WalkStep};
 use crate::geometry::Point;
 use crate::query::request::{Contradiction, representable};
 use crate::store::{ReadError, TileReader, VertexId};
 
-/// Where points lie.
+/// Point location.
 impl TileReader {
-    /// Where a point lies. Reads the tile of its cell, and others where the walk to the point enters them. A coordinate closer
-    /// to 0 than [`Point::MIN_MAGNITUDE`] counts as 0. The [example of the library](crate#example) asks for one.
+    /// Returns the location of a point. Reads the tile of its cell, and the other tiles that the
+    /// walk to the point enters. A coordinate closer to 0 than [`Point::MIN_MAGNITUDE`] counts as
+    /// 0. The [example of the library](crate#examples) locates a point.
     ///
     /// # Errors
-    /// If a tile cannot be read, or tiles contradict each other. A point that is not finite lies outside.
+    /// If a tile cannot be read, or tiles contradict each other. A point that is not finite is
+    /// outside.
     pub async fn locate(&self, x: f64, y: f64) -> Result<Location, ReadError> {
         let target = Point::new(representable(x), representable(y));
         let directory = self.directory();
@@ -27,13 +29,14 @@ impl TileReader {
             let tile = self.tile(id).await?;
             let step = walk.step(&tile);
             match step.map_err(|contradiction| self.damaged(id, contradiction.to_string()))? {
-                Step::Need(other) => id = other,
-                Step::Done(walked) => return Ok(walked.location),
+                WalkStep::Need(other) => id = other,
+                WalkStep::Done(walked) => return Ok(walked.location),
             }
         }
     }
 
-    /// The z of the triangulation at a point: on the plane through the corners of its triangle. `None` outside, and if the file has no z.
+    /// Returns the z of the triangulation at a point, on the plane through the corners of its
+    /// triangle. Returns `None` if the point is outside or the file has no z.
     ///
     /// Reads the tiles that own the corners.
     ///
@@ -87,7 +90,8 @@ impl TileReader {
         Ok(Some(za + of_b * (zb - za) + of_c * (zc - za)))
     }
 
-    /// The z of a vertex, which is read from the tile that owns it. `None` if the file has no z. [`z_at`](Self::z_at) has an example.
+    /// Returns the z of a vertex, read from the tile that owns it. Returns `None` if the file has
+    /// no z. [`z_at`](Self::z_at) has an example.
     ///
     /// # Errors
     /// If the tile cannot be read, or has no such vertex.

@@ -1,23 +1,23 @@
-//! Where points lie.
+//! The location of a point in a triangulation.
 
 use crate::geometry::TriangleId;
 use crate::store::{Tile, TileId, Vertex};
 
-/// A triangle, by a tile that holds it.
+/// A triangle, identified by a tile that contains it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct TriangleRef {
     /// The tile.
     pub tile: TileId,
-    /// Its number there.
+    /// The id of the triangle in the tile.
     pub triangle: TriangleId,
-    /// Its corners, counter-clockwise.
+    /// The corners, counter-clockwise.
     pub vertices: [Vertex; 3],
 }
 
 impl TriangleRef {
-    /// A triangle of a tile.
+    /// Returns the reference to a triangle of a tile.
     pub(crate) fn of(tile: &Tile, triangle: TriangleId) -> Self {
         Self {
             tile: tile.id(),
@@ -27,21 +27,21 @@ impl TriangleRef {
     }
 }
 
-/// Where a point lies in a triangulation.
+/// The location of a point in a triangulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Location {
     /// On a vertex.
     OnVertex(Vertex),
-    /// Within the edge between two vertices.
+    /// Inside the edge between two vertices.
     OnEdge {
         /// The ends of the edge: corners `i` and `i + 1` of the triangle.
         ends: [Vertex; 2],
-        /// A triangle that the edge is a side of.
+        /// A triangle at the edge.
         triangle: TriangleRef,
     },
-    /// Within a triangle.
+    /// Inside a triangle.
     InTriangle(TriangleRef),
-    /// Outside the hull. A file without triangles has nothing inside but its vertices.
+    /// Outside the hull. In a file without triangles, only the vertices are not outside.
     Outside,
 }

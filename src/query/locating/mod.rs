@@ -1,4 +1,4 @@
-//! Where points lie, and which triangles lie where.
+//! Point location, and the triangles in a rectangle.
 
 mod locate;
 mod location;

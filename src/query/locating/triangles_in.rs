@@ -1,4 +1,4 @@
-//! All triangles that meet a rectangle.
+//! The triangles that intersect a rectangle.
 
 use futures::stream;
 use futures::stream::{Stream, StreamExt};
@@ -10,10 +10,11 @@ use crate::store::{ReadError, TileId, TileReader};
 
 /// Triangles in a rectangle.
 impl TileReader {
-    /// The triangles that have a point in common with a closed rectangle, each once, in the order of the tiles. A side closer
-    /// to 0 than [`Point::MIN_MAGNITUDE`] counts as 0.
+    /// Returns the triangles that intersect the closed rectangle `rect`, each once, in the order of
+    /// the tiles. A bound closer to 0 than [`Point::MIN_MAGNITUDE`] counts as 0.
     ///
-    /// The stream is `Send + 'static` and must be polled within a tokio runtime. The [example of the library](crate#example) asks for some.
+    /// The stream is `Send + 'static` and must be polled within a tokio runtime. The [example of
+    /// the library](crate#examples) uses it.
     pub fn triangles_in(
         &self,
         rect: Rect,
@@ -45,12 +46,14 @@ impl TileReader {
     }
 }
 
-/// Whether a closed triangle and a closed rectangle have a point in common: no side of either parts them. Exact.
+/// Returns whether a closed triangle and a closed rectangle intersect: no edge of either separates
+/// them. Exact.
 fn meets(triangle: [Point; 3], rect: Rect) -> bool {
     if rect.is_empty() || !Rect::around(triangle).intersects(rect) {
         return false;
     }
-    // Sides of the rectangle beyond the triangle can be drawn in to it, which also makes them finite.
+    // The sides of the rectangle are moved in to the triangle's bounds, which also makes them
+    // finite.
     let around = Rect::around(triangle);
     let corners = [
         Point::new(rect.min_x.max(around.min_x), rect.min_y.max(around.min_y)),
@@ -70,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn touching_counts_and_a_gap_does_not() {
+    fn a_touching_rectangle_meets_a_triangle_and_a_separate_one_does_not() {
         let triangle = [Point::new(0.0, 0.0), Point::new(4.0, 0.0), Point::new(0.0, 4.0)];
         let infinite = f64::INFINITY;
         for (rect, expected) in [

@@ -1,21 +1,24 @@
-//! Which triangle contains a point: a [walk](crate::mesh::Walk) from a near vertex of the cell's tile (Mücke, Saias and Zhu, "Fast
-//! randomized point location without preprocessing", 1996), from tile to tile.
+//! The walk to the triangle that contains a point: a [walk](crate::mesh::Walk) from tile to tile,
+//! which starts at a near vertex of the cell's tile (Mücke, Saias and Zhu, "Fast randomized point
+//! location without preprocessing", 1996).
 
 use super::location::{Location, TriangleRef};
 use crate::geometry::{HalfEdge, Point, VertexIndex};
 use crate::mesh::{Walk, WalkEnd};
-use crate::query::request::{Contradiction, QueryError, Tiles, side_towards};
+use crate::query::request::{Contradiction, QueryError, Tiles, half_edge_towards};
 use crate::store::{Tile, TileId, VertexId};
 
-/// So many times the power of two below the cube root of their number of the vertices of a tile are looked at for where to start: the walk
-/// takes about as long as that then.
+/// The walk starts at the nearest of a sample of the tile's `n` vertices. The sample has about
+/// `SAMPLE` times the largest power of two below the cube root of `n` vertices, so that sampling
+/// takes about as long as the walk.
 const SAMPLE: usize = 2;
 
-/// Where a walk ends.
+/// The end of a walk.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Walked {
     pub(crate) location: Location,
-    /// Outside: the edge by which it left the hull, which lies on its left; none if there are no triangles.
+    /// The hull edge by which the walk left, with the hull on its left. `None` if the point is not
+    /// outside or there are no triangles.
     pub(crate) exit: Option<[VertexId; 2]>,
 }
 
@@ -25,30 +28,31 @@ impl From<Location> for Walked {
     }
 }
 
-/// What the walk needs to go on.
-pub(crate) enum Step {
-    /// The tile of this vertex.
+/// The outcome of a step of the walk.
+pub(crate) enum WalkStep {
+    /// The walk continues in this tile.
     Need(TileId),
     Done(Walked),
 }
 
-/// Where the walk starts.
-enum Start {
-    /// In the triangle of this side.
+/// The start of the walk in a tile.
+enum WalkStart {
+    /// The walk starts in the triangle of this half-edge.
     From(HalfEdge),
-    /// Nowhere: it is at its end.
+    /// The walk ends at once, at this location.
     There(Location),
 }
 
-/// A walk that is interrupted where it enters another tile.
+/// A walk that pauses where it enters another tile.
 pub(crate) struct Locate {
     walk: Walk,
-    /// Where to enter the next tile: through the side from the first vertex to the second, which the next tile owns.
+    /// The half-edge by which the walk enters the next tile, from the first vertex to the second,
+    /// which the next tile owns.
     enter: Option<(VertexId, VertexId)>,
 }
 
 impl Locate {
-    /// A walk to a point, in a triangulation of so many triangles.
+    /// Creates a walk to `target` in a triangulation of `triangles` triangles.
     pub(crate) fn new(target: Point, triangles: u64) -> Self {
         Self {
             walk: Walk::new(target, triangles),
@@ -56,73 +60,75 @@ impl Locate {
         }
     }
 
-    /// Goes on in a tile; an error says how the tile contradicts itself or others.
-    pub(crate) fn step(&mut self, tile: &Tile) -> Result<Step, Contradiction> {
+    /// Continues in a tile. Fails if the tile contradicts itself or others.
+    pub(crate) fn step(&mut self, tile: &Tile) -> Result<WalkStep, Contradiction> {
         let start = match self.enter.take() {
             None => match self.start(tile) {
-                Start::From(side) => side,
-                Start::There(location) => return Ok(Step::Done(location.into())),
+                WalkStart::From(half_edge) => half_edge,
+                WalkStart::There(location) => return Ok(WalkStep::Done(location.into())),
             },
             Some((from, to)) => {
                 if !tile.has_vertex(to.index) {
                     return Err(Contradiction::NoVertex(to.index));
                 }
-                match side_towards(tile, to.index, from)? {
-                    Some(side) => side,
+                match half_edge_towards(tile, to.index, from)? {
+                    Some(half_edge) => half_edge,
                     None => return Ok(outside([to, from])),
                 }
             }
         };
         let location = match self.walk.run(tile, start)? {
             WalkEnd::Triangle(triangle) => Location::InTriangle(TriangleRef::of(tile, triangle)),
-            WalkEnd::Edge(side) => Location::OnEdge {
-                ends: tile.ends(side),
-                triangle: TriangleRef::of(tile, side.triangle()),
+            WalkEnd::Edge(half_edge) => Location::OnEdge {
+                ends: tile.ends(half_edge),
+                triangle: TriangleRef::of(tile, half_edge.triangle()),
             },
-            WalkEnd::Vertex(side) => Location::OnVertex(tile.vertex(tile.origin(side))),
+            WalkEnd::Vertex(half_edge) => Location::OnVertex(tile.vertex(tile.origin(half_edge))),
             WalkEnd::Hull(exit) => return Ok(outside(tile.ends(exit).map(|end| end.id))),
             WalkEnd::Elsewhere(exit) => {
                 let [from, to] = tile.ends(exit).map(|end| end.id);
-                // Across, the side runs from `to` to `from`.
+                // The twin runs from `to` to `from`.
                 self.enter = Some((to, from));
-                return Ok(Step::Need(from.tile));
+                return Ok(WalkStep::Need(from.tile));
             }
         };
-        Ok(Step::Done(location.into()))
+        Ok(WalkStep::Done(location.into()))
     }
 
-    /// A side that leaves a vertex near the target, or where the target lies if nothing leaves it.
-    fn start(&self, tile: &Tile) -> Start {
+    /// Returns a half-edge whose origin is a vertex near the target, or the location of the target
+    /// if no half-edge leaves that vertex.
+    fn start(&self, tile: &Tile) -> WalkStart {
         let target = self.walk.target();
         let square = |p: Point| {
             let (dx, dy) = (p.x - target.x, p.y - target.y);
             dx * dx + dy * dy
         };
-        // The nearest of a few; their vertices are in Morton order, so these are spread evenly.
+        // The vertices are in Morton order, so the sample is spread evenly. `step_by` comes first:
+        // it steps over plain numbers in constant time, and over mapped ones one by one.
         let sample = (0..tile.vertex_count())
             .step_by(apart(tile.vertex_count()))
             .map(VertexIndex);
         let nearest = sample.min_by(|&p, &q| square(tile.point(p)).total_cmp(&square(tile.point(q))));
-        if let Some(side) = nearest.and_then(|vertex| tile.leaving(vertex)) {
-            return Start::From(side);
+        if let Some(half_edge) = nearest.and_then(|vertex| tile.leaving(vertex)) {
+            return WalkStart::From(half_edge);
         }
-        // Without triangles there is nothing but vertices.
+        // A tile without triangles has only vertices.
         let here = tile
             .points()
             .zip(tile.vertex_indices())
             .find(|(point, _)| *point == target);
-        Start::There(here.map_or(Location::Outside, |(_, vertex)| Location::OnVertex(tile.vertex(vertex))))
+        WalkStart::There(here.map_or(Location::Outside, |(_, vertex)| Location::OnVertex(tile.vertex(vertex))))
     }
 }
 
-/// How far apart the vertices lie that are looked at, of so many.
+/// Returns the step between sampled vertices in a tile of `count` vertices.
 fn apart(count: u32) -> usize {
     let root = 1 << (count.max(1).ilog2() / 3);
     (count as usize / (SAMPLE * root)).max(1)
 }
 
-fn outside(exit: [VertexId; 2]) -> Step {
-    Step::Done(Walked {
+fn outside(exit: [VertexId; 2]) -> WalkStep {
+    WalkStep::Done(Walked {
         location: Location::Outside,
         exit: Some(exit),
     })
@@ -139,8 +145,8 @@ impl Tiles {
         loop {
             let tile = self.get(id).await?;
             match self.checked(id, walk.step(&tile))? {
-                Step::Need(other) => id = other,
-                Step::Done(walked) => return Ok(walked),
+                WalkStep::Need(other) => id = other,
+                WalkStep::Done(walked) => return Ok(walked),
             }
         }
     }

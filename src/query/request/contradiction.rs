@@ -1,15 +1,15 @@
-//! How a tile contradicts itself or others.
+//! Contradictions within a tile or between tiles.
 
 use crate::geometry::{Point, TriangleId, VertexIndex};
 use crate::mesh::{EndlessWalk, StarError};
 use crate::store::VertexId;
 
-/// How a tile contradicts itself or others, in a way that only shows when it is walked through.
+/// A contradiction within a tile or between tiles that shows only when a query walks through it.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum Contradiction {
-    #[error("there is no vertex {0}, but other tiles have it")]
+    #[error("vertex {0} does not exist, but other tiles refer to it")]
     NoVertex(VertexIndex),
-    #[error("vertex {0} has no triangle, but is a corner of one elsewhere")]
+    #[error("vertex {0} has no triangle, but is a corner of a triangle of another tile")]
     NoTriangle(VertexIndex),
     #[error("vertex {0} lacks a triangle that other tiles have")]
     LacksTriangle(VertexIndex),
@@ -21,17 +21,17 @@ pub(crate) enum Contradiction {
     NotOnHull(VertexIndex),
     #[error("the hull turns the wrong way at vertex {0}")]
     ConcaveHull(VertexIndex),
-    #[error("vertices {0} and {1} have no edge on the hull")]
+    #[error("vertices {0} and {1} are not connected by a hull edge")]
     NoHullEdge(VertexId, VertexId),
-    #[error("triangle {0} does not lie beside the one that it is said to lie beside")]
+    #[error("triangle {0} is not adjacent to the triangle that names it as its neighbour")]
     NotBeside(TriangleId),
-    #[error("an end of side {0} lies elsewhere for other tiles")]
+    #[error("other tiles have another position for an end of half-edge {0}")]
     EndElsewhere(u32),
-    #[error("a walk goes in circles")]
+    #[error("a walk does not end")]
     EndlessWalk,
-    #[error("a path bends at vertex {0}, where nothing is in the way")]
+    #[error("a path bends at vertex {0}, where no edge blocks")]
     IdleBend(VertexIndex),
-    #[error("nothing is where ({x}, {y}) lies", x = .0.x, y = .0.y)]
+    #[error("no triangle or edge contains ({x}, {y})", x = .0.x, y = .0.y)]
     NothingAt(Point),
 }
 

@@ -1,4 +1,4 @@
-//! Which triangles a search went through, for pictures of it.
+//! The triangles that a search passed, for pictures of it.
 
 use std::sync::Arc;
 
@@ -7,14 +7,15 @@ use parking_lot::Mutex;
 
 use crate::geometry::Point;
 
-/// Collects the triangles that searches go through: see [`QueryOptions::explored`](crate::query::request::options::QueryOptions::explored). Its memory
-/// grows with their number.
+/// Collects the triangles that searches pass: see
+/// [`QueryOptions::explored`](crate::query::request::options::QueryOptions::explored). Its memory
+/// grows with the number of triangles.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Debug, Default)]
 pub struct Explored(Arc<Mutex<HashSet<[u64; 6]>>>);
 
-/// What a triangle is known by, whichever of its corners comes first.
+/// Returns a key of a triangle that does not depend on which corner comes first.
 pub(crate) fn key(corners: [Point; 3]) -> [u64; 6] {
     let first = (0..3).min_by(|&a, &b| corners[a].lex_cmp(corners[b])).unwrap_or(0);
     let [a, b, c] = [0, 1, 2].map(|i| corners[(first + i) % 3]);
@@ -22,7 +23,7 @@ pub(crate) fn key(corners: [Point; 3]) -> [u64; 6] {
 }
 
 impl Explored {
-    /// The triangles, each once, in no order.
+    /// Returns the triangles, each once, in no order.
     #[must_use]
     pub fn triangles(&self) -> Vec<[Point; 3]> {
         let triangles = self.0.lock();

@@ -1,4 +1,4 @@
-//! What a query may use: options, tiles within them, and why it has no answer.
+//! The options of a query, the tiles within its limits, and its errors.
 
 mod contradiction;
 mod error;
@@ -15,6 +15,6 @@ pub use explored::Explored;
 pub(crate) use explored::key;
 pub use options::{Mode, QueryOptions, UnknownMode};
 pub(crate) use point::{representable, target};
-pub(crate) use star::side_towards;
+pub(crate) use star::half_edge_towards;
 pub(crate) use stream::unfold;
 pub(crate) use tiles::Tiles;

@@ -1,4 +1,4 @@
-//! What a query may use.
+//! The options of a query.
 
 use std::str::FromStr;
 use std::time::Duration;
@@ -6,22 +6,25 @@ use std::time::Duration;
 use super::error::QueryError;
 use super::explored::Explored;
 
-/// How exact answers are to be. All have a lower and an upper bound, so that one can tell.
+/// The accuracy of answers. All answers have a lower and an upper bound, so the accuracy reached is
+/// known.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Mode {
-    /// Exact, but for rounding.
+    /// Exact except for rounding.
     #[default]
     Exact,
-    /// The upper bound is at most 1 + this times the lower one, but for rounding. Paths are [fast](Self::Fast) ones where the bounds of
-    /// these are close enough; else the exact search goes on until they are. Streams of sites and of paths are exact.
+    /// The upper bound is at most 1 + this tolerance times the lower bound, except for rounding. A
+    /// path is a [fast](Self::Fast) one if its bounds are close enough. Otherwise the exact search
+    /// runs until they are. Streams of sites and of paths are exact.
     Within(f64),
-    /// A short way along edges of the triangulation, pulled taut: its length is the value, and not less than the true one. The lower
-    /// bound is the straight line, or, where the file says that it has no break lines, a length that all ways along edges have at least,
-    /// divided by 2.42 (Bose and Keil 2006), if that is more. The way along edges is a shortest one to a site, and to a point at most 1/8
-    /// longer than that.
+    /// A short path along edges of the triangulation, shortened by the funnel algorithm. Its length
+    /// is the value, and not less than the true distance. The lower bound is the straight line, or,
+    /// if that is more and the file states that it has no break lines, a lower bound of all paths
+    /// along edges, divided by 2.42 (Bose and Keil 2006). The path along edges to a site is a
+    /// shortest one; to a point it is at most 1/8 longer.
     Fast,
 }
 
@@ -39,19 +42,19 @@ impl FromStr for Mode {
     }
 }
 
-/// A text names no mode.
+/// The error of parsing a text that names no mode.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a mode is exact, fast, or within: and a number that is not negative, as within:0.05")]
+#[error("a mode is exact, fast, or within: followed by a number that is not negative, such as within:0.05")]
 pub struct UnknownMode;
 
-/// Whether bounds may differ by such a part.
+/// Returns whether a number is a valid tolerance: finite and not negative.
 pub(crate) fn is_tolerance(tolerance: f64) -> bool {
     tolerance >= 0.0 && tolerance.is_finite()
 }
 
-/// What a query may use, and what it gives back beside distances.
+/// The limits of a query, and what it returns in addition to distances.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Debug, Default)]
@@ -65,35 +68,37 @@ pub struct QueryOptions {
 }
 
 impl QueryOptions {
-    /// Lets the query ask for so many different tiles at most. It then ends with [`QueryError::OutOfBudget`].
+    /// Limits the query to `tiles` different tiles. A query that needs more ends with
+    /// [`QueryError::OutOfBudget`].
     #[must_use]
     pub fn max_tiles(mut self, tiles: u64) -> Self {
         self.max_tiles = Some(tiles);
         self
     }
 
-    /// Lets the query take so long at most. It then ends with [`QueryError::OutOfBudget`].
+    /// Limits the query to `time`. A query that takes longer ends with [`QueryError::OutOfBudget`].
     #[must_use]
     pub fn max_time(mut self, time: Duration) -> Self {
         self.max_time = Some(time);
         self
     }
 
-    /// Says how exact answers are to be.
+    /// Sets the accuracy of answers.
     #[must_use]
     pub fn mode(mut self, mode: Mode) -> Self {
         self.mode = mode;
         self
     }
 
-    /// Asks for the path to each site, and not just how long it is.
+    /// Requests the path to each site, in addition to its length.
     #[must_use]
     pub fn paths(mut self) -> Self {
         self.paths = true;
         self
     }
 
-    /// Has each path proved by a walk through the triangles that it passes, with exact predicates. Asks for paths.
+    /// Proves each path by a walk through the triangles that it passes, with exact predicates.
+    /// Implies [`paths`](Self::paths).
     #[must_use]
     pub fn certified(mut self) -> Self {
         self.paths = true;
@@ -101,7 +106,7 @@ impl QueryOptions {
         self
     }
 
-    /// Has the triangles collected that the search goes through.
+    /// Collects the triangles that the search passes.
     #[must_use]
     pub fn explored(mut self, into: &Explored) -> Self {
         self.explored = Some(into.clone());
@@ -110,7 +115,7 @@ impl QueryOptions {
 }
 
 impl Mode {
-    /// Fails if this asks for what cannot be.
+    /// Returns the mode, or an error if its tolerance is invalid.
     pub(crate) fn check(self) -> Result<Self, QueryError> {
         match self {
             Self::Within(tolerance) if !is_tolerance(tolerance) => Err(QueryError::NoTolerance { tolerance }),

@@ -7,7 +7,8 @@ use futures::stream::Stream;
 
 use super::error::QueryError;
 
-/// A stream that a function makes, one item after the other, until it says that there is no more or fails.
+/// Returns a stream whose items `next` produces one after the other, until it returns `None` or
+/// fails.
 pub(crate) fn unfold<S, T, F, G, H>(
     start: F,
     next: G,
@@ -19,29 +20,29 @@ where
     G: Fn(S) -> H + Clone + Send + 'static,
     H: Future<Output = Result<Option<(T, S)>, QueryError>> + Send + 'static,
 {
-    enum State<F, S> {
+    enum StreamState<F, S> {
         New(F),
         Going(S),
         Over,
     }
-    let step = move |state: State<Pin<Box<F>>, S>| {
+    let step = move |state: StreamState<Pin<Box<F>>, S>| {
         let next = next.clone();
         async move {
             let going = match state {
-                State::New(start) => start.await,
-                State::Going(going) => Ok(going),
-                State::Over => return None,
+                StreamState::New(start) => start.await,
+                StreamState::Going(going) => Ok(going),
+                StreamState::Over => return None,
             };
             let made = match going {
                 Ok(going) => next(going).await,
                 Err(error) => Err(error),
             };
             match made {
-                Ok(Some((item, going))) => Some((Ok(item), State::Going(going))),
+                Ok(Some((item, going))) => Some((Ok(item), StreamState::Going(going))),
                 Ok(None) => None,
-                Err(error) => Some((Err(error), State::Over)),
+                Err(error) => Some((Err(error), StreamState::Over)),
             }
         }
     };
-    Box::pin(stream::unfold(State::New(Box::pin(start)), step))
+    Box::pin(stream::unfold(StreamState::New(Box::pin(start)), step))
 }

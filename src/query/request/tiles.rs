@@ -1,4 +1,4 @@
-//! Tiles for one query: the few that it needs at once, and how many it may read, for how long.
+//! The tiles of one query: the few that it needs at once, and its limits of tiles and time.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -10,26 +10,26 @@ use tokio::task::JoinSet;
 use super::contradiction::Contradiction;
 use super::error::QueryError;
 use super::options::QueryOptions;
-use super::star::side_towards;
+use super::star::half_edge_towards;
 use crate::collections::mix::Mix;
 use crate::geometry::{HalfEdge, Rect};
 use crate::store::{Directory, Metadata, Tile, TileId, TileReader, VertexId};
 
-/// Tiles that a query keeps from the cache's whims.
+/// The number of tiles that a query holds, independently of the cache.
 const HELD: usize = 2;
-/// Tiles that are asked for ahead at once.
+/// The maximum number of tiles that are prefetched at once.
 const AHEAD: usize = 2;
 
 /// The tiles of a file, as one query sees them.
 pub(crate) struct Tiles {
     reader: TileReader,
-    /// The last ones, the very last first.
+    /// The tiles used last, the most recent first.
     held: [Option<Arc<Tile>>; HELD],
-    /// All that were asked for, ahead or not, and whether they were here.
+    /// All tiles that were requested or prefetched, and whether each was in memory.
     asked: HashMap<TileId, bool, BuildHasherDefault<Mix>>,
     max_tiles: u64,
     deadline: Option<Instant>,
-    /// What is asked for ahead, if anything was; it ends with the query.
+    /// The prefetches, if there are any; they end with the query.
     ahead: Option<JoinSet<()>>,
 }
 
@@ -45,42 +45,42 @@ impl Tiles {
         }
     }
 
-    /// How many different tiles were asked for.
+    /// Returns the number of different tiles that were requested.
     pub(crate) fn count(&self) -> u64 {
         self.asked.len() as u64
     }
 
-    /// What is known of the whole file, and where its tiles lie.
+    /// Returns the directory of the file.
     pub(crate) fn directory(&self) -> &Directory {
         self.reader.directory()
     }
 
-    /// What is known of the whole file.
+    /// Returns the metadata of the file.
     pub(crate) fn metadata(&self) -> &Metadata {
         &self.directory().metadata
     }
 
-    /// Whether the outside of the hull is free.
+    /// Returns whether the outside of the hull is free.
     pub(crate) fn outside_is_free(&self) -> bool {
         !self.metadata().exterior_is_hole
     }
 
-    /// The tiles around whose triangles there are such rectangles.
+    /// Returns the tiles whose bounds satisfy `is_wanted`.
     pub(crate) fn ids_where(&self, is_wanted: impl Fn(Rect) -> bool) -> Vec<TileId> {
         let tiles = self.directory().tiles.iter().zip(0..);
         let wanted = tiles.filter(|(entry, _)| is_wanted(entry.bounds));
         wanted.map(|(_, id)| TileId(id)).collect()
     }
 
-    /// Edges of the hull.
+    /// Returns the number of hull edges.
     pub(crate) fn hull_edges(&self) -> u64 {
         self.metadata().hull_edges
     }
 
-    /// A tile.
+    /// Returns a tile.
     pub(crate) async fn get(&mut self, id: TileId) -> Result<Arc<Tile>, QueryError> {
-        if let Some(place) = self.place(id) {
-            self.held[..=place].rotate_right(1);
+        if let Some(index) = self.held_index(id) {
+            self.held[..=index].rotate_right(1);
             if let Some(tile) = &self.held[0] {
                 return Ok(Arc::clone(tile));
             }
@@ -97,19 +97,19 @@ impl Tiles {
         Ok(tile)
     }
 
-    /// Where a tile is held.
-    fn place(&self, id: TileId) -> Option<usize> {
+    /// Returns the index at which a tile is held.
+    fn held_index(&self, id: TileId) -> Option<usize> {
         self.held
             .iter()
             .position(|tile| tile.as_ref().is_some_and(|tile| tile.id() == id))
     }
 
-    /// Whether a tile is held or cached.
+    /// Returns whether a tile is held or cached.
     fn is_here(&self, id: TileId) -> bool {
-        self.place(id).is_some() || self.reader.is_cached(id)
+        self.held_index(id).is_some() || self.reader.is_cached(id)
     }
 
-    /// How wide a tile is that was here and is not any more, so that it has to be read again.
+    /// Returns the width of a tile that was in memory, but has to be read again; otherwise `None`.
     pub(crate) fn width_of_lost(&self, id: TileId) -> Option<f64> {
         if !self.asked.get(&id).is_some_and(|&was_here| was_here) || self.is_here(id) {
             return None;
@@ -119,8 +119,9 @@ impl Tiles {
         Some(width.max(height))
     }
 
-    /// Before a tile is waited for: asks for the likeliest of those that come after it, if they fit in the cache, so that they are read
-    /// at the same time. Whether that comes true changes nothing but how long it takes. Who may read few tiles reads none in vain.
+    /// Prefetches the likeliest next tiles, if they fit in the cache, so that they are read while
+    /// the query waits for tile `id`. The guesses affect only the time. A query with a limit of
+    /// tiles prefetches none, so that it reads none in vain.
     pub(crate) fn ask_ahead(&mut self, id: TileId, likely: impl FnOnce() -> Vec<TileId>) {
         if self.max_tiles < u64::MAX || self.is_here(id) {
             return;
@@ -134,13 +135,13 @@ impl Tiles {
             if !self.asked.contains_key(&tile) && self.reader.has_room_for(tile) {
                 self.asked.insert(tile, false);
                 let reader = self.reader.clone();
-                // An error comes again when the tile is needed.
+                // An error occurs again when the tile is needed.
                 ahead.spawn(async move { drop(reader.tile(tile).await) });
             }
         }
     }
 
-    /// The tile that was asked for last, or any.
+    /// Returns the tile that was used last, or any.
     pub(crate) async fn last(&mut self) -> Result<Arc<Tile>, QueryError> {
         match self.held.iter().flatten().next() {
             Some(tile) => Ok(Arc::clone(tile)),
@@ -148,7 +149,7 @@ impl Tiles {
         }
     }
 
-    /// Fails when the time is over.
+    /// Fails if the time limit is reached.
     pub(crate) fn check_time(&self) -> Result<(), QueryError> {
         match self.deadline {
             Some(deadline) if Instant::now() >= deadline => Err(QueryError::OutOfBudget { at_least: 0.0 }),
@@ -156,8 +157,9 @@ impl Tiles {
         }
     }
 
-    /// The side from one vertex to another, which has its triangle on the left, with a tile that holds it; none if that is the outside.
-    pub(crate) async fn side_between(
+    /// Returns the half-edge from one vertex to another, which has its triangle on the left, and a
+    /// tile that contains it. Returns `None` if the outside is there.
+    pub(crate) async fn half_edge_between(
         &mut self,
         from: VertexId,
         to: VertexId,
@@ -166,29 +168,29 @@ impl Tiles {
         if !tile.has_vertex(to.index) {
             return Err(self.damaged(to.tile, Contradiction::NoVertex(to.index)));
         }
-        let side = self.checked(to.tile, side_towards(&tile, to.index, from))?;
-        Ok(side.map(|side| (tile, side)))
+        let half_edge = self.checked(to.tile, half_edge_towards(&tile, to.index, from))?;
+        Ok(half_edge.map(|half_edge| (tile, half_edge)))
     }
 
-    /// The error for a tile that contradicts itself or others.
+    /// Returns the error for a tile that contradicts itself or others.
     pub(crate) fn damaged(&self, tile: TileId, contradiction: Contradiction) -> QueryError {
         self.reader.damaged(tile, contradiction.to_string()).into()
     }
 
-    /// What was found in a tile, or the error for a tile that contradicts itself or others.
+    /// Maps a contradiction in a tile to an error.
     #[inline]
     pub(crate) fn checked<T>(&self, tile: TileId, found: Result<T, Contradiction>) -> Result<T, QueryError> {
         found.map_err(|contradiction| self.damaged(tile, contradiction))
     }
 
-    /// The error for a file with break lines.
+    /// Returns the error for a file with break lines.
     pub(crate) fn break_lines(&self) -> QueryError {
         QueryError::BreakLines {
             file: self.reader.name().into(),
         }
     }
 
-    /// The error for a file on which there is nowhere to walk.
+    /// Returns the error for a file without triangles.
     pub(crate) fn no_triangles(&self) -> QueryError {
         QueryError::NoTriangles {
             file: self.reader.name().into(),

@@ -1,17 +1,17 @@
-//! A path as it is told: its points, and what it bends around.
+//! The points of a path, and the edges that it bends around.
 
 use super::certify::certify;
 use crate::geometry::{HalfEdge, Orientation, Point, VertexIndex, orient2d};
 use crate::query::answer::{Bend, Distance, Path, WayPoint};
-use crate::query::free_space::{Ground, Place, Wedge};
-use crate::query::request::{Contradiction, QueryError, Tiles, side_towards};
+use crate::query::free_space::{FreeSpace, QueryPoint, Wedge};
+use crate::query::request::{Contradiction, QueryError, Tiles, half_edge_towards};
 use crate::store::{EdgeSource, Tile, Vertex};
 
-/// Makes a path of a shortest way from a place to another place or a vertex.
+/// Converts a shortest path between two points, or from a point to a vertex, to a [`Path`].
 pub(crate) async fn path(
     tiles: &mut Tiles,
     way: &[WayPoint],
-    ends: [&Place; 2],
+    ends: [&QueryPoint; 2],
     length: f64,
     is_certified: bool,
 ) -> Result<Path, QueryError> {
@@ -19,11 +19,11 @@ pub(crate) async fn path(
     path_with(tiles, way, ends, distance, [is_certified, true]).await
 }
 
-/// The same with bounds that are known; it need not be a shortest one.
+/// Converts a path with known bounds, which need not be a shortest one, to a [`Path`].
 pub(crate) async fn path_with(
     tiles: &mut Tiles,
     way: &[WayPoint],
-    ends: [&Place; 2],
+    ends: [&QueryPoint; 2],
     distance: Distance,
     [is_certified, is_shortest]: [bool; 2],
 ) -> Result<Path, QueryError> {
@@ -47,11 +47,11 @@ pub(crate) async fn path_with(
     })
 }
 
-/// The way without points at which it does not bend.
+/// Returns the path without points at which it does not bend.
 fn bent(way: &[WayPoint]) -> Vec<WayPoint> {
     let mut bent: Vec<WayPoint> = Vec::new();
-    for (place, &point) in way.iter().enumerate() {
-        let is_straight = match (bent.last(), way.get(place + 1)) {
+    for (index, &point) in way.iter().enumerate() {
+        let is_straight = match (bent.last(), way.get(index + 1)) {
             (Some(before), Some(after)) => {
                 orient2d(before.0, point.0, after.0) == Orientation::Collinear
                     && before.0.lex_cmp(point.0) == point.0.lex_cmp(after.0)
@@ -65,7 +65,8 @@ fn bent(way: &[WayPoint]) -> Vec<WayPoint> {
     bent
 }
 
-/// What a path bends around at a vertex; if it need not be a shortest one, between two points.
+/// Returns what a path bends around at a vertex. `around` has the points before and after it if the
+/// path need not be a shortest one.
 async fn bend(
     tiles: &mut Tiles,
     vertex: Vertex,
@@ -73,7 +74,7 @@ async fn bend(
     around: Option<[Point; 2]>,
 ) -> Result<Bend, QueryError> {
     let tile = tiles.get(vertex.id.tile).await?;
-    let edge = bound(Ground::of(tiles, &tile), vertex.id.index, turns_left);
+    let edge = bound(FreeSpace::of(tiles, &tile), vertex.id.index, turns_left);
     let edge = tiles.checked(tile.id(), edge)?;
     let free = Bend {
         vertex,
@@ -110,46 +111,48 @@ async fn bend(
     })
 }
 
-/// The side of a vertex's tile, from or to the vertex, at the left or right end of the sector in which paths turn there, if there is one.
-fn bound(ground: Ground<'_>, vertex: VertexIndex, on_left: bool) -> Result<Option<HalfEdge>, Contradiction> {
-    let Some(wedge) = ground.turning_sector(vertex)? else {
+/// Returns the half-edge of a vertex's tile, from or to the vertex, at the left or right end of the
+/// sector in which paths turn, if there is one.
+fn bound(space: FreeSpace<'_>, vertex: VertexIndex, on_left: bool) -> Result<Option<HalfEdge>, Contradiction> {
+    let Some(wedge) = space.turning_sector(vertex)? else {
         return Ok(None);
     };
-    let side = match (ground.end_of_sector(vertex, wedge, on_left)?, on_left) {
-        (Wedge::Triangle(side), true) => side.prev(),
-        (Wedge::Triangle(side), false) => side,
-        (Wedge::Outside, true) => ground.first(vertex)?,
-        (Wedge::Outside, false) => ground.last(vertex)?.prev(),
+    let half_edge = match (space.end_of_sector(vertex, wedge, on_left)?, on_left) {
+        (Wedge::Triangle(half_edge), true) => half_edge.prev(),
+        (Wedge::Triangle(half_edge), false) => half_edge,
+        (Wedge::Outside, true) => space.first(vertex)?,
+        (Wedge::Outside, false) => space.last(vertex)?.prev(),
     };
-    Ok(Some(side))
+    Ok(Some(half_edge))
 }
 
-/// The lines along an edge, as seen from a vertex to the other end of it, given a side of the vertex's tile that is on the edge.
+/// Returns the lines along the edge between two vertices, in the direction from the first to the
+/// second. `half_edge` is a half-edge of `tile` at this edge.
 async fn sources_from(
     tiles: &mut Tiles,
     tile: &Tile,
-    side: HalfEdge,
+    half_edge: HalfEdge,
     [from, to]: [Vertex; 2],
 ) -> Result<Vec<EdgeSource>, QueryError> {
-    // The sources stand in the tile of the smaller end.
+    // The tile of the lexicographically smaller end stores the sources.
     let owner = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
     if owner.id.tile == tile.id() {
-        let [start, _] = tile.ends(side);
-        return Ok(sources(tile, side, start.id == from.id));
+        let [start, _] = tile.ends(half_edge);
+        return Ok(sources(tile, half_edge, start.id == from.id));
     }
     let there = tiles.get(to.id.tile).await?;
-    let towards = side_towards(&there, to.id.index, from.id);
-    if let Some(side) = tiles.checked(to.id.tile, towards)? {
-        return Ok(sources(&there, side, true));
+    let towards = half_edge_towards(&there, to.id.index, from.id);
+    if let Some(half_edge) = tiles.checked(to.id.tile, towards)? {
+        return Ok(sources(&there, half_edge, true));
     }
-    // The hull is on the left of the way: the edge is known from its other side.
-    let edge = Ground::of(tiles, &there).first(to.id.index);
+    // The hull is on the left of the path, so the edge is found from its other side.
+    let edge = FreeSpace::of(tiles, &there).first(to.id.index);
     Ok(sources(&there, tiles.checked(to.id.tile, edge)?, false))
 }
 
-/// The lines along a side, as seen in its direction or against it.
-fn sources(tile: &Tile, side: HalfEdge, along: bool) -> Vec<EdgeSource> {
-    let sources = tile.edge_sources(side);
+/// Returns the lines along a half-edge, in its direction or against it.
+fn sources(tile: &Tile, half_edge: HalfEdge, along: bool) -> Vec<EdgeSource> {
+    let sources = tile.edge_sources(half_edge);
     sources
         .map(|source| if along { source } else { source.reversed() })
         .collect()

@@ -1,4 +1,4 @@
-//! A path as it bends, and its proof.
+//! The bends of a path, and its proof.
 
 mod bends;
 mod certify;

@@ -1,11 +1,14 @@
-//! Answers with bounds: fast ones, and those that are within a part of the truth.
+//! Answers with bounds: fast ones, and those within a tolerance.
 //!
-//! In: free places, and what the options ask for. Out: a short way along edges ([`edges`](crate::query::edges)), pulled taut
-//! ([`taut`](crate::query::funnel)). Its length is not less than the true one. The true one is not less than the straight line, nor than a shortest way
-//! along edges divided by [`STRETCH`], unless break lines make that bound void or the file does not say whether it has any.
+//! The input is free points and the options. The output is a short path along edges
+//! ([`edges`](crate::query::edges)), which is then shortened ([`funnel`](crate::query::funnel)).
+//! Its length is at least the true distance. The true distance is at least the straight line, and
+//! at least the shortest path along edges divided by [`STRETCH`], unless the file has break lines,
+//! which invalidate that bound, or does not state whether it has any.
 //!
-//! Where an answer is to be within a part of the truth and these bounds are not close enough, the wave is sent to the goal, not farther than
-//! the fast way leads, until it arrives or its front has come close enough to that length.
+//! If a tolerance is set and these bounds are not close enough, a wavefront runs to the goal, at
+//! most as far as the length of the fast path, until it arrives or its front is close enough to
+//! that length.
 
 use std::collections::VecDeque;
 
@@ -15,30 +18,31 @@ use futures::stream::Stream;
 use crate::geometry::Point;
 use crate::query::answer::{Distance, Path, PathOutcome, SiteFound, WayPoint, distance};
 use crate::query::edges::{BreakLines, EdgeRun, Node, STRETCH, SitesAlongEdges};
-use crate::query::free_space::Place;
-use crate::query::funnel::{length, taut};
+use crate::query::free_space::QueryPoint;
+use crate::query::funnel::{length, shorten};
 use crate::query::request::{Mode, QueryError, QueryOptions, Tiles, unfold};
 use crate::query::route;
-use crate::query::wavefront::{Approach, Goal, Places, Run};
+use crate::query::wavefront::{Approach, Goal, QueryPoints, WavefrontRun};
 use crate::store::TileReader;
 
-/// How the search for a way along edges hurries to its goal: it may be longer than a shortest one by this factor. On Delaunay's triangulation
-/// of random points ways along edges are about 1.05 times as long as straight ones; with less than that, the search goes through much
-/// of what lies around the way.
-const HASTE: f64 = 1.125;
+/// The weight of the heuristic in the search for a path along edges. The path may be longer than a
+/// shortest one by this factor. In Delaunay triangulations of random points, paths along edges are
+/// about 1.05 times as long as straight lines. With a lower weight, the search examines much of the
+/// space round the path.
+const WEIGHT: f64 = 1.125;
 
-/// A way found fast.
+/// A path found by the fast search.
 pub(crate) struct FastWay {
     pub(crate) way: Vec<WayPoint>,
     pub(crate) distance: Distance,
 }
 
-/// At most the distance of two points.
+/// Returns a lower bound of the distance of two points.
 fn straight(a: Point, b: Point) -> f64 {
     Distance::of_legs(distance(a, b), 1).lower
 }
 
-/// At most the true length of ways that along edges have at least this one.
+/// Returns a lower bound of the true length, given a lower bound of the length along edges.
 fn by_edges(tiles: &Tiles, along_edges: f64) -> f64 {
     match BreakLines::of(tiles.metadata()) {
         BreakLines::No => along_edges / STRETCH,
@@ -46,21 +50,23 @@ fn by_edges(tiles: &Tiles, along_edges: f64) -> f64 {
     }
 }
 
-/// At most the true length of a shortest way between two points, given what the one along edges has at least.
+/// Returns a lower bound of the length of a shortest path between two points, given a lower bound
+/// of the length along edges.
 fn at_least(tiles: &Tiles, ends: [Point; 2], along_edges: f64) -> f64 {
     straight(ends[0], ends[1]).max(by_edges(tiles, along_edges))
 }
 
-/// Pulls a way along edges taut, and finds its bounds. It is at most `haste` times as long as a shortest one.
-async fn pulled(tiles: &mut Tiles, nodes: &[Node], haste: f64) -> Result<FastWay, QueryError> {
+/// Shortens a path along edges, and determines its bounds. The path along edges is at most `weight`
+/// times as long as a shortest one.
+async fn shortened(tiles: &mut Tiles, nodes: &[Node], weight: f64) -> Result<FastWay, QueryError> {
     let (Some(first), Some(last)) = (nodes.first(), nodes.last()) else {
         return Err(QueryError::Uncertified {
-            reason: "a way has no points".to_owned(),
+            reason: "a path has no points".to_owned(),
         });
     };
     let along_edges = Distance::of_legs(last.length, nodes.len()).lower;
-    let lower = at_least(tiles, [first.point, last.point], along_edges / haste);
-    let mut way = taut(tiles, nodes).await.map_err(|error| error.at_least(lower))?;
+    let lower = at_least(tiles, [first.point, last.point], along_edges / weight);
+    let mut way = shorten(tiles, nodes).await.map_err(|error| error.at_least(lower))?;
     if way.is_empty() {
         way = vec![(first.point, None); 2];
     }
@@ -76,36 +82,40 @@ async fn pulled(tiles: &mut Tiles, nodes: &[Node], haste: f64) -> Result<FastWay
     })
 }
 
-/// A way between two free places, found fast, if there is one.
-pub(crate) async fn way(tiles: Tiles, from: &Place, to: &Place) -> Result<(Tiles, Option<FastWay>), QueryError> {
+/// Returns a fast path between two free points, if one exists.
+pub(crate) async fn way(
+    tiles: Tiles,
+    from: &QueryPoint,
+    to: &QueryPoint,
+) -> Result<(Tiles, Option<FastWay>), QueryError> {
     let ends = [from.point, to.point];
-    let (mut run, end) = EdgeRun::towards(tiles, from.clone(), to, HASTE).await?;
+    let (mut run, end) = EdgeRun::towards(tiles, from.clone(), to, WEIGHT).await?;
     let found = run.find(end).await;
     let bound = |along_edges| at_least(&run.tiles, ends, along_edges);
     let Some(node) = found.map_err(|error| error.bounded(bound))? else {
         return Ok((run.tiles, None));
     };
     let nodes = run.search.way(node);
-    let way = pulled(&mut run.tiles, &nodes, HASTE).await?;
+    let way = shortened(&mut run.tiles, &nodes, WEIGHT).await?;
     Ok((run.tiles, Some(way)))
 }
 
-/// The path of a way that was found fast.
-async fn path_of(tiles: &mut Tiles, way: &FastWay, ends: [&Place; 2], certify: bool) -> Result<Path, QueryError> {
+/// Converts a fast path to a [`Path`].
+async fn path_of(tiles: &mut Tiles, way: &FastWay, ends: [&QueryPoint; 2], certify: bool) -> Result<Path, QueryError> {
     let mut points = way.way.clone();
-    // The ends are known by their places.
-    for (point, place) in [(0, ends[0]), (points.len() - 1, ends[1])] {
-        points[point].1 = place.vertex();
+    // The query points know the vertices of the ends.
+    for (point, query_point) in [(0, ends[0]), (points.len() - 1, ends[1])] {
+        points[point].1 = query_point.vertex();
     }
     let path = route::path_with(tiles, &points, ends, way.distance, [certify, false]).await;
     path.map_err(|error| error.at_least(way.distance.lower))
 }
 
-/// A path between two free places that need not be exact; with how many tiles it took.
+/// Returns a path between two free points that need not be exact, and the number of tiles used.
 pub(crate) async fn path(
     tiles: Tiles,
-    from: Place,
-    to: Place,
+    from: QueryPoint,
+    to: QueryPoint,
     options: QueryOptions,
 ) -> Result<(PathOutcome, u64), QueryError> {
     let (mut tiles, found) = way(tiles, &from, &to).await?;
@@ -115,18 +125,20 @@ pub(crate) async fn path(
     if let Mode::Within(tolerance) = options.mode.check()?
         && found.distance.upper > (1.0 + tolerance) * found.distance.lower
     {
-        let goal = Goal::Places(Places::new([&to]));
-        // What is pruned is longer, whatever was rounded.
+        let goal = Goal::Points(QueryPoints::new([&to]));
+        // Everything that is pruned is longer, despite rounding.
         let limit = found.distance.upper * (1.0 + 1e-9);
         let certify = options.certify;
-        let mut run = Run::start(tiles, from.clone(), goal, limit, options).await?;
+        let mut run = WavefrontRun::start(tiles, from.clone(), goal, limit, options).await?;
         let close = run.next_beyond(found.distance.upper / (1.0 + tolerance)).await;
         match close.map_err(|error| error.bounded(|front| front.max(found.distance.lower)))? {
             Approach::Found(exact) => {
                 let path = run.path(&exact, &to).await?;
                 return Ok((PathOutcome::Found(path), run.tiles.count()));
             }
-            Approach::Beyond(front) => found.distance.lower = found.distance.lower.max(front).min(found.distance.value),
+            Approach::AtLeast(front) => {
+                found.distance.lower = found.distance.lower.max(front).min(found.distance.value)
+            }
         }
         let path = path_of(&mut run.tiles, &found, [&from, &to], certify).await?;
         return Ok((PathOutcome::Found(path), run.tiles.count()));
@@ -135,7 +147,7 @@ pub(crate) async fn path(
     Ok((PathOutcome::Found(path), tiles.count()))
 }
 
-/// Sites by their way along edges, each with that pulled taut.
+/// Sites in the order of their distance along edges, each with its shortened path.
 struct FastSites {
     sites: SitesAlongEdges,
     radius: f64,
@@ -159,7 +171,7 @@ impl FastSites {
                 continue;
             }
             let known = by_edges(&run.tiles, site.distance.lower);
-            let way = pulled(&mut run.tiles, &nodes, 1.0)
+            let way = shortened(&mut run.tiles, &nodes, 1.0)
                 .await
                 .map_err(|error| error.at_least(known))?;
             let is_near = way.distance.value <= self.radius;
@@ -168,7 +180,7 @@ impl FastSites {
             }
             site.distance = way.distance;
             if self.options.paths {
-                let (source, to) = (run.source().clone(), Place::at(site.vertex));
+                let (source, to) = (run.source().clone(), QueryPoint::at(site.vertex));
                 let path = path_of(&mut run.tiles, &way, [&source, &to], self.options.certify).await;
                 site.path = Some(path.map_err(|error| error.at_least(known))?);
             }
@@ -177,7 +189,7 @@ impl FastSites {
     }
 }
 
-/// The first sites of mode fast, with how many tiles they took.
+/// Returns the first `count` sites of mode fast, and the number of tiles used.
 pub(crate) async fn first_sites(
     reader: &TileReader,
     at: Point,
@@ -199,7 +211,7 @@ pub(crate) async fn first_sites(
     Ok((found, sites.sites.vertices.run.tiles.count()))
 }
 
-/// Sites as [`TileReader::sites_within`] gives them in mode fast.
+/// Returns the stream of [`TileReader::sites_within`] in mode fast.
 pub(crate) fn sites(
     reader: TileReader,
     at: Point,
@@ -207,7 +219,7 @@ pub(crate) fn sites(
     options: QueryOptions,
 ) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
     let start = async move {
-        // What is farther away along edges is farther away than the radius.
+        // A site farther along edges than this is outside the radius.
         let limit = radius * STRETCH;
         let sites = SitesAlongEdges::start(&reader, at, limit, &options).await?;
         Ok(FastSites { sites, radius, options })
@@ -217,15 +229,20 @@ pub(crate) fn sites(
     })
 }
 
-/// Paths that were found, nearest first, and why there are no more.
-struct Several {
+/// The paths that were found, nearest first, and the error that ended the search, if any.
+struct FastPaths {
     found: VecDeque<(usize, Path)>,
     failed: Option<QueryError>,
 }
 
-/// A path to one of several points, if there is one.
-async fn one(mut tiles: Tiles, from: &Place, to: Point, certify: bool) -> Result<(Tiles, Option<Path>), QueryError> {
-    let to = Place::find(&mut tiles, to).await?;
+/// Returns a path to one of several points, if one exists.
+async fn path_to(
+    mut tiles: Tiles,
+    from: &QueryPoint,
+    to: Point,
+    certify: bool,
+) -> Result<(Tiles, Option<Path>), QueryError> {
+    let to = QueryPoint::find(&mut tiles, to).await?;
     if !to.is_free {
         return Ok((tiles, None));
     }
@@ -237,7 +254,8 @@ async fn one(mut tiles: Tiles, from: &Place, to: Point, certify: bool) -> Result
     Ok((tiles, path))
 }
 
-/// Paths as [`TileReader::shortest_paths`] gives them in mode fast: each is looked for by itself.
+/// Returns the stream of [`TileReader::shortest_paths`] in mode fast, which searches for each path
+/// separately.
 pub(crate) fn paths(
     reader: TileReader,
     from: Point,
@@ -246,10 +264,10 @@ pub(crate) fn paths(
 ) -> impl Stream<Item = Result<(usize, Path), QueryError>> + Send + Unpin + 'static + use<> {
     let start = async move {
         let mut tiles = Tiles::new(&reader, &options);
-        let source = Place::find_free(&mut tiles, from).await?;
+        let source = QueryPoint::find_free(&mut tiles, from).await?;
         let (mut found, mut failed) = (Vec::new(), None);
         for (&point, number) in to.iter().zip(0..) {
-            match one(tiles, &source, point, options.certify).await {
+            match path_to(tiles, &source, point, options.certify).await {
                 Ok((still, path)) => {
                     tiles = still;
                     found.extend(path.map(|path| (number, path)));
@@ -264,16 +282,16 @@ pub(crate) fn paths(
             }
         }
         found.sort_by(|a, b| a.1.distance.value.total_cmp(&b.1.distance.value));
-        Ok(Several {
+        Ok(FastPaths {
             found: found.into(),
             failed,
         })
     };
-    unfold(start, |mut several: Several| async move {
-        match (several.found.pop_front(), several.failed.take()) {
+    unfold(start, |mut paths: FastPaths| async move {
+        match (paths.found.pop_front(), paths.failed.take()) {
             (Some(found), failed) => {
-                several.failed = failed;
-                Ok(Some((found, several)))
+                paths.failed = failed;
+                Ok(Some((found, paths)))
             }
             (None, Some(error)) => Err(error),
             (None, None) => Ok(None),
@@ -281,7 +299,7 @@ pub(crate) fn paths(
     })
 }
 
-/// One of two streams, by the mode.
+/// Returns one of two streams, depending on the mode.
 pub(crate) fn by_mode<A, B>(mode: Mode, fast: impl FnOnce() -> A, exact: impl FnOnce() -> B) -> Either<A, B> {
     match mode {
         Mode::Fast => Either::Left(fast()),

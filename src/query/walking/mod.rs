@@ -1,4 +1,4 @@
-//! Questions for walking distances: sites, vertices and paths; exact, or with bounds.
+//! Queries for walking distances: sites, vertices and paths, exact or with bounds.
 
 mod fast;
 mod paths;

@@ -1,11 +1,14 @@
-//! An answer at once, and the exact one when it is ready.
+//! A fast answer at once, and the exact answer when it is ready.
 //!
-//! In: a question. Out: its fast answer, with bounds and with what the exact one is expected to cost; then the exact one.
+//! The output for a query is its fast answer, with bounds and the expected cost of the exact
+//! answer; then the exact answer.
 //!
-//! The exact search only enters triangles through which a way could lead that is not longer than the fast one: for a path, those that meet the
-//! ellipse whose foci are the ends, and for *k* sites those within reach of the farthest of them. The tiles whose cells do are counted in the
-//! directory, without reading any; there are rarely more to read, and often fewer, since walls hold the search back. The time is what
-//! the fast answer took for each tile that it asked for, times these.
+//! The exact search enters only triangles through which a path could run that is not longer than
+//! the fast one. For a path, they are the triangles that meet the ellipse whose foci are the ends;
+//! for *k* sites, those within the distance of the farthest site. The estimate is the number of
+//! tiles whose cells meet that area, counted in the directory without reading any tile. The search
+//! rarely needs more tiles, and often fewer, because walls hold it back. The expected time is the
+//! time of the fast answer per tile, times that number.
 
 use std::time::{Duration, Instant};
 
@@ -19,36 +22,36 @@ use crate::query::answer::{PathOutcome, SiteFound};
 use crate::query::request::{Mode, QueryError, QueryOptions, unfold};
 use crate::store::{Directory, KdNode, TileReader};
 
-/// What an answer is expected to cost.
+/// The expected cost of an answer.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Cost {
-    /// Different tiles, in the cache or not.
+    /// The number of different tiles, cached or not.
     pub tiles: u64,
-    /// Time.
+    /// The time.
     pub time: Duration,
 }
 
-/// An answer on the way.
+/// An answer of a progressive query.
 ///
 /// [Examples](crate::query#examples).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Progress<T> {
-    /// The one of mode [`Fast`](Mode::Fast), which comes first.
+    /// The answer of mode [`Fast`](Mode::Fast), which comes first.
     Fast {
         /// The answer.
         answer: T,
-        /// What the exact one is expected to cost.
+        /// The expected cost of the exact answer.
         exact: Cost,
     },
-    /// The exact one, which comes last.
+    /// The exact answer, which comes last.
     Exact(T),
 }
 
-/// How many tiles have a cell for which something is at most `limit`.
+/// Returns the number of tiles with a cell for which `at_least` is at most `limit`.
 fn tiles_within(directory: &Directory, limit: f64, at_least: impl Fn(Rect) -> f64) -> u64 {
     let nodes = directory.tree.nodes();
     let mut open = vec![(0, directory.metadata.bounds)];
@@ -73,7 +76,7 @@ fn tiles_within(directory: &Directory, limit: f64, at_least: impl Fn(Rect) -> f6
     tiles
 }
 
-/// The time for so many tiles, given what others took.
+/// Returns the expected cost of `tiles` tiles, given that `for_tiles` tiles took the time `took`.
 fn cost(tiles: u64, took: Duration, for_tiles: u64) -> Cost {
     let each = took.as_secs_f64() / for_tiles.max(1) as f64;
     Cost {
@@ -82,8 +85,8 @@ fn cost(tiles: u64, took: Duration, for_tiles: u64) -> Cost {
     }
 }
 
-/// What was asked, and which answer comes next.
-struct Asked<Q> {
+/// A query, and which answer comes next.
+struct ProgressiveQuery<Q> {
     reader: TileReader,
     question: Q,
     options: QueryOptions,
@@ -96,7 +99,7 @@ enum Stage {
     Over,
 }
 
-impl Asked<[Point; 2]> {
+impl ProgressiveQuery<[Point; 2]> {
     async fn answer(&mut self) -> Result<Option<Progress<PathOutcome>>, QueryError> {
         let [from, to] = self.question;
         Ok(Some(match std::mem::replace(&mut self.stage, Stage::Over) {
@@ -130,7 +133,7 @@ impl Asked<[Point; 2]> {
     }
 }
 
-impl Asked<(Point, usize)> {
+impl ProgressiveQuery<(Point, usize)> {
     async fn answer(&mut self) -> Result<Option<Progress<Vec<SiteFound>>>, QueryError> {
         let (at, count) = self.question;
         Ok(Some(match std::mem::replace(&mut self.stage, Stage::Over) {
@@ -138,7 +141,7 @@ impl Asked<(Point, usize)> {
                 let began = Instant::now();
                 let options = self.options.clone().mode(Mode::Fast);
                 let (answer, took) = fast::first_sites(&self.reader, at, count, options).await?;
-                // As many are as near as the farthest of these.
+                // At least `count` sites are as near as the farthest of these.
                 let farthest = answer.iter().map(|site| site.distance.upper).fold(0.0, f64::max);
                 let limit = if answer.len() < count { f64::INFINITY } else { farthest };
                 let tiles = tiles_within(self.reader.directory(), limit, |cell| distance_to_rect(at, cell));
@@ -158,11 +161,12 @@ impl Asked<(Point, usize)> {
     }
 }
 
-/// Answers at once, and exact ones when they are ready.
+/// Fast answers at once, and exact answers when they are ready.
 impl TileReader {
-    /// A path between two points: first that of mode [`Fast`](Mode::Fast), with its bounds and what the exact one is expected to cost,
-    /// then the exact one. Who has no use for that drops the stream. The options' limits hold for each of the two, and the mode they
-    /// name for none.
+    /// Returns a path between two points: first that of mode [`Fast`](Mode::Fast), with its bounds
+    /// and the expected cost of the exact path, then the exact path. A caller that does not need
+    /// the exact path drops the stream. The options' limits apply to each of the two separately;
+    /// the mode of the options is ignored.
     ///
     /// The stream ends with an error where [`shortest_path`](Self::shortest_path) fails.
     ///
@@ -173,19 +177,21 @@ impl TileReader {
         to: Point,
         options: QueryOptions,
     ) -> impl Stream<Item = Result<Progress<PathOutcome>, QueryError>> + Send + Unpin + 'static + use<> {
-        let asked = Asked {
+        let query = ProgressiveQuery {
             reader: self.clone(),
             question: [from, to],
             options,
             stage: Stage::Fast,
         };
-        unfold(async { Ok(asked) }, |mut asked: Asked<[Point; 2]>| async move {
-            Ok(asked.answer().await?.map(|answer| (answer, asked)))
-        })
+        unfold(
+            async { Ok(query) },
+            |mut query: ProgressiveQuery<[Point; 2]>| async move { Ok(query.answer().await?.map(|answer| (answer, query))) },
+        )
     }
 
-    /// The `count` nearest sites: first those of mode [`Fast`](Mode::Fast), with their bounds and what the exact answer is expected to
-    /// cost, then the exact ones; otherwise as [`shortest_path_progressive`](Self::shortest_path_progressive).
+    /// Returns the `count` nearest sites: first those of mode [`Fast`](Mode::Fast), with their
+    /// bounds and the expected cost of the exact answer, then the exact ones; otherwise as
+    /// [`shortest_path_progressive`](Self::shortest_path_progressive).
     ///
     /// [Examples](crate::query#examples).
     pub fn nearest_sites_progressive(
@@ -194,14 +200,17 @@ impl TileReader {
         count: usize,
         options: QueryOptions,
     ) -> impl Stream<Item = Result<Progress<Vec<SiteFound>>, QueryError>> + Send + Unpin + 'static + use<> {
-        let asked = Asked {
+        let query = ProgressiveQuery {
             reader: self.clone(),
             question: (at, count),
             options,
             stage: Stage::Fast,
         };
-        unfold(async { Ok(asked) }, |mut asked: Asked<(Point, usize)>| async move {
-            Ok(asked.answer().await?.map(|answer| (answer, asked)))
-        })
+        unfold(
+            async { Ok(query) },
+            |mut query: ProgressiveQuery<(Point, usize)>| async move {
+                Ok(query.answer().await?.map(|answer| (answer, query)))
+            },
+        )
     }
 }

@@ -5,25 +5,29 @@ use futures::stream::Stream;
 use super::fast;
 use crate::geometry::Point;
 use crate::query::answer::{Distance, SiteFound, VertexFound};
-use crate::query::free_space::Place;
+use crate::query::free_space::QueryPoint;
 use crate::query::request::{QueryError, QueryOptions, unfold};
-use crate::query::wavefront::{Goal, Run, What};
+use crate::query::wavefront::{Goal, Target, WavefrontRun};
 use crate::store::TileReader;
 
 /// Sites and vertices by walking distance.
 impl TileReader {
-    /// The sites by their walking distance from a point, the nearest first: *k* nearest are the first *k* of the stream. Sites
-    /// that are equally far away, as computed, come by their numbers.
+    /// Returns the sites by walking distance from `at`, nearest first. The *k* nearest sites are
+    /// the first *k* items of the stream. Sites with equal computed distances are ordered by their
+    /// numbers.
     ///
-    /// Tiles are read as the search comes to them, so the first sites cost little. The stream is `Send + 'static`, must be
-    /// polled within a tokio runtime, and may be dropped at any time.
+    /// Tiles are read as the search reaches them, so the first sites cost little. The stream is
+    /// `Send + 'static`, must be polled within a tokio runtime, and may be dropped at any time.
     ///
-    /// It ends with an error if the point lies in an obstacle, or when the options' limits are reached: what came before
-    /// stands, and the error says how far away the rest is at least.
+    /// The stream ends with an error if the point is in an obstacle, or when a limit of the options
+    /// is reached. The sites that came before are correct, and the error has a lower bound of the
+    /// distances of the rest.
     ///
-    /// In mode [`Fast`](crate::query::Mode::Fast) they come by the length of their shortest ways along edges ([CDT distance](Self::cdt_distance)), and
-    /// equal ones by number, each with that way pulled taut; so their values may be a little out of order, and the *k* first are near
-    /// ones, but perhaps not the nearest. In mode [`Within`](crate::query::Mode::Within) they come as in mode exact.
+    /// In mode [`Fast`](crate::query::Mode::Fast) the sites are ordered by the length of their
+    /// shortest paths along edges ([CDT distance](Self::cdt_distance)), and sites with equal
+    /// lengths by number. Each of these paths is then shortened. So the values may be slightly out
+    /// of order, and the first *k* sites are near, but perhaps not the nearest. In mode
+    /// [`Within`](crate::query::Mode::Within) the sites come as in mode exact.
     ///
     /// ```
     /// # use delaunay_tiles::{BuildOptions, Builder, geometry::Point, input::PointBatch};
@@ -59,11 +63,13 @@ impl TileReader {
         self.sites_within(at, f64::INFINITY, options)
     }
 
-    /// The sites whose walking distance from a point, as computed, is not larger than `radius`, the nearest first, as
-    /// [`nearest_sites`](Self::nearest_sites) gives them.
+    /// Returns the sites whose computed walking distance from `at` is at most `radius`, nearest
+    /// first, like [`nearest_sites`](Self::nearest_sites).
     ///
-    /// In mode [`Fast`](crate::query::Mode::Fast) those come whose way as found is not longer than the radius: none that is farther away, but one
-    /// that is hardly nearer may be missing; where the lower bounds hold none that is nearer than the radius divided by 2.42 is.
+    /// In mode [`Fast`](crate::query::Mode::Fast) the stream has the sites whose path, as found, is
+    /// not longer than the radius. No site that is farther away is among them, but a site that is
+    /// only slightly nearer may be missing. Where the lower bounds hold, no site nearer than the
+    /// radius divided by 2.42 is missing.
     ///
     /// [Examples](crate::query#examples).
     pub fn sites_within(
@@ -86,17 +92,17 @@ impl TileReader {
         options: QueryOptions,
     ) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
         let reader = self.clone();
-        let start = async move { Run::from_point(&reader, at, Goal::Sites, radius, options).await };
-        unfold(start, |mut run: Run| async move {
+        let start = async move { WavefrontRun::from_point(&reader, at, Goal::Sites, radius, options).await };
+        unfold(start, |mut run: WavefrontRun| async move {
             let Some(found) = run.next().await? else {
                 return Ok(None);
             };
-            let What::Site { number, id, vertex } = found.what.clone() else {
+            let Target::Site { number, id, vertex } = found.target.clone() else {
                 return Ok(None);
             };
             let distance = Distance::of_legs(found.length, run.legs(&found));
             let path = if run.options.paths {
-                Some(run.path(&found, &Place::at(vertex)).await?)
+                Some(run.path(&found, &QueryPoint::at(vertex)).await?)
             } else {
                 None
             };
@@ -111,7 +117,8 @@ impl TileReader {
         })
     }
 
-    /// All vertices that can be reached from a point, by walking distance: the tree of shortest paths, in every mode. Ends and limits as
+    /// Returns all vertices that can be reached from `at`, by walking distance: the tree of
+    /// shortest paths, in every mode. The stream ends, and its limits apply, as for
     /// [`nearest_sites`](Self::nearest_sites).
     ///
     /// [Examples](crate::query#examples).
@@ -121,18 +128,18 @@ impl TileReader {
         options: QueryOptions,
     ) -> impl Stream<Item = Result<VertexFound, QueryError>> + Send + Unpin + 'static + use<> {
         let reader = self.clone();
-        let start = async move { Run::from_point(&reader, at, Goal::Vertices, f64::INFINITY, options).await };
-        unfold(start, |mut run: Run| async move {
+        let start = async move { WavefrontRun::from_point(&reader, at, Goal::Vertices, f64::INFINITY, options).await };
+        unfold(start, |mut run: WavefrontRun| async move {
             let Some(found) = run.next().await? else {
                 return Ok(None);
             };
-            let What::Vertex(vertex) = found.what else {
+            let Target::Vertex(vertex) = found.target else {
                 return Ok(None);
             };
             let found = VertexFound {
                 vertex,
                 distance: Distance::of_legs(found.length, run.legs(&found)),
-                parent: run.wave.root_vertex(found.root),
+                parent: run.wavefront.root_vertex(found.root),
             };
             Ok(Some((found, run)))
         })

@@ -1,22 +1,22 @@
-//! What a wave finds.
+//! The targets that a wavefront finds.
 
 use crate::collections::keyed::Keyed;
 use crate::store::Vertex;
 
-/// A thing that was found.
+/// A target that was found.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Found {
-    pub(crate) what: What,
-    /// The way to it.
+pub(crate) struct FoundTarget {
+    pub(crate) target: Target,
+    /// The length of the path to the target.
     pub(crate) length: f64,
-    /// The root that it is seen from.
+    /// The root that sees the target.
     pub(crate) root: u32,
 }
 
-/// What was found.
+/// A thing that a wavefront looks for.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum What {
-    /// A site: its number, its id if it has one, and where it is.
+pub(crate) enum Target {
+    /// A site: its number, its id if it has one, and its vertex.
     Site {
         number: u64,
         id: Option<String>,
@@ -24,9 +24,10 @@ pub(crate) enum What {
     },
     /// A vertex.
     Vertex(Vertex),
-    /// The place of this number.
-    Place(u32),
+    /// The query point with this index.
+    Point(u32),
 }
 
-/// A found thing that waits until nothing can be nearer: by the bits of its length, then by number.
-pub(super) type Ready = Keyed<(u64, u64), Found>;
+/// A found target that waits until nothing nearer can be found, ordered by the bits of its length,
+/// then by number.
+pub(super) type Ready = Keyed<(u64, u64), FoundTarget>;

@@ -1,37 +1,38 @@
-//! What the wave looks for.
+//! The goals of a wavefront.
 
 use crate::geometry::{Orientation, Point, TriangleId, orient2d};
-use crate::query::free_space::{Place, Spot};
+use crate::query::free_space::{Position, QueryPoint};
 use crate::store::TileId;
 
-/// What is to be found.
+/// The targets to be found.
 #[derive(Clone, Debug)]
 pub(crate) enum Goal {
-    /// Sites.
+    /// All sites.
     Sites,
-    /// Vertices.
+    /// All vertices.
     Vertices,
-    /// Places.
-    Places(Places),
+    /// Some query points.
+    Points(QueryPoints),
 }
 
-/// Places to be found.
+/// The query points to be found.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Places {
+pub(crate) struct QueryPoints {
     points: Vec<Point>,
-    /// Free triangles that a place lies in or on, in order of a number made of their corners.
+    /// Free triangles that contain a query point, inside or on an edge, sorted by a hash of their
+    /// corners, each with the index of the point.
     triangles: Vec<(u64, [Point; 3], u32)>,
-    /// Corners of those triangles, for a quick no.
+    /// The hashes of the corners of those triangles, for quick rejection.
     corners: Filter,
-    /// Vertices that are places, in order of their points' numbers.
+    /// Query points at vertices: the hash of the point and its index, sorted.
     vertices: Vec<(u64, u32)>,
-    /// Places outside the hull or on its edge.
+    /// Query points outside the hull or on its edge.
     pub(crate) outside: Vec<u32>,
-    /// Free triangles round places, in order.
+    /// Free triangles at query points, sorted.
     around: Vec<(TileId, TriangleId)>,
 }
 
-/// Numbers that may be in a set.
+/// A set of hashes that may report hashes it does not contain.
 #[derive(Clone, Debug, Default)]
 struct Filter {
     bits: Vec<u64>,
@@ -44,26 +45,26 @@ impl Filter {
             bits: vec![0; bits / 64],
         };
         for &number in numbers {
-            let (word, bit) = this.place(number);
+            let (word, bit) = this.slot(number);
             this.bits[word] |= bit;
         }
         this
     }
 
     #[inline]
-    fn place(&self, number: u64) -> (usize, u64) {
-        let place = (number >> 20) as usize & (64 * self.bits.len() - 1);
-        (place / 64, 1 << (place % 64))
+    fn slot(&self, number: u64) -> (usize, u64) {
+        let slot = (number >> 20) as usize & (64 * self.bits.len() - 1);
+        (slot / 64, 1 << (slot % 64))
     }
 
     #[inline]
     fn may_have(&self, number: u64) -> bool {
-        let (word, bit) = self.place(number);
+        let (word, bit) = self.slot(number);
         self.bits[word] & bit != 0
     }
 }
 
-/// A number for a point, the same wherever it is met.
+/// Returns a hash of a point that depends on its coordinates only.
 #[inline]
 fn number(p: Point) -> u64 {
     let mixed = p.x.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(31) ^ p.y.to_bits();
@@ -79,30 +80,30 @@ fn same(a: [Point; 3], b: [Point; 3]) -> bool {
     a.iter().all(|p| b.contains(p))
 }
 
-/// Whether a point lies in a closed triangle.
+/// Returns whether a closed triangle contains a point.
 fn holds(corners: [Point; 3], p: Point) -> bool {
     (0..3).all(|i| orient2d(corners[i], corners[(i + 1) % 3], p) != Orientation::Clockwise)
 }
 
-impl Places {
-    /// All free ones of these; the others are never found.
-    pub(crate) fn new<'p>(places: impl IntoIterator<Item = &'p Place>) -> Self {
+impl QueryPoints {
+    /// Creates goals from the free points among `points`; the others are never found.
+    pub(crate) fn new<'p>(points: impl IntoIterator<Item = &'p QueryPoint>) -> Self {
         let mut this = Self::default();
         let mut corners = Vec::new();
-        for (place, index) in places.into_iter().zip(0..) {
-            this.points.push(place.point);
-            if let (Spot::Vertex(vertex), true) = (place.spot, place.is_free) {
+        for (point, index) in points.into_iter().zip(0..) {
+            this.points.push(point.point);
+            if let (Position::Vertex(vertex), true) = (point.position, point.is_free) {
                 this.vertices.push((number(vertex.point), index));
             }
-            if place.is_outside {
+            if point.is_outside {
                 this.outside.push(index);
             }
-            for &triangle in &place.triangles {
+            for &triangle in &point.triangles {
                 corners.extend(triangle.map(number));
                 this.triangles.push((sum(triangle), triangle, index));
             }
-            this.around.extend_from_slice(&place.around);
-            if let Spot::Triangle(triangle) = place.spot {
+            this.around.extend_from_slice(&point.around);
+            if let Position::Triangle(triangle) = point.position {
                 this.around.push((triangle.tile, triangle.triangle));
             }
         }
@@ -118,14 +119,14 @@ impl Places {
         &self.points
     }
 
-    /// The free triangles of a tile in or at which places lie.
+    /// Returns the free triangles of a tile that contain query points or touch them.
     pub(crate) fn triangles_in(&self, tile: TileId) -> impl Iterator<Item = TriangleId> {
         let first = self.around.partition_point(|around| around.0 < tile);
         let here = self.around[first..].iter().take_while(move |around| around.0 == tile);
         here.map(|around| around.1)
     }
 
-    /// The only one there is.
+    /// Returns the query point if it is the only one.
     pub(crate) fn single(&self) -> Option<Point> {
         match self.points[..] {
             [point] => Some(point),
@@ -133,7 +134,7 @@ impl Places {
         }
     }
 
-    /// Takes the places in a closed triangle.
+    /// Calls `take` with each query point in a closed triangle.
     #[inline]
     pub(crate) fn in_triangle(&self, corners: [Point; 3], mut take: impl FnMut(u32, Point)) {
         if !self.corners.may_have(number(corners[0])) {
@@ -149,19 +150,19 @@ impl Places {
         }
     }
 
-    /// The places on a vertex.
+    /// Returns the query points on a vertex.
     #[inline]
     pub(crate) fn on_vertex(&self, vertex: Point) -> impl Iterator<Item = u32> {
         let number = if self.vertices.is_empty() { 0 } else { number(vertex) };
         let first = self.vertices.partition_point(|vertex| vertex.0 < number);
-        let places = self.vertices[first..]
+        let points = self.vertices[first..]
             .iter()
             .take_while(move |vertex| vertex.0 == number);
-        let places = places.map(|vertex| vertex.1);
-        places.filter(move |&index| self.points[index as usize] == vertex)
+        let points = points.map(|vertex| vertex.1);
+        points.filter(move |&index| self.points[index as usize] == vertex)
     }
 
-    /// The places outside the hull that lie in a closed cone.
+    /// Returns the query points outside the hull that lie in a closed window.
     pub(crate) fn outside_within(&self, root: Point, right: Point, left: Point) -> impl Iterator<Item = u32> {
         self.outside.iter().copied().filter(move |&index| {
             let point = self.points[index as usize];

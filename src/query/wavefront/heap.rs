@@ -1,15 +1,16 @@
-//! A heap of numbers by lengths.
+//! A heap of numbers, ordered by lengths.
 
-/// A place in `items`, with the bits of a length that is not negative, which are ordered as it is.
+/// A number with the bits of a length. The length is not negative, so its bits have the same order.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Entry {
+pub(super) struct HeapEntry {
     pub(super) length: u64,
-    pub(super) place: u32,
+    pub(super) slot: u32,
 }
 
-/// The least entry first. Each has up to four below it, which lie together, so that there are half as many steps as in a binary heap.
+/// A heap with the least entry first. Each entry has up to four children, which are adjacent, so it
+/// has half as many levels as a binary heap.
 #[derive(Debug)]
-pub(super) struct Heap(Vec<Entry>);
+pub(super) struct Heap(Vec<HeapEntry>);
 
 impl Heap {
     pub(super) fn new() -> Self {
@@ -20,18 +21,19 @@ impl Heap {
         Self(Vec::with_capacity(entries))
     }
 
-    /// The least entry.
+    /// Returns the least entry.
     #[inline]
-    pub(super) fn first(&self) -> Option<&Entry> {
+    pub(super) fn first(&self) -> Option<&HeapEntry> {
         self.0.first()
     }
 
-    /// The least entries of all, in no order, and some others.
-    pub(super) fn top(&self, entries: usize) -> impl Iterator<Item = &Entry> {
+    /// Returns the first `entries` entries of the heap, in no order: the least ones, and some
+    /// others.
+    pub(super) fn top(&self, entries: usize) -> impl Iterator<Item = &HeapEntry> {
         self.0.iter().take(entries)
     }
 
-    /// The least length; infinite if there is none.
+    /// Returns the least length; infinite if the heap is empty.
     #[inline]
     pub(super) fn front(&self) -> f64 {
         self.0
@@ -39,17 +41,17 @@ impl Heap {
             .map_or(f64::INFINITY, |entry| f64::from_bits(entry.length))
     }
 
-    pub(super) fn push(&mut self, entry: Entry) {
+    pub(super) fn push(&mut self, entry: HeapEntry) {
         self.0.push(entry);
         self.rise(self.0.len() - 1, entry);
     }
 
-    pub(super) fn pop(&mut self) -> Option<Entry> {
+    pub(super) fn pop(&mut self) -> Option<HeapEntry> {
         let last = self.0.pop()?;
         let Some(&least) = self.0.first() else {
             return Some(last);
         };
-        // The gap goes down to where nothing is below it, for the last one most likely belongs there.
+        // The gap sinks to a leaf first, because the last entry most likely belongs there.
         let mut at = 0;
         loop {
             let first = 4 * at + 1;
@@ -57,7 +59,7 @@ impl Heap {
                 Some(&[a, b, c, d, ..]) => first + least_of([a, b, c, d]),
                 Some(rest) if !rest.is_empty() => {
                     let lengths = rest.iter().map(|entry| entry.length);
-                    lengths.zip(first..).min().map_or(first, |(_, place)| place)
+                    lengths.zip(first..).min().map_or(first, |(_, slot)| slot)
                 }
                 _ => break,
             };
@@ -68,9 +70,9 @@ impl Heap {
         Some(least)
     }
 
-    /// Puts an entry in a gap, or above it.
+    /// Moves an entry up from a gap to its position.
     #[inline]
-    fn rise(&mut self, gap: usize, entry: Entry) {
+    fn rise(&mut self, gap: usize, entry: HeapEntry) {
         let mut at = gap;
         while at > 0 {
             let above = (at - 1) / 4;
@@ -84,9 +86,9 @@ impl Heap {
     }
 }
 
-/// The place of the least of four, without branches that nobody can foresee.
+/// Returns the index of the least of four entries. Branch-free: the comparisons are unpredictable.
 #[inline]
-fn least_of(entries: [Entry; 4]) -> usize {
+fn least_of(entries: [HeapEntry; 4]) -> usize {
     let [a, b, c, d] = entries.map(|entry| entry.length);
     let (one, other) = (usize::from(b < a), 2 + usize::from(d < c));
     let is_other = usize::from(c.min(d) < a.min(b));

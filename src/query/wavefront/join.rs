@@ -1,20 +1,21 @@
-//! How cones are joined with those that wait next to them, and wait.
+//! How windows wait in the queue, and how adjacent windows are joined.
 
-use super::cone::Cone;
+use super::state::Wavefront;
 use super::task::Task;
 use super::waiting::Ahead;
-use super::wave::Wave;
+use super::window::Window;
 use crate::store::TileId;
 
-impl Wave {
-    /// Joins a cone with the one of the same root that waits next to it at the same side, if there is one.
-    pub(super) fn join(&mut self, tile: TileId, root: u32, ahead: &mut Ahead, cone: &mut Cone) {
+impl Wavefront {
+    /// Joins a window with the waiting window of the same root that is next to it at the same
+    /// half-edge, if there is one.
+    pub(super) fn join(&mut self, tile: TileId, root: u32, ahead: &mut Ahead, window: &mut Window) {
         self.waiting.fit(self.queue.len() + 1);
-        let place = *self.waiting.place(tile, root, ahead.side);
-        let Some(there) = self.queue.at(place) else { return };
-        let Task::Cone {
+        let slot = *self.waiting.slot(tile, root, ahead.half_edge);
+        let Some(there) = self.queue.at(slot) else { return };
+        let Task::Window {
             tile: of_tile,
-            side,
+            half_edge,
             root: of_root,
             right,
             left,
@@ -23,13 +24,13 @@ impl Wave {
         else {
             return;
         };
-        if (of_root, side, of_tile) != (root, ahead.side, tile) {
+        if (of_root, half_edge, of_tile) != (root, ahead.half_edge, tile) {
             return;
         }
-        if left == cone.right {
-            cone.right = right;
-        } else if right == cone.left {
-            cone.left = left;
+        if left == window.right {
+            window.right = right;
+        } else if right == window.left {
+            window.left = left;
         } else {
             return;
         }
@@ -37,31 +38,31 @@ impl Wave {
         ahead.length = ahead.length.min(length);
     }
 
-    /// A cone is joined with what waits next to it, and waits in the queue.
-    pub(super) fn put_off(&mut self, tile: TileId, root: u32, ahead: Ahead, cone: &Cone) {
-        let (mut ahead, mut cone) = (ahead, *cone);
+    /// Joins a window with an adjacent waiting one, and puts it in the queue.
+    pub(super) fn defer(&mut self, tile: TileId, root: u32, ahead: Ahead, window: &Window) {
+        let (mut ahead, mut window) = (ahead, *window);
         if self.joins {
-            self.join(tile, root, &mut ahead, &mut cone);
+            self.join(tile, root, &mut ahead, &mut window);
         }
-        self.wait(tile, root, ahead, &cone);
+        self.wait(tile, root, ahead, &window);
     }
 
-    /// A cone that is joined waits in the queue.
-    pub(super) fn wait(&mut self, tile: TileId, root: u32, ahead: Ahead, cone: &Cone) {
+    /// Puts a window, which was joined already, in the queue.
+    pub(super) fn wait(&mut self, tile: TileId, root: u32, ahead: Ahead, window: &Window) {
         if ahead.length > self.limit {
             return;
         }
-        let task = Task::Cone {
+        let task = Task::Window {
             tile,
-            side: ahead.side,
+            half_edge: ahead.half_edge,
             root,
-            right: cone.right,
-            left: cone.left,
+            right: window.right,
+            left: window.left,
             length: ahead.length,
         };
-        let place = self.queue.push(ahead.length, Some(tile), task);
+        let slot = self.queue.push(ahead.length, Some(tile), task);
         if self.joins {
-            *self.waiting.place(tile, root, ahead.side) = place;
+            *self.waiting.slot(tile, root, ahead.half_edge) = slot;
         }
     }
 }

@@ -1,51 +1,55 @@
-//! What the wave has still to do, nearest first.
+//! The tasks of the wavefront, nearest first.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
-use super::heap::{Entry, Heap};
+use super::heap::{Heap, HeapEntry};
 use super::task::Task;
 use crate::collections::mix::Mix;
 use crate::store::TileId;
 
-/// Tiles that are looked at for what comes soon: three levels of the heap.
+/// The number of entries of the tile heap that are examined for tiles needed soon: three levels of
+/// the heap.
 const TOP: usize = 21;
-/// The part by which something may be longer than another and be done before it, and one. Much less, and more has to wait; much more, and
-/// more is done in vain.
+/// A task may run before another if its length is at most this factor longer. A much lower factor
+/// makes more tasks wait; a much higher one does more work in vain.
 const AHEAD: f64 = 1.0 + 1.0 / 128.0;
-/// Tasks for which there is room from the start.
+/// The initial capacity, in tasks.
 const ROOM: usize = 32;
 
-/// Items by what they promise, those of each tile by themselves: no way that goes on from one is shorter. Of equal ones any may be first.
+/// Tasks ordered by length, separately for each tile. The length of a task is a lower bound of all
+/// paths that continue from it. Tasks with equal lengths have no order.
 ///
-/// They are done in order, more or less: something may be done before others that are nearer. That is right as well, for what is found waits
-/// until nothing nearer can be found. Whatever is at hand may be ahead by a small part of its length, which saves much going in and
-/// out of the queue, and from tile to tile. Where the wave's front goes through more tiles than the cache holds, what lies in the tile at
-/// hand may besides be ahead by `lead`, which saves reading the tile again for each item.
+/// The order is approximate: a task may run before others that are nearer. That is correct, because
+/// a found target waits until nothing nearer can be found. A task of the current tile may run if
+/// its length is ahead of the others by at most a small factor, which saves many moves through the
+/// queue and from tile to tile. Where the front of the wavefront passes more tiles than the cache
+/// can hold, tasks of the current tile may also be ahead by `lead`, which saves reading the tile
+/// again for each task.
 #[derive(Debug)]
 pub(crate) struct Queue {
-    /// What there is to do in the tile at hand.
+    /// The tasks of the current tile.
     here: Heap,
-    here_is: Option<TileId>,
-    /// What there is to do in others, and these by the first thing of each. What is not the first one any more may stand there still, but
-    /// not on top.
+    current_tile: Option<TileId>,
+    /// The tasks of other tiles, and those tiles ordered by their first task. The tile heap may
+    /// have outdated entries, but not on top.
     elsewhere: HashMap<TileId, Heap, BuildHasherDefault<Mix>>,
     tiles: Heap,
-    /// What needs no tile.
+    /// Tasks that need no tile.
     anywhere: Heap,
     tasks: Vec<Task>,
     unused: Vec<u32>,
-    /// By how much the tile at hand may be ahead, besides.
+    /// The length by which tasks of the current tile may be ahead, in addition to the factor.
     lead: f64,
-    /// [`AHEAD`], or 1 if nothing may be done before what is nearer in the same tile.
+    /// [`AHEAD`], or 1 if no task may run before a nearer one of the same tile.
     slack: f64,
 }
 
-/// What comes next.
+/// The outcome of [`Queue::next`].
 pub(crate) enum Next {
-    /// This, which is not in the queue any more.
+    /// This task, which was removed from the queue.
     Task(Task),
-    /// Something in this tile.
+    /// A task of this tile.
     In(TileId),
     Nothing,
 }
@@ -54,7 +58,7 @@ impl Queue {
     pub(crate) fn new() -> Self {
         Self {
             here: Heap::with_capacity(ROOM),
-            here_is: None,
+            current_tile: None,
             elsewhere: HashMap::default(),
             tiles: Heap::new(),
             anywhere: Heap::new(),
@@ -65,46 +69,47 @@ impl Queue {
         }
     }
 
-    /// Lets the tile at hand be further ahead, but not by more than `most`.
+    /// Raises the length by which the current tile may be ahead, to at most `most`.
     pub(crate) fn lead(&mut self, most: f64) {
         self.lead = (2.0 * self.lead).max(most / 64.0).min(most);
     }
 
-    /// Lets nothing more be done before what is nearer in the same tile.
+    /// From now on runs no task before a nearer one of the same tile.
     pub(crate) fn keep_order(&mut self) {
         self.slack = 1.0;
     }
 
-    /// Turns to a tile.
-    pub(crate) fn come_to(&mut self, tile: TileId) {
-        if self.here_is == Some(tile) {
+    /// Makes `tile` the current tile.
+    pub(crate) fn enter_tile(&mut self, tile: TileId) {
+        if self.current_tile == Some(tile) {
             return;
         }
         let here = self.elsewhere.remove(&tile).unwrap_or(Heap::new());
         let there = std::mem::replace(&mut self.here, here);
-        let was = self.here_is.replace(tile);
-        if let (Some(was), Some(&Entry { length, .. })) = (was, there.first()) {
-            self.tiles.push(Entry { length, place: was.0 });
+        let was = self.current_tile.replace(tile);
+        if let (Some(was), Some(&HeapEntry { length, .. })) = (was, there.first()) {
+            self.tiles.push(HeapEntry { length, slot: was.0 });
             self.elsewhere.insert(was, there);
         }
         self.settle();
     }
 
-    /// Takes away what is on top of the tiles without being the first thing of one that there is still.
+    /// Removes outdated entries from the top of the tile heap: those that are not the first task of
+    /// a tile that still has tasks.
     fn settle(&mut self) {
-        while let Some(&Entry { length, place }) = self.tiles.first() {
-            let tile = TileId(place);
+        while let Some(&HeapEntry { length, slot }) = self.tiles.first() {
+            let tile = TileId(slot);
             if let Some(there) = self.elsewhere.get_mut(&tile)
                 && let Some(&first) = there.first()
                 && first.length == length
             {
-                if !matches!(self.tasks[first.place as usize], Task::Nothing) {
+                if !matches!(self.tasks[first.slot as usize], Task::Nothing) {
                     return;
                 }
                 there.pop();
-                self.unused.push(first.place);
+                self.unused.push(first.slot);
                 match there.first() {
-                    Some(&Entry { length, .. }) => self.tiles.push(Entry { length, place }),
+                    Some(&HeapEntry { length, .. }) => self.tiles.push(HeapEntry { length, slot }),
                     None => drop(self.elsewhere.remove(&tile)),
                 }
             }
@@ -112,12 +117,13 @@ impl Queue {
         }
     }
 
-    /// Adds something to do in a tile, or what needs none. Returns the task's place while it is in the queue.
+    /// Adds a task, in a tile or without one. Returns the task's slot, which is valid while the
+    /// task is in the queue.
     pub(super) fn push(&mut self, length: f64, tile: Option<TileId>, task: Task) -> u32 {
-        let place = match self.unused.pop() {
-            Some(place) => {
-                self.tasks[place as usize] = task;
-                place
+        let slot = match self.unused.pop() {
+            Some(slot) => {
+                self.tasks[slot as usize] = task;
+                slot
             }
             None => {
                 self.tasks.push(task);
@@ -125,61 +131,63 @@ impl Queue {
             }
         };
         let length = length.max(0.0).to_bits();
-        let entry = Entry { length, place };
+        let entry = HeapEntry { length, slot };
         match tile {
             None => self.anywhere.push(entry),
-            _ if tile == self.here_is => self.here.push(entry),
+            _ if tile == self.current_tile => self.here.push(entry),
             Some(tile) => {
                 let there = self.elsewhere.entry(tile).or_insert(Heap::new());
                 if there.first().is_none_or(|front| length < front.length) {
-                    self.tiles.push(Entry { length, place: tile.0 });
+                    self.tiles.push(HeapEntry { length, slot: tile.0 });
                 }
                 there.push(entry);
             }
         }
-        place
+        slot
     }
 
-    /// How many tasks there may be.
+    /// Returns an upper bound of the number of tasks.
     pub(super) fn len(&self) -> usize {
         self.tasks.len() - self.unused.len()
     }
 
-    /// A task by its place, or another one if it is not in the queue any more.
-    pub(super) fn at(&mut self, place: u32) -> Option<&mut Task> {
-        self.tasks.get_mut(place as usize)
+    /// Returns the task in a slot. It may be another task if the one sought left the queue.
+    pub(super) fn at(&mut self, slot: u32) -> Option<&mut Task> {
+        self.tasks.get_mut(slot as usize)
     }
 
-    /// The least length of all; infinite if there is nothing to do.
+    /// Returns the least length of all tasks; infinite if there is none.
     #[inline]
     pub(crate) fn front(&self) -> f64 {
         self.here.front().min(self.tiles.front()).min(self.anywhere.front())
     }
 
-    /// The length up to which something in the tile at hand comes before what is out of it.
+    /// Returns the length up to which tasks of the current tile come before all other tasks.
     #[inline]
     fn ahead(&self) -> f64 {
-        // Nobody gains by being ahead of what needs no tile.
+        // Being ahead of tasks that need no tile saves nothing.
         (self.tiles.front() * AHEAD + self.lead).min(self.anywhere.front())
     }
 
-    /// Whether something of such a length in the tile at hand may come next.
+    /// Returns whether a task of this length in the current tile may run next.
     #[inline]
     pub(crate) fn would_be_next(&self, length: f64) -> bool {
         length <= self.here.front() * self.slack && length <= self.ahead()
     }
 
-    /// The tiles where something is to be done soon, in no order, each with the length of it: the top of the heap.
+    /// Returns tiles with tasks to run soon, in no order, each with the length of its first task:
+    /// the top of the heap.
     pub(crate) fn top(&self) -> impl Iterator<Item = (f64, TileId)> {
-        let is_first = |entry: &&Entry| {
-            let there = self.elsewhere.get(&TileId(entry.place));
+        let is_first = |entry: &&HeapEntry| {
+            let there = self.elsewhere.get(&TileId(entry.slot));
             there.is_some_and(|heap| heap.first().is_some_and(|first| first.length == entry.length))
         };
         let entries = self.tiles.top(TOP).filter(is_first);
-        entries.map(|entry| (f64::from_bits(entry.length), TileId(entry.place)))
+        entries.map(|entry| (f64::from_bits(entry.length), TileId(entry.slot)))
     }
 
-    /// What is to be done next; a task of the tile at hand, or one that needs none, is taken.
+    /// Returns what to do next. A task of the current tile, or one without a tile, is removed from
+    /// the queue.
     pub(crate) fn next(&mut self) -> Next {
         loop {
             let (here, anywhere, tiles) = (self.here.front(), self.anywhere.front(), self.tiles.front());
@@ -191,7 +199,7 @@ impl Queue {
                 self.settle();
                 match self.tiles.first() {
                     Some(top) if f64::from_bits(top.length) > tiles => continue,
-                    Some(top) => return Next::In(TileId(top.place)),
+                    Some(top) => return Next::In(TileId(top.slot)),
                     None if tiles < f64::INFINITY => continue,
                     None => return Next::Nothing,
                 }
@@ -199,8 +207,8 @@ impl Queue {
             let Some(entry) = from.pop() else {
                 return Next::Nothing;
             };
-            self.unused.push(entry.place);
-            let there = &mut self.tasks[entry.place as usize];
+            self.unused.push(entry.slot);
+            let there = &mut self.tasks[entry.slot as usize];
             let task = *there;
             *there = Task::Nothing;
             if !matches!(task, Task::Nothing) {

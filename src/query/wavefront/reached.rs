@@ -1,75 +1,82 @@
-//! What the wave knows of a tile: how far its vertices are at most, and which of its dead ends goals lie in.
+//! The wavefront's knowledge of a tile: upper bounds of the distances of its vertices, and the dead
+//! ends that contain goals.
 //!
-//! A vertex with one free sector that was seen from a root is no farther away than over that root, and what lies on a side that ends there
-//! no farther than by way of it, along the side. A cone that is longer for all that it holds of the side shows nothing that another one
-//! does not show on a shorter way (Xin and Wang, "Improving Chen and Han's algorithm on the discrete geodesic problem", TOG 28(4),
-//! 2009): it is *beaten*. With x on the side, between its end v and where the far ray b crosses it:
+//! If a root sees a vertex with one free sector, the vertex is no farther than the path by way of
+//! that root. A point on an edge at the vertex is no farther than the path by way of the vertex and
+//! along the edge. A window whose paths are longer than that everywhere on its interval is
+//! *beaten*: another window reaches all of it on a shorter path (Xin and Wang, "Improving Chen and
+//! Han's algorithm on the discrete geodesic problem", TOG 28(4), 2009). Let x be on the edge,
+//! between its end v and the point b where the far ray crosses it:
 //!
 //! ```text
-//!        v ───── x ───── b     if root + |r b| > known(v) + |v b|, then root + |r x| + |x b| ≥ root + |r b| > known(v) + |v x| + |x b|,
-//!               ╱      ╱       so the way by r is longer at x too: the far ray tells for all
-//!             r ──────
+//!        v ───── x ───── b     If root + |r b| > known(v) + |v b|, then
+//!               ╱      ╱       root + |r x| + |x b| ≥ root + |r b| > known(v) + |v x| + |x b|,
+//!             r ──────         so the path by r is longer at x too: testing the far ray suffices.
 //! ```
 
-use super::cone::Crossing;
 use super::roots::TIE;
+use super::window::Crossing;
 use crate::geometry::{TriangleId, VertexIndex};
 use crate::query::answer::distance;
-use crate::query::free_space::Ground;
+use crate::query::free_space::FreeSpace;
 
-/// Vertices whose lengths stand together: near in the plane, as their numbers are.
+/// The number of vertices whose lengths are stored together. They are near in the plane, because
+/// their indices are near.
 const PAGE: usize = 32;
 
-/// What the wave knows of a tile.
+/// The wavefront's knowledge of a tile.
 #[derive(Debug, Default)]
 pub(crate) struct Reached {
-    /// For each so many corners, the place of their lengths, in pages; 0 if none was reached.
+    /// For each [`PAGE`] corners, the page of their lengths; 0 if none of them was reached.
     pages: Vec<u32>,
-    /// The first page is one of infinite lengths.
+    /// The lengths, in pages. Page 0 has infinite lengths.
     lengths: Vec<f64>,
-    /// Triangles in dead ends by which one comes to goals, in order; none if it was not known where dead ends begin when the wave came here.
-    /// It need not heed what was found out later.
-    awake: Option<Vec<TriangleId>>,
+    /// The triangles in dead ends that lead to goals, sorted. `None` if the dead ends of the tile
+    /// were unknown when the wavefront arrived here. Dead ends that become known later need not be
+    /// considered.
+    open_dead_ends: Option<Vec<TriangleId>>,
 }
 
 impl Reached {
-    /// Nothing yet, of a tile in or at whose triangles goals lie.
-    pub(crate) fn new(ground: Ground<'_>, goals: impl Iterator<Item = TriangleId>) -> Self {
-        let (tile, passages) = (ground.tile, ground.passages());
+    /// Creates the knowledge of a tile that was not reached yet; `goals` are the triangles that
+    /// contain goals or touch them.
+    pub(crate) fn new(space: FreeSpace<'_>, goals: impl Iterator<Item = TriangleId>) -> Self {
+        let (tile, passages) = (space.tile, space.passages());
         let goals = goals.filter(|&triangle| triangle.0 < tile.triangle_count());
-        let awake = passages.come().then(|| {
-            let mut awake: Vec<TriangleId> = goals.flat_map(|triangle| passages.way_in(triangle)).collect();
-            awake.sort_unstable();
-            awake
+        let open_dead_ends = passages.visit().then(|| {
+            let mut open_dead_ends: Vec<TriangleId> = goals.flat_map(|triangle| passages.way_in(triangle)).collect();
+            open_dead_ends.sort_unstable();
+            open_dead_ends
         });
         Self {
             pages: vec![0; tile.corner_count().div_ceil(PAGE)],
             lengths: vec![f64::INFINITY; PAGE],
-            awake,
+            open_dead_ends,
         }
     }
 
-    /// Whether a goal may lie in a dead end that begins with this triangle.
+    /// Returns whether the dead end that starts with this triangle may contain a goal.
     pub(crate) fn may_enter(&self, triangle: TriangleId) -> bool {
-        self.awake
+        self.open_dead_ends
             .as_ref()
-            .is_none_or(|awake| awake.binary_search(&triangle).is_ok())
+            .is_none_or(|open_dead_ends| open_dead_ends.binary_search(&triangle).is_ok())
     }
 
-    /// How far a corner is at most.
+    /// Returns an upper bound of the distance of a corner.
     #[inline]
     fn known(&self, corner: VertexIndex) -> f64 {
         let page = self.pages[corner.index() / PAGE];
         self.lengths[page as usize * PAGE + corner.index() % PAGE]
     }
 
-    /// Whether a vertex is known to be nearer than this.
+    /// Returns whether a vertex is known to be nearer than `length`.
     #[inline]
     pub(crate) fn is_nearer(&self, vertex: VertexIndex, length: f64) -> bool {
         length > self.known(vertex) * TIE
     }
 
-    /// A vertex of the tile with one free sector is no farther away than this: whether it was not known to be nearer.
+    /// Notes that a vertex of the tile with one free sector is at most `length` away. Returns
+    /// whether it was not known to be nearer.
     #[inline]
     pub(crate) fn reach(&mut self, vertex: VertexIndex, length: f64) -> bool {
         let page = &mut self.pages[vertex.index() / PAGE];
@@ -85,8 +92,9 @@ impl Reached {
         true
     }
 
-    /// Whether a way of such a length to the root and through the crossing is longer, wherever it crosses the side, than one by an end of the side;
-    /// ends as seen on the right and on the left.
+    /// Returns whether a path of `length` to the root and then through the crossing is, wherever it
+    /// crosses the edge, longer than a path by way of an end of the edge. `corners` are the ends as
+    /// seen on the right and on the left.
     #[inline]
     pub(crate) fn beats(&self, length: f64, crossing: &Crossing, corners: [VertexIndex; 2]) -> bool {
         let [right, left] = corners.map(|corner| self.known(corner));
@@ -94,7 +102,7 @@ impl Reached {
             let by_end = known + distance(crossing.rays[far], crossing.ends[end]);
             length + crossing.lengths[far] > by_end * TIE + crossing.slack
         };
-        // Both are computed, for nobody can foresee which one tells.
+        // Branch-free: which of the two decides is unpredictable.
         is_longer(right, 1, 0) | is_longer(left, 0, 1)
     }
 }

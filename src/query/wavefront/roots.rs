@@ -1,4 +1,4 @@
-//! Where the wave bent, and what it knows of the vertices that it has seen.
+//! The roots of the wavefront, and its knowledge of the vertices that it has seen.
 
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -8,33 +8,36 @@ use crate::geometry::Point;
 use crate::query::free_space::Mark;
 use crate::store::VertexId;
 
-/// Ways whose lengths differ by less than this part may be equally long but for rounding, so that neither rules out the other.
+/// Paths whose lengths differ by less than this factor may be equally long except for rounding, so
+/// neither excludes the other.
 pub(crate) const TIE: f64 = 1.0 + 1e-12;
 
-/// A point from which the wave spreads: the source, or a vertex round which it bends.
+/// A point from which the wavefront spreads: the source, or a vertex round which it bends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Root {
     pub(crate) point: Point,
-    /// The vertex, unless the source is none.
+    /// The vertex; `None` if the root is a source that is not a vertex.
     pub(crate) vertex: Option<VertexId>,
-    /// The way from the source.
+    /// The length of the path from the source.
     pub(crate) length: f64,
-    /// The root before it, unless it is the source.
+    /// The previous root; `None` for the source.
     pub(crate) parent: Option<u32>,
-    /// How many wedges of its sector are done, from its left end on, and from its right end on.
+    /// The number of wedges of its sector that are processed, from the left end and from the right
+    /// end.
     pub(crate) done: [u32; 2],
 }
 
-/// What is known of a vertex.
+/// The knowledge of a vertex.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
-    /// What is true of it, once its tile was there.
+    /// The properties of the vertex, known once its tile was read.
     pub(crate) mark: Option<Mark>,
-    /// The way over which it was told of, if it is to be.
-    pub(crate) told: f64,
-    /// Its root.
+    /// The length of the path at which the vertex was reported, if vertices like it are reported.
+    pub(crate) reported: f64,
+    /// The root at the vertex.
     pub(crate) root: Option<u32>,
-    /// The way to its root, or that over which it waits in the queue, if it has one free sector only: longer ones are not needed.
+    /// The length of the path to its root, or, if the vertex has one free sector only, of the path
+    /// with which it waits in the queue. Longer paths are not needed.
     pub(crate) limit: f64,
 }
 
@@ -42,12 +45,12 @@ impl Default for Seen {
     fn default() -> Self {
         Self {
             mark: None,
-            told: f64::INFINITY,
+            reported: f64::INFINITY,
             root: None,
             limit: f64::INFINITY,
         }
     }
 }
 
-/// Vertices by their numbers.
+/// The vertices that were seen, by their ids.
 pub(crate) type SeenVertices = HashMap<VertexId, Seen, BuildHasherDefault<Mix>>;

@@ -1,52 +1,52 @@
-//! A wave and its tiles.
+//! A wavefront and the tiles that drive it.
 
 use std::sync::Arc;
 
-use super::found::Found;
+use super::found::FoundTarget;
 use super::goal::Goal;
-use super::parts::Part;
-use super::step::Step;
-use super::wave::Wave;
+use super::regions::VisibleRegion;
+use super::state::Wavefront;
+use super::step::WavefrontStep;
 use crate::geometry::Point;
 use crate::query::answer::{Distance, Path};
-use crate::query::free_space::Place;
+use crate::query::free_space::QueryPoint;
 use crate::query::request::{QueryError, QueryOptions, Tiles};
 use crate::query::route;
 use crate::store::{Tile, TileReader};
 
-/// What a wave comes to that need not arrive.
+/// The outcome of a search that may end before it finds a target.
 pub(crate) enum Approach {
-    Found(Found),
-    /// All that was not found has at least this length.
-    Beyond(f64),
+    Found(FoundTarget),
+    /// Every target that was not found is at least this far away.
+    AtLeast(f64),
 }
 
-/// A wave and its tiles.
-pub(crate) struct Run {
+/// A wavefront and the tiles that drive it.
+pub(crate) struct WavefrontRun {
     pub(crate) tiles: Tiles,
-    pub(crate) wave: Box<Wave>,
+    pub(crate) wavefront: Box<Wavefront>,
     pub(crate) tile: Arc<Tile>,
-    source: Place,
+    source: QueryPoint,
     pub(crate) options: QueryOptions,
 }
 
-impl Run {
-    /// Starts a wave at a free place.
+impl WavefrontRun {
+    /// Starts a wavefront at a free point.
     pub(crate) async fn start(
         mut tiles: Tiles,
-        source: Place,
+        source: QueryPoint,
         goal: Goal,
         limit: f64,
         options: QueryOptions,
     ) -> Result<Self, QueryError> {
         options.mode.check()?;
-        let mut wave = Wave::new(&source, goal, limit, tiles.outside_is_free());
+        let mut wavefront = Wavefront::new(&source, goal, limit, tiles.outside_is_free());
         if options.explored.is_some() {
-            wave.keep_parts();
+            wavefront.keep_regions();
         }
         let tile = tiles.last().await?;
         Ok(Self {
-            wave,
+            wavefront,
             tile,
             tiles,
             source,
@@ -54,7 +54,7 @@ impl Run {
         })
     }
 
-    /// Starts a wave at a point, which must be free.
+    /// Starts a wavefront at `at`, which must be free.
     pub(crate) async fn from_point(
         reader: &TileReader,
         at: Point,
@@ -63,51 +63,51 @@ impl Run {
         options: QueryOptions,
     ) -> Result<Self, QueryError> {
         let mut tiles = Tiles::new(reader, &options);
-        let source = Place::find_free(&mut tiles, at).await?;
+        let source = QueryPoint::find_free(&mut tiles, at).await?;
         Self::start(tiles, source, goal, limit, options).await
     }
 
-    /// The next thing that is found.
-    pub(crate) async fn next(&mut self) -> Result<Option<Found>, QueryError> {
+    /// Returns the next target.
+    pub(crate) async fn next(&mut self) -> Result<Option<FoundTarget>, QueryError> {
         loop {
             let found = self.advance().await?;
-            self.wave.take_parts();
+            self.wavefront.take_regions();
             if let Some(found) = found {
                 return Ok(found);
             }
         }
     }
 
-    /// Takes a step: what it found, or that there is no more, if it came to either.
-    async fn advance(&mut self) -> Result<Option<Option<Found>>, QueryError> {
+    /// Takes a step. Returns the target that it found, or `Some(None)` if there are no more.
+    async fn advance(&mut self) -> Result<Option<Option<FoundTarget>>, QueryError> {
         match self.step()? {
-            Step::Found(found) => return Ok(Some(Some(found))),
-            Step::Done => return Ok(Some(None)),
+            WavefrontStep::Found(found) => return Ok(Some(Some(found))),
+            WavefrontStep::Done => return Ok(Some(None)),
             step => {
                 let went_on = self.go_on(step).await;
-                went_on.map_err(|error| error.at_least(self.wave.front()))?;
+                went_on.map_err(|error| error.at_least(self.wavefront.front()))?;
             }
         }
         Ok(None)
     }
 
-    /// A step of the wave in the tile at hand.
-    pub(crate) fn step(&mut self) -> Result<Step, QueryError> {
-        let step = self.wave.step(&self.tile);
+    /// Takes a step of the wavefront in the current tile.
+    pub(crate) fn step(&mut self) -> Result<WavefrontStep, QueryError> {
+        let step = self.wavefront.step(&self.tile);
         if let Some(explored) = &self.options.explored {
-            explored.add(self.wave.parts().iter().filter_map(Part::triangle));
+            explored.add(self.wavefront.regions().iter().filter_map(VisibleRegion::triangle));
         }
         self.tiles.checked(self.tile.id(), step)
     }
 
-    /// Makes ready for the step after one that found nothing.
-    pub(crate) async fn go_on(&mut self, step: Step) -> Result<(), QueryError> {
-        if let Step::Need(id) = step {
+    /// Prepares the next step after one that found nothing.
+    pub(crate) async fn go_on(&mut self, step: WavefrontStep) -> Result<(), QueryError> {
+        if let WavefrontStep::Need(id) = step {
             if let Some(width) = self.tiles.width_of_lost(id) {
-                // The front of the wave goes through more tiles than the cache holds.
-                self.wave.lead(width);
+                // The front of the wavefront passes more tiles than the cache holds.
+                self.wavefront.lead(width);
             }
-            self.tiles.ask_ahead(id, || self.wave.ahead(id));
+            self.tiles.ask_ahead(id, || self.wavefront.ahead(id));
             self.tile = self.tiles.get(id).await?;
             return Ok(());
         }
@@ -115,54 +115,55 @@ impl Run {
         self.tiles.check_time()
     }
 
-    /// Has the wave keep what it sees.
-    pub(crate) fn keep_parts(&mut self) {
-        self.wave.keep_parts();
+    /// Makes the wavefront keep the regions that it sees.
+    pub(crate) fn keep_regions(&mut self) {
+        self.wavefront.keep_regions();
     }
 
-    /// What the wave sees next, some parts at a time, whatever it finds; none when it is over.
-    pub(crate) async fn next_parts(&mut self) -> Result<Option<Vec<Part>>, QueryError> {
+    /// Returns the next regions that the wavefront sees, whatever it finds; `None` at the end.
+    pub(crate) async fn next_regions(&mut self) -> Result<Option<Vec<VisibleRegion>>, QueryError> {
         let mut is_over = false;
         loop {
-            let parts = self.wave.take_parts();
-            if is_over || !parts.is_empty() {
-                return Ok((!parts.is_empty()).then_some(parts));
+            let regions = self.wavefront.take_regions();
+            if is_over || !regions.is_empty() {
+                return Ok((!regions.is_empty()).then_some(regions));
             }
             is_over = self.advance().await?.is_some_and(|found| found.is_none());
         }
     }
 
-    /// Where a root of the wave is, and how long the way to it is.
+    /// Returns the position of a root, and the length of the path to it.
     pub(crate) fn root_at(&self, root: u32) -> (Point, f64) {
-        self.wave.root_at(root)
+        self.wavefront.root_at(root)
     }
 
-    /// The way to what was found.
-    pub(crate) async fn path(&mut self, found: &Found, to: &Place) -> Result<Path, QueryError> {
-        let mut way = self.wave.way(found.root);
+    /// Returns the path to a target.
+    pub(crate) async fn path(&mut self, found: &FoundTarget, to: &QueryPoint) -> Result<Path, QueryError> {
+        let mut way = self.wavefront.way(found.root);
         way.push((to.point, to.vertex()));
         let ends = [&self.source, to];
         let path = route::path(&mut self.tiles, &way, ends, found.length, self.options.certify).await;
         path.map_err(|error| error.at_least(found.length))
     }
 
-    pub(crate) fn legs(&self, found: &Found) -> usize {
-        self.wave.way(found.root).len()
+    pub(crate) fn legs(&self, found: &FoundTarget) -> usize {
+        self.wavefront.way(found.root).len()
     }
 }
 
-impl Run {
-    /// The next thing that is found, unless all that was not is known to be at least so far away before that, or there is nothing.
+impl WavefrontRun {
+    /// Returns the next target, unless all remaining targets are known to be at least `enough` away
+    /// before it is found, or there are none.
     pub(crate) async fn next_beyond(&mut self, enough: f64) -> Result<Approach, QueryError> {
         loop {
             let step = self.step()?;
-            self.wave.take_parts();
-            if let Step::Found(found) = step {
+            self.wavefront.take_regions();
+            if let WavefrontStep::Found(found) = step {
                 return Ok(Approach::Found(found));
             }
-            let front = Distance::of_legs(self.wave.front(), self.wave.root_count() + 1).lower;
+            let front = Distance::of_legs(self.wavefront.front(), self.wavefront.root_count() + 1).lower;
             if front >= enough {
-                return Ok(Approach::Beyond(front));
+                return Ok(Approach::AtLeast(front));
             }
             self.go_on(step).await.map_err(|error| error.at_least(front))?;
         }

@@ -1,53 +1,54 @@
-//! What a root of the wave sees: vertices, and places.
+//! What a root of the wavefront sees: vertices and query points.
 
-use super::cone::Cone;
-use super::found::What;
+use super::found::Target;
 use super::goal::Goal;
-use super::parts::{Shape, Side};
+use super::regions::{HalfPlane, RegionShape};
 use super::roots::TIE;
+use super::state::Wavefront;
 use super::task::{Task, Via};
-use super::wave::Wave;
+use super::window::Window;
 use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, VertexIndex, orient2d};
 use crate::query::answer::distance;
-use crate::query::free_space::{Ground, Mark};
+use crate::query::free_space::{FreeSpace, Mark};
 
-impl Wave {
-    /// A vertex is seen from a root by way of the triangle of a side that leaves it.
-    pub(super) fn see_by(&mut self, ground: Ground<'_>, root: u32, corner: VertexIndex, side: HalfEdge) {
-        let via = if ground.tile.has_vertex(corner) {
-            Via::Side(side)
+impl Wavefront {
+    /// Lets a root see a vertex through the triangle of a half-edge whose origin is the vertex.
+    pub(super) fn see_by(&mut self, space: FreeSpace<'_>, root: u32, corner: VertexIndex, half_edge: HalfEdge) {
+        let via = if space.tile.has_vertex(corner) {
+            Via::HalfEdge(half_edge)
         } else {
-            Via::RightOf(ground.tile.vertex(ground.tile.origin(side.prev())).id)
+            Via::RightOf(space.tile.vertex(space.tile.origin(half_edge.prev())).id)
         };
-        self.see(ground, root, corner, via);
+        self.see(space, root, corner, via);
     }
 
-    /// A vertex is seen from a root.
-    pub(super) fn see(&mut self, ground: Ground<'_>, root: u32, corner: VertexIndex, via: Via) {
+    /// Lets a root see a vertex.
+    pub(super) fn see(&mut self, space: FreeSpace<'_>, root: u32, corner: VertexIndex, via: Via) {
         let from = self.roots[root as usize];
-        let point = ground.point(corner);
+        let point = space.point(corner);
         if point == from.point {
             return;
         }
-        if let Goal::Places(places) = &self.goal {
-            let here: Vec<u32> = places.on_vertex(point).collect();
+        if let Goal::Points(points) = &self.goal {
+            let here: Vec<u32> = points.on_vertex(point).collect();
             for goal in here {
-                self.see_place(goal, point, root);
+                self.see_point(goal, point, root);
             }
         }
-        // None if it is another tile's.
-        let own_mark = ground.mark(corner);
+        // `None` if the vertex belongs to another tile.
+        let own_mark = space.mark(corner);
         let length = from.length + distance(from.point, point);
         if let Some(mark) = own_mark {
             if mark.is_single() && !self.here.reach(corner, length) {
                 return;
             }
-            if !self.is_told_of(mark) && (!mark.turns() || !ground.can_turn(from.point, corner)) {
+            if !self.is_reported(mark) && (!mark.turns() || !space.can_turn(from.point, corner)) {
                 return;
             }
         }
-        let id = ground.tile.vertex(corner).id;
-        // Of a vertex of this tile that has one free sector it is known by now that no way to it was shorter.
+        let id = space.tile.vertex(corner).id;
+        // For a vertex of this tile with one free sector, the test above has shown that no known
+        // path is shorter.
         let is_known = own_mark.is_some_and(Mark::is_single);
         if !is_known && let Some(seen) = self.seen.get_mut(&id) {
             let mark = own_mark.or(seen.mark);
@@ -58,7 +59,7 @@ impl Wave {
                 if mark.is_single() {
                     seen.limit = seen.limit.min(length);
                 }
-                if !mark.turns() && !self.is_told_of(mark) {
+                if !mark.turns() && !self.is_reported(mark) {
                     return;
                 }
             }
@@ -74,109 +75,110 @@ impl Wave {
         self.push(length + ahead, Some(id.tile), task);
     }
 
-    /// What lies outside the hull and is seen over a hull edge, ends as seen on the right and on the left.
-    pub(super) fn see_outside(&mut self, root: u32, edge: [Point; 2], cone: &Cone) {
-        let between = [cone.right, cone.left];
-        self.keep(root, Shape::Beyond { edge, between });
-        let Goal::Places(places) = &self.goal else { return };
-        if places.outside.is_empty() {
+    /// Lets a root see what is outside the hull, through a hull edge. The ends of the edge are
+    /// those seen on the right and on the left.
+    pub(super) fn see_outside(&mut self, root: u32, edge: [Point; 2], window: &Window) {
+        let between = [window.right, window.left];
+        self.keep(root, RegionShape::BehindHullEdge { edge, between });
+        let Goal::Points(points) = &self.goal else { return };
+        if points.outside.is_empty() {
             return;
         }
-        let seen = places.outside_within(cone.root, cone.right, cone.left);
+        let seen = points.outside_within(window.root, window.right, window.left);
         let seen: Vec<u32> = seen.collect();
-        self.see_places(&seen, root);
+        self.see_points(&seen, root);
     }
 
-    /// What lies outside the hull, on one side of the line from the source through a point.
+    /// Lets the source see what is outside the hull, on one side of the line through `towards`.
     pub(super) fn see_half(&mut self, towards: Point, is_left: bool) {
-        let side = Side { towards, is_left };
-        let except = self.beside.replace(side);
-        self.keep(0, Shape::Half { side, except });
-        let Goal::Places(places) = &self.goal else { return };
+        let half_plane = HalfPlane { towards, is_left };
+        let except = self.seen_half_plane.replace(half_plane);
+        self.keep(0, RegionShape::HalfPlane { half_plane, except });
+        let Goal::Points(points) = &self.goal else { return };
         let hidden = if is_left {
             Orientation::Clockwise
         } else {
             Orientation::CounterClockwise
         };
-        let is_seen = |&goal: &u32| orient2d(self.source, towards, places.points()[goal as usize]) != hidden;
-        let seen: Vec<u32> = places.outside.iter().copied().filter(is_seen).collect();
-        self.see_places(&seen, 0);
+        let is_seen = |&goal: &u32| orient2d(self.source, towards, points.points()[goal as usize]) != hidden;
+        let seen: Vec<u32> = points.outside.iter().copied().filter(is_seen).collect();
+        self.see_points(&seen, 0);
     }
 
-    pub(super) fn see_places(&mut self, seen: &[u32], root: u32) {
+    pub(super) fn see_points(&mut self, seen: &[u32], root: u32) {
         for &goal in seen {
-            let Goal::Places(places) = &self.goal else { return };
-            let point = places.points()[goal as usize];
-            self.see_place(goal, point, root);
+            let Goal::Points(points) = &self.goal else { return };
+            let point = points.points()[goal as usize];
+            self.see_point(goal, point, root);
         }
     }
 
-    /// The places in a closed triangle that a root sees whole.
-    pub(super) fn see_places_in(&mut self, ground: Ground<'_>, root: u32, triangle: TriangleId) {
-        if self.parts.is_some() {
-            let corners = ground.tile.triangle_points(triangle);
-            self.keep(root, Shape::Triangle { corners, between: None });
+    /// Lets a root see the query points in a closed triangle, all of which it sees.
+    pub(super) fn see_points_in(&mut self, space: FreeSpace<'_>, root: u32, triangle: TriangleId) {
+        if self.regions.is_some() {
+            let corners = space.tile.triangle_points(triangle);
+            self.keep(root, RegionShape::Triangle { corners, between: None });
         }
-        let Goal::Places(places) = &self.goal else { return };
+        let Goal::Points(points) = &self.goal else { return };
         let mut found = Vec::new();
-        places.in_triangle(ground.tile.triangle_points(triangle), |goal, _| found.push(goal));
-        self.see_places(&found, root);
+        points.in_triangle(space.tile.triangle_points(triangle), |goal, _| found.push(goal));
+        self.see_points(&found, root);
     }
 
-    /// The places in a closed triangle that a cone holds.
-    pub(super) fn see_places_within(&mut self, root: u32, corners: [Point; 3], cone: &Cone) {
-        let Goal::Places(places) = &self.goal else { return };
+    /// Lets a root see the query points in the part of a closed triangle that is in a window.
+    pub(super) fn see_points_within(&mut self, root: u32, corners: [Point; 3], window: &Window) {
+        let Goal::Points(points) = &self.goal else { return };
         let mut found = Vec::new();
-        places.in_triangle(corners, |goal, point| {
-            let is_within = orient2d(cone.root, cone.right, point) != Orientation::Clockwise
-                && orient2d(cone.root, cone.left, point) != Orientation::CounterClockwise;
+        points.in_triangle(corners, |goal, point| {
+            let is_within = orient2d(window.root, window.right, point) != Orientation::Clockwise
+                && orient2d(window.root, window.left, point) != Orientation::CounterClockwise;
             if is_within {
                 found.push(goal);
             }
         });
-        self.see_places(&found, root);
+        self.see_points(&found, root);
     }
 
-    /// A place is seen from a root.
-    pub(super) fn see_place(&mut self, goal: u32, point: Point, root: u32) {
+    /// Lets a root see a query point.
+    pub(super) fn see_point(&mut self, goal: u32, point: Point, root: u32) {
         let from = &self.roots[root as usize];
         let length = from.length + distance(from.point, point);
         self.push(length, None, Task::Goal { goal, root, length });
     }
 
-    /// A vertex of the file was reached: tells of it, once.
-    pub(super) fn tell_vertex(&mut self, ground: Ground<'_>, index: VertexIndex, length: f64, root: u32) {
-        let vertex = ground.tile.vertex(index);
+    /// Reports a vertex of the file, or its sites, once.
+    pub(super) fn report_vertex(&mut self, space: FreeSpace<'_>, index: VertexIndex, length: f64, root: u32) {
+        let vertex = space.tile.vertex(index);
         match self.goal {
             Goal::Sites => {
-                for site in ground.tile.sites_at(index) {
-                    let what = What::Site {
+                for site in space.tile.sites_at(index) {
+                    let target = Target::Site {
                         number: site.number,
                         id: site.id.map(str::to_owned),
                         vertex,
                     };
-                    self.tell(what, site.number, length, root);
+                    self.report(target, site.number, length, root);
                 }
             }
             Goal::Vertices => {
                 let number = u64::from(vertex.id.tile.0) << 32 | u64::from(index.0);
-                self.tell(What::Vertex(vertex), number, length, root);
+                self.report(Target::Vertex(vertex), number, length, root);
             }
-            Goal::Places(_) => {}
+            Goal::Points(_) => {}
         }
     }
 
-    /// Places outside that the source sees before a hull edge.
+    /// Lets a source outside see the query points between itself and a hull edge.
     pub(super) fn see_before_hull(&mut self, right: Point, left: Point) {
         let corners = [self.source, right, left];
-        self.keep(0, Shape::Triangle { corners, between: None });
-        let Goal::Places(places) = &self.goal else { return };
-        let within = places.outside_within(self.source, right, left);
+        self.keep(0, RegionShape::Triangle { corners, between: None });
+        let Goal::Points(points) = &self.goal else { return };
+        let within = points.outside_within(self.source, right, left);
         let before = within.filter(|&goal| {
-            let point = places.points()[goal as usize];
+            let point = points.points()[goal as usize];
             orient2d(left, right, point) != Orientation::CounterClockwise
         });
         let before: Vec<u32> = before.collect();
-        self.see_places(&before, 0);
+        self.see_points(&before, 0);
     }
 }

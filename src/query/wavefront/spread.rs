@@ -1,132 +1,137 @@
-//! How the wave spreads through triangles.
+//! How the wavefront spreads through triangles.
 
-use super::cone::{Cone, minus};
 use super::goal::Goal;
-use super::parts::Shape;
+use super::regions::RegionShape;
+use super::state::Wavefront;
 use super::task::{Task, seam_between};
 use super::waiting::Ahead;
-use super::wave::Wave;
+use super::window::{Window, minus};
 use crate::geometry::{HalfEdge, Orientation, Point, VertexIndex, orient2d};
-use crate::query::free_space::{Ground, Passage, Passages};
-use crate::query::request::{Contradiction, side_towards};
+use crate::query::free_space::{FreeSpace, Passage, Passages};
+use crate::query::request::{Contradiction, half_edge_towards};
 use crate::store::VertexId;
 
-/// Triangles that a cone passes at most without a look at how long its ways are now, where it leaves each by one side only. To look takes
-/// longer than to pass such a triangle, so it may as well go a little too far.
+/// The maximum number of triangles that a window passes without computing its length again, if it
+/// leaves each of them by one edge only. The computation takes longer than passing such a triangle,
+/// so going a little too far is cheaper.
 const TRUST: u32 = 8;
 
-/// A side by which a cone leaves a triangle, with its ends as seen on the right and on the left: corners, and where they are.
+/// A half-edge by which a window leaves a triangle, with its ends as seen on the right and on the
+/// left: corner and position of each.
 #[derive(Clone, Copy)]
-struct Door {
-    side: HalfEdge,
+struct ExitEdge {
+    half_edge: HalfEdge,
     right: (VertexIndex, Point),
     left: (VertexIndex, Point),
 }
 
-/// The sides by which a cone leaves the triangle of the side by which it came: that on its right, and that on its left.
+/// Returns the half-edges by which a window leaves the triangle that it entered by `entered`: the
+/// one on its right, then the one on its left.
 #[inline]
-fn doors(
+fn exits(
     entered: HalfEdge,
     right: (VertexIndex, Point),
     left: (VertexIndex, Point),
     apex: (VertexIndex, Point),
-) -> [Door; 2] {
+) -> [ExitEdge; 2] {
     let [to_right, to_left] = [(entered.next(), right, apex), (entered.prev(), apex, left)];
-    [to_right, to_left].map(|(side, right, left)| Door { side, right, left })
+    [to_right, to_left].map(|(half_edge, right, left)| ExitEdge { half_edge, right, left })
 }
 
-/// How far a cone went on.
+/// The advance of a window since its length was computed.
 #[derive(Clone, Copy, Default)]
 struct Stride {
-    /// What its ways had at least when there was a look.
+    /// The lower bound of the lengths of its paths, as last computed.
     length: f64,
-    /// Triangles that it may still pass without one.
+    /// The number of triangles that it may still pass without computing the bound again.
     trust: u32,
 }
 
-impl Wave {
-    /// The cone of a root between the rays through two points.
+impl Wavefront {
+    /// Returns the window of a root between the rays through two points.
     #[inline]
-    pub(super) fn cone(&self, root: u32, right: Point, left: Point) -> Cone {
+    pub(super) fn window(&self, root: u32, right: Point, left: Point) -> Window {
         let root = self.roots[root as usize].point;
-        Cone { root, right, left }
+        Window { root, right, left }
     }
 
-    /// A cone enters the triangle of the side that comes from one vertex to another one, of the tile.
+    /// Lets a window enter the triangle of the half-edge from `from` to `vertex`, a vertex of the
+    /// tile.
     pub(super) fn enter(
         &mut self,
-        ground: Ground<'_>,
+        space: FreeSpace<'_>,
         vertex: VertexIndex,
         from: VertexId,
         root: u32,
-        cone: Cone,
+        window: Window,
         seam: u64,
     ) -> Result<(), Contradiction> {
-        if !ground.tile.has_vertex(vertex) {
+        if !space.tile.has_vertex(vertex) {
             return Err(Contradiction::NoVertex(vertex));
         }
-        match side_towards(ground.tile, vertex, from)? {
-            Some(side) if ground.is_free(side.triangle()) => {
-                let ends = [side, side.next()].map(|side| ground.point(ground.tile.origin(side)));
+        match half_edge_towards(space.tile, vertex, from)? {
+            Some(half_edge) if space.is_free(half_edge.triangle()) => {
+                let ends = [half_edge, half_edge.next()].map(|half_edge| space.point(space.tile.origin(half_edge)));
                 if seam_between(ends) != seam {
-                    return Err(Contradiction::EndElsewhere(side.0));
+                    return Err(Contradiction::EndElsewhere(half_edge.0));
                 }
-                ground.check_crossing(side, ends)?;
-                self.through(ground, root, side, cone)
+                space.check_crossing(half_edge, ends)?;
+                self.through(space, root, half_edge, window)
             }
             None if self.outside_is_free => {
-                let edge = ground.first(vertex)?;
-                let edge = [edge, edge.next()].map(|side| ground.point(ground.tile.origin(side)));
-                self.see_outside(root, edge, &cone);
+                let edge = space.first(vertex)?;
+                let edge = [edge, edge.next()].map(|half_edge| space.point(space.tile.origin(half_edge)));
+                self.see_outside(root, edge, &window);
                 Ok(())
             }
             _ => Ok(()),
         }
     }
 
-    /// Pushes a cone through the free triangle of a side, and on as long as nothing else is nearer.
+    /// Pushes a window through the free triangle of a half-edge, and on as long as nothing else in
+    /// the queue is nearer.
     pub(super) fn through(
         &mut self,
-        ground: Ground<'_>,
+        space: FreeSpace<'_>,
         root: u32,
-        side: HalfEdge,
-        cone: Cone,
+        half_edge: HalfEdge,
+        window: Window,
     ) -> Result<(), Contradiction> {
-        let (tile, passages) = (ground.tile.id(), ground.passages());
-        let end = |side: HalfEdge| {
-            let corner = passages.corner(side);
-            (corner, ground.point(corner))
+        let (tile, passages) = (space.tile.id(), space.passages());
+        let end = |half_edge: HalfEdge| {
+            let corner = passages.corner(half_edge);
+            (corner, space.point(corner))
         };
-        let (mut side, mut cone) = (side, cone);
-        let [mut right, mut left] = [side.next(), side].map(end);
+        let (mut half_edge, mut window) = (half_edge, window);
+        let [mut right, mut left] = [half_edge.next(), half_edge].map(end);
         let mut stride = Stride::default();
         loop {
             self.pause = self.pause.saturating_sub(1);
-            let apex = end(side.prev());
+            let apex = end(half_edge.prev());
             let point = apex.1;
             let corners = [left.1, right.1, point];
-            self.see_places_within(root, corners, &cone);
-            let between = Some([cone.right, cone.left]);
-            self.keep(root, Shape::Triangle { corners, between });
-            let [to_right, to_left] = doors(side, right, left, apex);
-            let on_right = orient2d(cone.root, cone.right, point);
+            self.see_points_within(root, corners, &window);
+            let between = Some([window.right, window.left]);
+            self.keep(root, RegionShape::Triangle { corners, between });
+            let [to_right, to_left] = exits(half_edge, right, left, apex);
+            let on_right = orient2d(window.root, window.right, point);
             let best = if on_right == Orientation::Clockwise {
-                let ahead = self.look_or_trust(passages, root, &to_left, &cone, &mut stride)?;
-                ahead.map(|ahead| (ahead, to_left, cone))
+                let ahead = self.look_or_trust(passages, root, &to_left, &window, &mut stride)?;
+                ahead.map(|ahead| (ahead, to_left, window))
             } else {
-                match orient2d(cone.root, cone.left, point) {
+                match orient2d(window.root, window.left, point) {
                     Orientation::CounterClockwise => {
-                        let ahead = self.look_or_trust(passages, root, &to_right, &cone, &mut stride)?;
-                        ahead.map(|ahead| (ahead, to_right, cone))
+                        let ahead = self.look_or_trust(passages, root, &to_right, &window, &mut stride)?;
+                        ahead.map(|ahead| (ahead, to_right, window))
                     }
                     on_left => {
                         stride.trust = TRUST;
-                        self.see_by(ground, root, apex.0, side.prev());
-                        self.part(passages, root, [to_right, to_left], cone, [on_right, on_left])?
+                        self.see_by(space, root, apex.0, half_edge.prev());
+                        self.split(passages, root, [to_right, to_left], window, [on_right, on_left])?
                     }
                 }
             };
-            let Some((mut ahead, door, mut narrow)) = best else {
+            let Some((mut ahead, exit, mut narrow)) = best else {
                 return Ok(());
             };
             if self.joins {
@@ -136,41 +141,43 @@ impl Wave {
                 self.wait(tile, root, ahead, &narrow);
                 return Ok(());
             }
-            (side, cone, stride.length) = (ahead.side, narrow, ahead.length);
-            (right, left) = (door.right, door.left);
+            (half_edge, window, stride.length) = (ahead.half_edge, narrow, ahead.length);
+            (right, left) = (exit.right, exit.left);
         }
     }
 
-    /// A vertex in a cone parts it in two, which leave the triangle by a side each: goes on with the one whose ways have less, and puts off
-    /// the other. `turns` tell where the vertex lies, seen from the root past the right and the left of the cone.
+    /// Splits a window at a vertex inside it, where its two parts leave the triangle by different
+    /// edges. Continues with the part whose paths are shorter, and defers the other. `turns` are
+    /// the orientations of the vertex, seen from the root, with respect to the right and the left
+    /// ray of the window.
     #[inline]
-    fn part(
+    fn split(
         &mut self,
         passages: Passages<'_>,
         root: u32,
-        doors: [Door; 2],
-        cone: Cone,
+        exits: [ExitEdge; 2],
+        window: Window,
         turns: [Orientation; 2],
-    ) -> Result<Option<(Ahead, Door, Cone)>, Contradiction> {
-        let [to_right, to_left] = doors;
+    ) -> Result<Option<(Ahead, ExitEdge, Window)>, Contradiction> {
+        let [to_right, to_left] = exits;
         let point = to_right.left.1;
-        let halves = [Cone { left: point, ..cone }, Cone { right: point, ..cone }];
+        let halves = [Window { left: point, ..window }, Window { right: point, ..window }];
         let [mut one, mut other] = [None, None];
-        // A cone between two equal rays shows nothing that its neighbours do not.
+        // A window between two equal rays sees nothing that its neighbours do not see.
         if turns[0] != Orientation::Collinear {
             one = self.look(passages, root, &to_right, &halves[0])?;
         }
         if turns[1] != Orientation::Collinear {
             other = self.look(passages, root, &to_left, &halves[1])?;
         }
-        let tile = passages.ground().tile.id();
+        let tile = passages.space().tile.id();
         Ok(match (one, other) {
             (Some(one), Some(other)) if one.length <= other.length => {
-                self.put_off(tile, root, other, &halves[1]);
+                self.defer(tile, root, other, &halves[1]);
                 Some((one, to_right, halves[0]))
             }
             (Some(one), Some(other)) => {
-                self.put_off(tile, root, one, &halves[0]);
+                self.defer(tile, root, one, &halves[0]);
                 Some((other, to_left, halves[1]))
             }
             (Some(one), None) => Some((one, to_right, halves[0])),
@@ -179,100 +186,104 @@ impl Wave {
         })
     }
 
-    /// Looks over the only side by which a cone leaves a triangle, but not each time.
+    /// Examines the only half-edge by which a window leaves a triangle, but does not compute its
+    /// length each time.
     #[inline]
     fn look_or_trust(
         &mut self,
         passages: Passages<'_>,
         root: u32,
-        door: &Door,
-        cone: &Cone,
+        exit: &ExitEdge,
+        window: &Window,
         stride: &mut Stride,
     ) -> Result<Option<Ahead>, Contradiction> {
         if stride.trust > 0
             && !self.joins
-            && let Passage::Side(side) = passages.beyond(door.side)
+            && let Passage::HalfEdge(half_edge) = passages.twin(exit.half_edge)
         {
             stride.trust -= 1;
             let length = stride.length;
-            return Ok(Some(Ahead { length, side }));
+            return Ok(Some(Ahead { length, half_edge }));
         }
         stride.trust = TRUST;
-        self.look(passages, root, door, cone)
+        self.look(passages, root, exit, window)
     }
 
-    /// Looks over a side out of its triangle: if there is a free triangle of this tile where a cone may show what no other one does, the way
-    /// on there. If it is another tile's, it waits in the queue.
+    /// Examines a half-edge by which a window leaves its triangle. Returns how the window continues
+    /// if the triangle beyond is free, belongs to this tile, and may be reached on a shortest path.
+    /// If the triangle belongs to another tile, the window is put in the queue.
     #[inline]
     fn look(
         &mut self,
         passages: Passages<'_>,
         root: u32,
-        door: &Door,
-        cone: &Cone,
+        exit: &ExitEdge,
+        window: &Window,
     ) -> Result<Option<Ahead>, Contradiction> {
-        let [(right_corner, right), (left_corner, left)] = [door.right, door.left];
-        let entered = match passages.beyond(door.side) {
-            Passage::Side(side) => Some(side),
+        let [(right_corner, right), (left_corner, left)] = [exit.right, exit.left];
+        let entered = match passages.twin(exit.half_edge) {
+            Passage::HalfEdge(half_edge) => Some(half_edge),
             Passage::Blocked => return Ok(None),
-            Passage::DeadEnd(side) if self.is_all_wanted() || self.here.may_enter(side.triangle()) => Some(side),
+            Passage::DeadEnd(half_edge) if self.is_all_wanted() || self.here.may_enter(half_edge.triangle()) => {
+                Some(half_edge)
+            }
             Passage::DeadEnd(_) => return Ok(None),
             Passage::Outside => {
-                self.see_outside(root, [right, left], cone);
+                self.see_outside(root, [right, left], window);
                 return Ok(None);
             }
             Passage::Elsewhere => None,
-            Passage::AtOdds => return Err(Contradiction::NotBeside(door.side.triangle())),
+            Passage::Contradictory => return Err(Contradiction::NotBeside(exit.half_edge.triangle())),
         };
-        let crossing = cone.crossing(right, left);
+        let crossing = window.crossing(right, left);
         let way = self.roots[root as usize].length;
         if self.here.beats(way, &crossing, [right_corner, left_corner]) {
             return Ok(None);
         }
-        let length = way + crossing.estimate(self.towards.map(|goal| minus(goal, cone.root)));
+        let length = way + crossing.estimate(self.towards.map(|goal| minus(goal, window.root)));
         if length > self.limit {
             return Ok(None);
         }
-        if let Some(side) = entered {
-            return Ok(Some(Ahead { length, side }));
+        if let Some(half_edge) = entered {
+            return Ok(Some(Ahead { length, half_edge }));
         }
-        // Across, the side runs from the one's end to the other's start.
-        let [from, to] = passages.ground().tile.ends(door.side).map(|end| end.id);
-        let task = Task::ConeOver {
+        // The twin runs from the end to the start.
+        let [from, to] = passages.space().tile.ends(exit.half_edge).map(|end| end.id);
+        let task = Task::IncomingWindow {
             vertex: from.index,
             from: to,
             root,
-            right: cone.right,
-            left: cone.left,
+            right: window.right,
+            left: window.left,
             seam: seam_between([left, right]),
         };
         self.push(length, Some(from.tile), task);
         Ok(None)
     }
 
-    /// Whether what lies in dead ends is wanted too.
+    /// Returns whether targets in all dead ends are wanted.
     fn is_all_wanted(&self) -> bool {
-        self.parts.is_some() || matches!(self.goal, Goal::Vertices)
+        self.regions.is_some() || matches!(self.goal, Goal::Vertices)
     }
 
-    /// The cone over a side out of its triangle waits in the queue.
+    /// Puts the window through a half-edge of a triangle in the queue.
     pub(super) fn pass(
         &mut self,
-        ground: Ground<'_>,
+        space: FreeSpace<'_>,
         root: u32,
         over: HalfEdge,
-        cone: Cone,
+        window: Window,
         ends: [Point; 2],
     ) -> Result<(), Contradiction> {
-        let passages = ground.passages();
-        let [from, to] = [over, over.next()].map(|side| passages.corner(side));
-        let door = Door {
-            side: over,
+        let passages = space.passages();
+        let [from, to] = [over, over.next()].map(|half_edge| passages.corner(half_edge));
+        let exit = ExitEdge {
+            half_edge: over,
             right: (from, ends[0]),
             left: (to, ends[1]),
         };
-        if let Some(ahead) = self.look(passages, root, &door, &cone)? {
-            self.put_off(ground.tile.id(), root, ahead, &cone);
+        if let Some(ahead) = self.look(passages, root, &exit, &window)? {
+            self.defer(space.tile.id(), root, ahead, &window);
         }
         Ok(())
     }

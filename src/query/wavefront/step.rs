@@ -1,84 +1,85 @@
-//! One step of a wave.
+//! One step of a wavefront.
 
 use std::cmp::Reverse;
 
-use super::found::{Found, Ready};
+use super::found::{FoundTarget, Ready};
 use super::goal::Goal;
 use super::queue::Next;
 use super::reached::Reached;
+use super::state::{PAUSE, Wavefront};
 use super::task::Task;
 use super::waiting::{JOINED_AFTER, ORDERED_AFTER};
-use super::wave::{PAUSE, Wave};
-use crate::query::free_space::Ground;
+use crate::query::free_space::FreeSpace;
 use crate::query::request::Contradiction;
 use crate::store::{Tile, TileId};
 
-/// What a step of the wave comes to.
+/// The outcome of a step.
 #[derive(Debug)]
-pub(crate) enum Step {
-    /// It goes on in this tile.
+pub(crate) enum WavefrontStep {
+    /// The wavefront continues in this tile.
     Need(TileId),
-    /// It can go on in this tile, but has been at it for a while.
+    /// The wavefront can continue in this tile, but yields to other tasks.
     Pause,
-    /// The next nearest thing.
-    Found(Found),
-    /// There is nothing more to find.
+    /// The next nearest target.
+    Found(FoundTarget),
+    /// There are no more targets.
     Done,
 }
 
-impl Wave {
-    /// Goes on in a tile, or says which it needs; an error says how the tile contradicts itself or others.
-    pub(crate) fn step(&mut self, tile: &Tile) -> Result<Step, Contradiction> {
+impl Wavefront {
+    /// Continues in a tile until a target is found, another tile is needed, or it is time to yield.
+    /// Fails if the tile contradicts itself or others.
+    pub(crate) fn step(&mut self, tile: &Tile) -> Result<WavefrontStep, Contradiction> {
         self.passed += u64::from(PAUSE - self.pause);
         self.joins |= self.passed >= JOINED_AFTER;
         if self.passed >= ORDERED_AFTER {
             self.queue.keep_order();
         }
         self.pause = PAUSE;
-        let ground = Ground {
+        let space = FreeSpace {
             tile,
             outside_is_free: self.outside_is_free,
         };
-        self.come_to(ground);
+        self.enter_tile(space);
         loop {
             let front = self.queue.front();
             let is_next = |ready: &Reverse<Ready>| f64::from_bits(ready.0.key.0) < front;
             if self.ready.peek().is_some_and(is_next)
                 && let Some(Reverse(ready)) = self.ready.pop()
             {
-                // A way that was found before may be longer.
-                if self.told.insert(ready.key.1) {
-                    return Ok(Step::Found(ready.value));
+                // The target may have been found before, on a shorter path.
+                if self.reported.insert(ready.key.1) {
+                    return Ok(WavefrontStep::Found(ready.value));
                 }
                 continue;
             }
             if self.pause == 0 {
-                return Ok(Step::Pause);
+                return Ok(WavefrontStep::Pause);
             }
             let task = match self.queue.next() {
                 Next::Task(task) => task,
-                Next::In(tile) => return Ok(Step::Need(tile)),
-                Next::Nothing => return Ok(Step::Done),
+                Next::In(tile) => return Ok(WavefrontStep::Need(tile)),
+                Next::Nothing => return Ok(WavefrontStep::Done),
             };
-            self.run(ground, task)?;
+            self.run(space, task)?;
         }
     }
 
-    /// Does a thing in the tile at hand.
+    /// Runs a task in the current tile.
     #[inline]
-    fn run(&mut self, ground: Ground<'_>, task: Task) -> Result<(), Contradiction> {
+    fn run(&mut self, space: FreeSpace<'_>, task: Task) -> Result<(), Contradiction> {
         match task {
-            Task::Cone {
-                side,
+            Task::Window {
+                half_edge,
                 root,
                 right,
                 left,
                 ..
             } => {
-                let cone = self.cone(root, right, left);
-                self.through(ground, root, side, cone)
+                let window = self.window(root, right, left);
+                self.through(space, root, half_edge, window)
             }
-            Task::ConeOver {
+            Task::IncomingWindow {
                 vertex,
                 from,
                 root,
@@ -86,8 +87,8 @@ impl Wave {
                 left,
                 seam,
             } => {
-                let cone = self.cone(root, right, left);
-                self.enter(ground, vertex, from, root, cone, seam)
+                let window = self.window(root, right, left);
+                self.enter(space, vertex, from, root, window, seam)
             }
             Task::Vertex {
                 vertex,
@@ -95,36 +96,36 @@ impl Wave {
                 root,
                 length,
                 via,
-            } => self.reach(ground, vertex, point, root, length, via),
+            } => self.reach(space, vertex, point, root, length, via),
             Task::Goal { goal, root, length } => {
-                self.tell_place(goal, length, root);
+                self.report_point(goal, length, root);
                 Ok(())
             }
-            Task::Start { triangle } => self.start_in(ground, triangle),
-            Task::StartOnEdge { vertex, from } => self.start_on_edge(ground, vertex, from),
-            Task::StartVertex { vertex } => self.start_at(ground, vertex),
+            Task::Start { triangle } => self.start_in(space, triangle),
+            Task::StartOnEdge { vertex, from } => self.start_on_edge(space, vertex, from),
+            Task::StartVertex { vertex } => self.start_at(space, vertex),
             Task::StartOnHull {
                 vertex,
                 forward,
                 before,
-            } => self.start_on_hull(ground, vertex, forward, before),
+            } => self.start_on_hull(space, vertex, forward, before),
             Task::Nothing => Ok(()),
         }
     }
 
-    /// Turns to what is known of a tile.
-    fn come_to(&mut self, ground: Ground<'_>) {
-        let id = ground.tile.id();
-        if self.here_is == Some(id) {
+    /// Makes the tile current, and loads what is known of it.
+    fn enter_tile(&mut self, space: FreeSpace<'_>) {
+        let id = space.tile.id();
+        if self.current_tile == Some(id) {
             return;
         }
         let here = self.elsewhere.remove(&id).unwrap_or_else(|| match &self.goal {
-            Goal::Places(places) => Reached::new(ground, places.triangles_in(id)),
-            Goal::Sites | Goal::Vertices => Reached::new(ground, std::iter::empty()),
+            Goal::Points(points) => Reached::new(space, points.triangles_in(id)),
+            Goal::Sites | Goal::Vertices => Reached::new(space, std::iter::empty()),
         });
-        self.queue.come_to(id);
+        self.queue.enter_tile(id);
         let there = std::mem::replace(&mut self.here, here);
-        if let Some(was) = self.here_is.replace(id) {
+        if let Some(was) = self.current_tile.replace(id) {
             self.elsewhere.insert(was, there);
         }
     }

@@ -1,25 +1,26 @@
-//! What the wave has still to do.
+//! The tasks of the wavefront.
 
 use std::hash::BuildHasher;
 
 use crate::geometry::{HalfEdge, Point, TriangleId, VertexIndex};
 use crate::store::{TileId, VertexId};
 
-/// A thing to do, in a tile that the queue knows.
+/// A task. The queue knows its tile.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Task {
-    /// The cone of `root` between `right` and `left` enters a triangle of `tile` by `side`. All its ways have at least `length`.
-    Cone {
+    /// The window of `root` between `right` and `left` enters a triangle of `tile` by `half_edge`.
+    /// All its paths have at least `length`.
+    Window {
         tile: TileId,
-        side: HalfEdge,
+        half_edge: HalfEdge,
         root: u32,
         right: Point,
         left: Point,
         length: f64,
     },
-    /// The same, from another tile: by the side that comes from vertex `from` to `vertex` of the tile.
-    /// `seam` is [`seam_between`] its ends, as they are there.
-    ConeOver {
+    /// The same window from another tile enters by the half-edge from vertex `from` to `vertex` of
+    /// the tile. `seam` is [`seam_between`] the ends of the edge, as the other tile has them.
+    IncomingWindow {
         vertex: VertexIndex,
         from: VertexId,
         root: u32,
@@ -27,7 +28,7 @@ pub(super) enum Task {
         left: Point,
         seam: u64,
     },
-    /// A vertex of the tile, at `point`, is reached from `root`, over `length` in all.
+    /// The path from `root` reaches a vertex of the tile at `point`, with `length` in total.
     Vertex {
         vertex: VertexIndex,
         point: Point,
@@ -35,41 +36,43 @@ pub(super) enum Task {
         length: f64,
         via: Via,
     },
-    /// A goal is reached from `root`, over `length` in all. This needs no tile.
+    /// The path from `root` reaches a goal, with `length` in total. This needs no tile.
     Goal { goal: u32, root: u32, length: f64 },
-    /// The source lies in a triangle.
+    /// The source is inside a triangle.
     Start { triangle: TriangleId },
-    /// The source lies on an edge, in the triangle of the side that comes from vertex `from` to `vertex` of the tile.
+    /// The source is on an edge, and the triangle is that of the half-edge from vertex `from` to
+    /// `vertex` of the tile.
     StartOnEdge { vertex: VertexIndex, from: VertexId },
     /// The source is a vertex of the tile.
     StartVertex { vertex: VertexIndex },
-    /// The source lies outside and sees the hull edge that leaves a vertex of the tile, forward along the hull, or else the one
-    /// that comes in there. `before` is the edge before that, if one was seen, with the hull on its left.
+    /// The source is outside and sees the hull edge that leaves a vertex of the tile, if `forward`,
+    /// or the hull edge that arrives there. `before` is the edge before that one, if one was seen,
+    /// with the hull on its left.
     StartOnHull {
         vertex: VertexIndex,
         forward: bool,
         before: Option<[Point; 2]>,
     },
-    /// Nothing: it was done, or became part of another one.
+    /// Nothing: the task was run, or joined with another one.
     Nothing,
 }
 
-/// The queue moves tasks about: they stay as large as a cache line.
+/// The queue copies tasks, so a task fits in a cache line.
 const _: () = assert!(size_of::<Task>() <= 64);
 
-/// What two tiles agree in that have the same ends of a side.
+/// Returns a hash of the ends of a half-edge, by which two tiles can check that they agree.
 pub(super) fn seam_between(ends: [Point; 2]) -> u64 {
     let bits = ends.map(|end| [end.x.to_bits(), end.y.to_bits()]);
     foldhash::quality::FixedState::default().hash_one(bits)
 }
 
-/// In which wedge a vertex is reached.
+/// The wedge in which a path reaches a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Via {
-    /// That of the triangle of this side of the vertex's tile, which leaves the vertex.
-    Side(HalfEdge),
-    /// That of the triangle on the right of the edge to this vertex.
+    /// The wedge of the triangle of this half-edge in the vertex's tile; its origin is the vertex.
+    HalfEdge(HalfEdge),
+    /// The wedge of the triangle on the right of the edge to this vertex.
     RightOf(VertexId),
-    /// Outside.
+    /// The outside.
     Outside,
 }

@@ -1,42 +1,44 @@
-//! Cones that wait at the sides of a tile, and become one where two of the same root lie next to each other.
+//! Windows that wait at the half-edges of a tile. Two adjacent windows of the same root are joined.
 //!
-//! Each vertex that a cone meets parts it in two. Where nothing is in the way, the two come to a side behind the vertex again, one next to the other,
-//! and together they show there what each of them does: whoever does not join them goes through a triangle once for each vertex
-//! that was passed on the way, and not once or twice.
+//! Each vertex inside a window splits the window in two. Where nothing is in the way, both parts
+//! reach the same edge behind the vertex, one next to the other, and together they see there what
+//! each of them sees. Without joining, a triangle would be passed once for each vertex that was
+//! passed on the way, not once or twice.
 //!
 //! ```text
-//!        ────┬────     side
-//!         ╲  │  ╱      both cones wait here: that between the rays through R and v, and that between those through v and L
-//!          ╲ │ ╱
-//!        L  ╲v╱  R     the straight ways from the root through v belong to both, so nothing is left out between them
+//!        ────┬────     edge
+//!         ╲  │  ╱      Both windows wait here: the one between the rays through R and v, and
+//!          ╲ │ ╱       the one between the rays through v and L. The straight paths from the
+//!        L  ╲v╱  R     root through v belong to both, so there is no gap between them.
 //!            r
 //! ```
 //!
-//! A wave that hurries to one goal may come there in a narrow bundle, so it joins none before it has gone through many triangles. And after
-//! far more, every wave does what is nearest in its tile first: whoever is ahead of that waits for nobody, and is not joined.
+//! A wavefront to one goal may reach it in a narrow bundle of windows, so it joins none until it
+//! has passed many triangles. After far more triangles, every wavefront processes the nearest task
+//! of a tile first: a window that is ahead of that does not wait, and is not joined.
 
 use crate::geometry::HalfEdge;
 use crate::store::TileId;
 
-/// Triangles that a wave to one goal goes through before it joins cones.
+/// The number of triangles that a wavefront to one goal passes before it joins windows.
 pub(crate) const JOINED_AFTER: u64 = 1 << 14;
-/// Triangles that any wave goes through before it keeps order.
+/// The number of triangles that any wavefront passes before it keeps the order within a tile.
 pub(crate) const ORDERED_AFTER: u64 = 1 << 18;
-/// Places to begin with.
+/// The initial number of slots.
 const ROOM: usize = 256;
 
-/// Where in the queue the cone lies that came last to wait at a side, for some sides: by root and side, mixed. Another one may have
-/// taken its place, so it is only a hint.
+/// The queue slot of the window that last came to wait at a half-edge, for some half-edges, by a
+/// hash of root and half-edge. Another window may have overwritten the entry, so it is only a hint.
 #[derive(Debug)]
 pub(crate) struct Waiting(Vec<u32>);
 
-/// A cone at a side of the tile at hand, that it is to pass.
+/// The continuation of a window through a half-edge of the current tile.
 #[derive(Clone, Copy)]
 pub(crate) struct Ahead {
-    /// What its ways have at least.
+    /// The lower bound of the lengths of its paths.
     pub(crate) length: f64,
-    /// The side, of a triangle of the tile.
-    pub(crate) side: HalfEdge,
+    /// The half-edge by which the window enters the next triangle of the tile.
+    pub(crate) half_edge: HalfEdge,
 }
 
 impl Waiting {
@@ -44,14 +46,15 @@ impl Waiting {
         Self(Vec::new())
     }
 
-    pub(super) fn place(&mut self, tile: TileId, root: u32, side: HalfEdge) -> &mut u32 {
-        let mixed = (u64::from(root) << 32 | u64::from(side.0)).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ u64::from(tile.0);
+    pub(super) fn slot(&mut self, tile: TileId, root: u32, half_edge: HalfEdge) -> &mut u32 {
+        let mixed =
+            (u64::from(root) << 32 | u64::from(half_edge.0)).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ u64::from(tile.0);
         let mixed = mixed.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 32;
-        let place = mixed as usize & (self.0.len() - 1);
-        &mut self.0[place]
+        let slot = mixed as usize & (self.0.len() - 1);
+        &mut self.0[slot]
     }
 
-    /// Makes room for so many cones and more. What was known is forgotten then.
+    /// Makes room for `count` windows and more. Growing forgets all entries.
     pub(super) fn fit(&mut self, count: usize) {
         if 2 * count > self.0.len() {
             let room = (8 * count).next_power_of_two().max(ROOM);

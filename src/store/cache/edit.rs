@@ -1,16 +1,17 @@
-//! A cache of values that one editor changes: what changed is written back before it goes.
+//! A cache of values that one editor changes. A changed value is written back before it is evicted.
 //!
-//! Comes in: how to write a value. Goes out: values to read, each as it was between two edits, and values to change, for one at a
-//! time. Values that changed stay readable until they are saved; one that cannot be saved stays, dirty, and the error goes to
-//! whoever needed the room, or to [`flush`](EditCache::flush).
+//! The cache is created with a function that writes a value back. It hands out values to read, each
+//! in the state between two edits, and values to change, one editor at a time. A changed value
+//! stays readable until it is saved. A value that cannot be saved stays in the cache, dirty, and
+//! the error is returned to the caller that needed the room, or from [`flush`](EditCache::flush).
 //!
 //! ```text
-//!     edit ─▶ Edit ── dropped, changed ─▶ dirty ── no room, or flush ─▶ write_back ── saved ─▶ clean, and may go
-//!                                          ▲                               │
-//!                                          └──────────── failed ───────────┘
+//!  edit ─▶ Edit ── dropped, changed ─▶ dirty ── no room, or flush ─▶ write_back ── saved ─▶ clean
+//!                                       ▲                               │
+//!                                       └──────────── failed ───────────┘
 //! ```
 //!
-//! What `state.rs` draws is the same in full.
+//! A clean value may be evicted. `state.rs` has the complete diagram.
 
 use std::future::Future;
 use std::ops::{Deref, DerefMut};
@@ -19,20 +20,22 @@ use std::sync::Arc;
 use futures::future::BoxFuture;
 use futures::stream::{self, StreamExt, TryStreamExt};
 
-use super::shelf::{Failure, Key, Pin, Pinned, Shelf, Telling, Value, Work};
+use super::shelf::{Failure, Key, Notifier, Pin, Pinned, Shelf, TaskKind, Value};
 use super::statistics::CacheStatistics;
 
 type WriteBack<K, V, E> = Arc<dyn Fn(K, Arc<V>) -> BoxFuture<'static, Result<(), E>> + Send + Sync>;
 
-/// A cache for one editor, who owns it. Flush it before it is dropped: what is dirty then is lost.
+/// A cache for one editor, who owns it. Flush it before it is dropped: values that are dirty then
+/// are lost.
 ///
-/// Memory is kept like this: whoever asks for a value waits until there is room, so that the cache exceeds its capacity only by
-/// what is pinned, lent or being written for others, and by what grew since somebody asked last.
+/// A request for a value waits until there is room. The cache therefore exceeds its capacity only
+/// by values that are pinned, lent or being written for other callers, and by values that grew
+/// since the last request.
 pub(crate) struct EditCache<K, V, E> {
     reader: EditReader<K, V, E>,
 }
 
-/// Reads what the editor changes.
+/// A handle that reads the values that the editor changes.
 pub(crate) struct EditReader<K, V, E> {
     shelf: Shelf<K, V, E>,
     write_back: WriteBack<K, V, E>,
@@ -48,18 +51,22 @@ impl<K, V, E> Clone for EditReader<K, V, E> {
 }
 
 impl<K: Key, V: Value, E: Failure> EditReader<K, V, E> {
-    /// A value to read, as the last edit left it. Waits while it is being edited. It stays in the cache as long as the
-    /// answer lives, which does not keep the editor from changing it: the editor gets a copy then.
+    /// Returns a value to read, as the last edit left it. Waits while the value is being edited.
+    ///
+    /// The value stays in the cache until the result is dropped. This does not prevent edits: an
+    /// edit then works on a copy.
     ///
     /// # Errors
-    /// If it cannot be loaded, or what must go for it cannot be written.
+    ///
+    /// Returns an error if the value cannot be loaded, or if a value that must be evicted for it
+    /// cannot be written.
     pub(crate) async fn read<F>(&self, key: K, load: impl FnOnce() -> F) -> Result<Pinned<K, V, E>, E>
     where
         F: Future<Output = Result<Arc<V>, E>> + Send + 'static,
     {
         let pinned = self.shelf.pin_or_load(key, load).await?;
         if let Err(error) = self.make_room().await {
-            // Or each call that fails would leave its value.
+            // Otherwise each failing call would leave its value in the cache.
             drop(pinned);
             self.shelf.with(|inner| inner.state.drop_clean());
             return Err(error);
@@ -67,7 +74,8 @@ impl<K: Key, V: Value, E: Failure> EditReader<K, V, E> {
         Ok(pinned)
     }
 
-    /// Writes what must go until there is room, or nothing is left that could go.
+    /// Writes back and evicts values until there is room, or until nothing is left that can be
+    /// evicted.
     async fn make_room(&self) -> Result<(), E> {
         while let Some(key) = self.shelf.with(|inner| inner.state.make_room()) {
             self.write(key, true).await?;
@@ -82,8 +90,10 @@ impl<K: Key, V: Value, E: Failure> EditReader<K, V, E> {
 }
 
 impl<K: Key, V: Value + Clone, E: Failure> EditCache<K, V, E> {
-    /// A cache of up to `capacity` bytes. `write_back` saves a value, so that what is loaded from then on is that value; it is
-    /// called for one state of a value at a time.
+    /// Creates a cache of up to `capacity` bytes.
+    ///
+    /// `write_back` saves a value, so that later loads return that value. It is called for one
+    /// state of a value at a time.
     pub(crate) fn new(
         capacity: usize,
         write_back: impl Fn(K, Arc<V>) -> BoxFuture<'static, Result<(), E>> + Send + Sync + 'static,
@@ -96,10 +106,11 @@ impl<K: Key, V: Value + Clone, E: Failure> EditCache<K, V, E> {
         }
     }
 
-    /// A value to read, as [`EditReader::read`] gives it.
+    /// Returns a value to read, like [`EditReader::read`].
     ///
     /// # Errors
-    /// As there.
+    ///
+    /// Returns the same errors as [`EditReader::read`].
     pub(crate) async fn read<F>(&self, key: K, load: impl FnOnce() -> F) -> Result<Pinned<K, V, E>, E>
     where
         F: Future<Output = Result<Arc<V>, E>> + Send + 'static,
@@ -107,36 +118,41 @@ impl<K: Key, V: Value + Clone, E: Failure> EditCache<K, V, E> {
         self.reader.read(key, load).await
     }
 
-    /// For others to read by.
+    /// Returns a handle through which others can read.
     pub(crate) fn reader(&self) -> EditReader<K, V, E> {
         self.reader.clone()
     }
 
-    /// A value to change, from the cache or by `load`. Who asks for it again before the [`Edit`] is dropped waits until then,
-    /// be it the editor, who would wait for ever. Must be awaited within a tokio runtime.
+    /// Returns a value to change, from the cache or loaded with `load`. Must be awaited within a
+    /// tokio runtime.
+    ///
+    /// Requests for the same value wait until the [`Edit`] is dropped. The editor itself would wait
+    /// forever.
     ///
     /// # Errors
-    /// If it cannot be loaded, or what must go for it cannot be written.
+    ///
+    /// Returns an error if the value cannot be loaded, or if a value that must be evicted for it
+    /// cannot be written.
     pub(crate) async fn edit<F>(&self, key: K, load: impl FnOnce() -> F) -> Result<Edit<'_, K, V, E>, E>
     where
         F: Future<Output = Result<Arc<V>, E>> + Send + 'static,
     {
-        // Without the value, which would make the editor copy it.
+        // Keep only the pin: with the value too, the edit would have to copy it.
         let pin = self.reader.read(key, load).await?.into_pin();
         loop {
             let lent = self.reader.shelf.with(|inner| match inner.state.lend(key) {
-                Some(value) => Ok((value, inner.begin(Work::Edit, key).0)),
-                None => Err(inner.waiting(Work::Edit, key)),
+                Some(value) => Ok((value, inner.begin(TaskKind::Edit, key).0)),
+                None => Err(inner.completion(TaskKind::Edit, key)),
             });
             match lent {
-                Ok((value, telling)) => {
+                Ok((value, notifier)) => {
                     return Ok(Edit {
                         cache: self,
                         key,
                         value,
                         changed: false,
                         _pin: pin,
-                        _telling: telling,
+                        _notifier: notifier,
                     });
                 }
                 // Another edit of the same value was faster.
@@ -146,11 +162,14 @@ impl<K: Key, V: Value + Clone, E: Failure> EditCache<K, V, E> {
         }
     }
 
-    /// Writes all that is dirty, by number, so many at a time; it stays in the cache. No [`Edit`] can be alive meanwhile.
+    /// Writes all dirty values in the order of their keys, up to `concurrent_writes` at a time. The
+    /// values stay in the cache. No [`Edit`] can be alive meanwhile.
     ///
     /// # Errors
-    /// The first of `write_back`; what has not been written then is still dirty.
-    pub(crate) async fn flush(&mut self, at_once: usize) -> Result<(), E>
+    ///
+    /// Returns the first error of `write_back`. Values that were not written by then are still
+    /// dirty.
+    pub(crate) async fn flush(&mut self, concurrent_writes: usize) -> Result<(), E>
     where
         K: Ord,
     {
@@ -159,29 +178,33 @@ impl<K: Key, V: Value + Clone, E: Failure> EditCache<K, V, E> {
         keys.sort_unstable();
         let reader = &self.reader;
         let writes = keys.into_iter().map(|key| async move {
-            // A write that others began: if it fails, they have its error, and we try it once more.
-            if let Some(other) = shelf.with(|inner| inner.waiting(Work::Write, key)) {
+            // Another caller's write: if it fails, that caller gets its error, and this one tries
+            // again.
+            if let Some(other) = shelf.with(|inner| inner.completion(TaskKind::Write, key)) {
                 drop(other.await);
             }
             reader.write(key, false).await
         });
-        stream::iter(writes).buffered(at_once.max(1)).try_collect().await
+        stream::iter(writes)
+            .buffered(concurrent_writes.max(1))
+            .try_collect()
+            .await
     }
 
-    /// What the cache has done so far.
+    /// Returns the statistics since the cache was created.
     pub(crate) fn statistics(&self) -> CacheStatistics {
         self.reader.shelf.with(|inner| inner.state.statistics())
     }
 }
 
-/// A value that its editor may change. When this is dropped, others see the change, all of it at once.
+/// A value that its editor may change. When it is dropped, others see all its changes at once.
 pub(crate) struct Edit<'a, K: Key, V: Value, E: Failure> {
     value: Arc<V>,
     changed: bool,
     cache: &'a EditCache<K, V, E>,
     key: K,
-    /// Dropped, it wakes up those who wait for the value.
-    _telling: Telling<E>,
+    /// Wakes the callers that wait for the value, when it is dropped.
+    _notifier: Notifier<E>,
     _pin: Pin<K, V, E>,
 }
 
@@ -194,7 +217,7 @@ impl<K: Key, V: Value, E: Failure> Deref for Edit<'_, K, V, E> {
 }
 
 impl<K: Key, V: Value + Clone, E: Failure> DerefMut for Edit<'_, K, V, E> {
-    /// The value is dirty from here on.
+    /// Returns the value for a change, which marks it dirty.
     fn deref_mut(&mut self) -> &mut V {
         self.changed = true;
         Arc::make_mut(&mut self.value)
@@ -204,7 +227,7 @@ impl<K: Key, V: Value + Clone, E: Failure> DerefMut for Edit<'_, K, V, E> {
 impl<K: Key, V: Value, E: Failure> Drop for Edit<'_, K, V, E> {
     fn drop(&mut self) {
         self.cache.reader.shelf.with(|inner| {
-            inner.end(Work::Edit, self.key);
+            inner.end(TaskKind::Edit, self.key);
             inner.state.give_back(self.key, Arc::clone(&self.value), self.changed);
         });
     }

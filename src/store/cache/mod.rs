@@ -1,11 +1,14 @@
-//! The LRU tile cache: a number of bytes, shared by readers; concurrent misses of one tile share one load.
+//! An LRU cache of tiles, limited in bytes and shared by readers.
+//!
+//! Concurrent misses of the same tile share one load.
 //!
 //! ```text
-//!     Cache (tiles, to read)     EditCache (anything, to change and write back)
+//!     Cache (tiles, read-only)    EditCache (any values, changed and written back)
 //!          └──────────┬──────────────────┘
-//!                   Shelf    the lock; loads and write-backs, each in a task of its own, shared by all who wait
-//!                     │
-//!                   State    what is held, pinned, dirty, and what goes next; no lock, no task, no I/O
+//!                   Shelf         the lock; each load and write-back in a task of its own,
+//!                     │           shared by all callers that wait for it
+//!                 CacheState      which values are held, pinned or dirty, and which is
+//!                                 evicted next; no lock, no tasks, no I/O
 //! ```
 
 mod edit;
@@ -31,7 +34,10 @@ use self::shelf::{Pinned, Shelf};
 use self::state::Content;
 use super::{FileId, ReadError, Tile, TileId};
 
-/// What a tile goes by: a file that was changed in place has other tiles under the same numbers.
+/// The key of a tile in a cache.
+///
+/// It contains the generation because a file that was changed in place has different tiles under
+/// the same numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct TileKey {
     pub(crate) file: FileId,
@@ -45,10 +51,12 @@ impl Weight for Tile {
     }
 }
 
-/// A cache of tiles, counted in bytes. Clones share it, and so may readers of several files.
+/// A cache of tiles, limited in bytes.
 ///
-/// Tiles that were used again outlive those that were used once, so that a scan does not flush what queries keep hot. Tiles
-/// that are [pinned](super::TileReader::pin) stay; if these alone take more than the capacity, so does the cache.
+/// Clones share the same cache, and readers of several files may share one. Tiles that were used
+/// more than once are kept longer than tiles that were used once, so a scan does not evict the
+/// tiles that queries use. Tiles that are [pinned](super::TileReader::pin) are never evicted; if
+/// they alone take more bytes than the capacity, the cache exceeds its capacity.
 #[derive(Clone)]
 pub struct Cache {
     shelf: Shelf<TileKey, Tile, ReadError>,
@@ -63,11 +71,11 @@ impl fmt::Debug for Cache {
     }
 }
 
-/// A tile that stays in its cache as long as this lives.
+/// A tile that stays in its cache until this value is dropped.
 pub struct PinnedTile(Pinned<TileKey, Tile, ReadError>);
 
 impl PinnedTile {
-    /// The tile, which may outlive the pin.
+    /// Returns the tile, which may outlive the pin.
     #[must_use]
     pub fn tile(&self) -> Arc<Tile> {
         Arc::clone(&self.0)
@@ -91,7 +99,7 @@ impl Failure for ReadError {
 }
 
 impl Cache {
-    /// A cache that holds up to `capacity` bytes of tiles; with 0 it holds none but those that are pinned.
+    /// Creates a cache of up to `capacity` bytes of tiles. With 0, it holds pinned tiles only.
     #[must_use]
     pub fn new(capacity: usize) -> Self {
         Self {
@@ -99,19 +107,20 @@ impl Cache {
         }
     }
 
-    /// Bytes of tiles that it holds at most, but for those that are pinned.
+    /// Returns the capacity in bytes. Pinned tiles may exceed it.
     #[must_use]
     pub fn capacity(&self) -> usize {
         self.shelf.with(|inner| inner.state.capacity())
     }
 
-    /// What the cache has done so far.
+    /// Returns the statistics since the cache was created.
     #[must_use]
     pub fn statistics(&self) -> CacheStatistics {
         self.shelf.with(|inner| inner.state.statistics())
     }
 
-    /// The tile, from the cache or by `load`. Errors are handed to all who wait, and not kept.
+    /// Returns the tile from the cache, or loads it with `load`. An error is passed to every caller
+    /// that waits for the load, and is not cached.
     pub(crate) async fn get_or_load<F>(&self, key: TileKey, load: impl FnOnce() -> F) -> Result<Arc<Tile>, ReadError>
     where
         F: Future<Output = Result<Arc<Tile>, ReadError>> + Send + 'static,
@@ -119,7 +128,7 @@ impl Cache {
         self.shelf.get_or_load(key, load).await
     }
 
-    /// The same, pinned.
+    /// Returns the tile like [`get_or_load`](Self::get_or_load), and pins it.
     pub(crate) async fn pin_or_load<F>(&self, key: TileKey, load: impl FnOnce() -> F) -> Result<PinnedTile, ReadError>
     where
         F: Future<Output = Result<Arc<Tile>, ReadError>> + Send + 'static,
@@ -127,7 +136,7 @@ impl Cache {
         Ok(PinnedTile(self.shelf.pin_or_load(key, load).await?))
     }
 
-    /// The tile if it is there; does not count as a use.
+    /// Returns the tile if it is in the cache. This does not count as a use.
     pub(crate) fn peek(&self, key: TileKey) -> Option<Arc<Tile>> {
         match self.shelf.with(|inner| inner.state.peek(&key)) {
             Content::Here(tile) => Some(tile),

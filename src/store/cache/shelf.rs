@@ -1,9 +1,11 @@
-//! The state of a cache behind a lock, and the loads under way.
+//! The state of a cache behind a lock, and the running loads and writes.
 //!
-//! Concurrent misses of one key share a load. It runs in a task of its own, so that a caller who goes away cancels nobody
-//! else's. Whatever comes of it, a value, an error, a panic, a runtime that is shut down, it ends in one place, the drop of its
-//! [`UnderWay`], which changes the state first and then tells those who wait; they look at the state again. Errors are handed
-//! to all who wait, and not kept. The lock is never held across an await, nor while values are dropped or tasks are started.
+//! Concurrent misses of one key share a load. The load runs in a task of its own, so a caller that
+//! is dropped does not cancel the load for others. A task can end with a value, an error, a panic,
+//! or because its runtime shuts down. Each of these ends in one place, the drop of its
+//! [`RunningTask`], which first changes the state and then notifies the waiting callers; they read
+//! the state again. An error is passed to all waiting callers and is not cached. The lock is never
+//! held across an await, and not while values are dropped or tasks are spawned.
 
 use std::collections::HashMap;
 use std::future::Future;
@@ -14,50 +16,52 @@ use std::sync::Arc;
 use futures::future::{FutureExt, Shared};
 use tokio::sync::oneshot;
 
-use super::state::{Content, State, Weight};
+use super::state::{CacheState, Content, Weight};
 use super::sync::{Mutex, spawn};
 
-/// What values go by.
+/// A key of a cache.
 pub(crate) trait Key: Copy + Eq + Hash + Send + Sync + 'static {}
 
 impl<K: Copy + Eq + Hash + Send + Sync + 'static> Key for K {}
 
-/// What a cache can hold, and share between threads.
+/// A value that a cache can hold and share between threads.
 pub(crate) trait Value: Weight + Send + Sync + 'static {}
 
 impl<V: Weight + Send + Sync + 'static> Value for V {}
 
-/// Why a value could not be loaded or written. Callers who share a load share its error.
+/// The reason why a value could not be loaded or written. Callers that share a load share its
+/// error.
 pub(crate) trait Failure: Clone + Send + Sync + 'static {
-    /// The task ended without a result: it panicked, or its runtime was shut down.
+    /// The error of a task that ended without a result: it panicked, or its runtime shut down.
     const CANCELLED: Self;
 
-    /// Whether it is that.
+    /// Returns whether the error is [`CANCELLED`](Self::CANCELLED).
     fn is_cancelled(&self) -> bool;
 }
 
-/// What others wait for.
+/// The kind of a task or edit that callers can wait for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Work {
+pub(super) enum TaskKind {
     Load,
     Write,
     Edit,
 }
 
-/// The end of what is under way: an error in place of a result if there is none.
-pub(super) type Waiting<E> = Shared<oneshot::Receiver<Result<(), E>>>;
+/// Resolves when a task or edit ends, to its result, or to an error if it has none.
+pub(super) type Completion<E> = Shared<oneshot::Receiver<Result<(), E>>>;
 
-/// Tells those who wait; dropped without a word, that there is no result.
-pub(super) type Telling<E> = oneshot::Sender<Result<(), E>>;
+/// Sends the result to the waiting callers. Dropping it without sending means that there is no
+/// result.
+pub(super) type Notifier<E> = oneshot::Sender<Result<(), E>>;
 
-/// A cache; clones share it.
+/// A cache. Clones share it.
 pub(crate) struct Shelf<K, V, E> {
-    inner: Arc<Mutex<Inner<K, V, E>>>,
+    inner: Arc<Mutex<ShelfInner<K, V, E>>>,
 }
 
-pub(super) struct Inner<K, V, E> {
-    pub(super) state: State<K, V>,
-    under_way: HashMap<(Work, K), Waiting<E>>,
+pub(super) struct ShelfInner<K, V, E> {
+    pub(super) state: CacheState<K, V>,
+    running: HashMap<(TaskKind, K), Completion<E>>,
 }
 
 impl<K, V, E> Clone for Shelf<K, V, E> {
@@ -68,59 +72,61 @@ impl<K, V, E> Clone for Shelf<K, V, E> {
     }
 }
 
-impl<K: Key, V: Value, E: Failure> Inner<K, V, E> {
-    /// Says that others can wait for this.
-    pub(super) fn begin(&mut self, work: Work, key: K) -> (Telling<E>, Waiting<E>) {
-        let (telling, waiting) = oneshot::channel();
-        let waiting = waiting.shared();
-        self.under_way.insert((work, key), waiting.clone());
-        (telling, waiting)
+impl<K: Key, V: Value, E: Failure> ShelfInner<K, V, E> {
+    /// Registers a task or edit, so that others can wait for it.
+    pub(super) fn begin(&mut self, kind: TaskKind, key: K) -> (Notifier<E>, Completion<E>) {
+        let (notifier, completion) = oneshot::channel();
+        let completion = completion.shared();
+        self.running.insert((kind, key), completion.clone());
+        (notifier, completion)
     }
 
-    /// What to wait for, if it is under way.
-    pub(super) fn waiting(&self, work: Work, key: K) -> Option<Waiting<E>> {
-        self.under_way.get(&(work, key)).cloned()
+    /// Returns what to wait for, if the task or edit is running.
+    pub(super) fn completion(&self, kind: TaskKind, key: K) -> Option<Completion<E>> {
+        self.running.get(&(kind, key)).cloned()
     }
 
-    /// What to do about a value that is pinned; if it is nowhere, a caller who can load it begins.
-    fn step(&mut self, key: K, can_load: bool) -> Step<V, E> {
+    /// Returns the next step to get a pinned value. If the value is absent and `can_load` is true,
+    /// its load begins.
+    fn next_step(&mut self, key: K, can_load: bool) -> PinStep<V, E> {
         match self.state.peek(&key) {
-            Content::Here(value) => Step::Take(value),
-            Content::Lent => Step::Wait(self.waiting(Work::Edit, key)),
-            Content::Loading => Step::Wait(self.waiting(Work::Load, key)),
+            Content::Here(value) => PinStep::Take(value),
+            Content::Lent => PinStep::Wait(self.completion(TaskKind::Edit, key)),
+            Content::Loading => PinStep::Wait(self.completion(TaskKind::Load, key)),
             Content::Absent if can_load => {
                 self.state.begin_load(key);
-                let (telling, waiting) = self.begin(Work::Load, key);
-                Step::Load(telling, waiting)
+                let (notifier, completion) = self.begin(TaskKind::Load, key);
+                PinStep::Load(notifier, completion)
             }
-            Content::Absent => Step::Wait(None),
+            Content::Absent => PinStep::Wait(None),
         }
     }
 
-    pub(super) fn end(&mut self, work: Work, key: K) {
-        self.under_way.remove(&(work, key));
+    pub(super) fn end(&mut self, kind: TaskKind, key: K) {
+        self.running.remove(&(kind, key));
     }
 }
 
-/// What to do about a value.
-enum Step<V, E> {
+/// The next step to get a value.
+enum PinStep<V, E> {
     Take(Arc<V>),
-    Wait(Option<Waiting<E>>),
-    Load(Telling<E>, Waiting<E>),
+    Wait(Option<Completion<E>>),
+    Load(Notifier<E>, Completion<E>),
 }
 
 impl<K: Key, V: Value, E: Failure> Shelf<K, V, E> {
     pub(crate) fn new(capacity: usize) -> Self {
         Self {
-            inner: Arc::new(Mutex::new(Inner {
-                state: State::new(capacity),
-                under_way: HashMap::new(),
+            inner: Arc::new(Mutex::new(ShelfInner {
+                state: CacheState::new(capacity),
+                running: HashMap::new(),
             })),
         }
     }
 
-    /// Looks at the state or changes it. What goes from the cache is dropped when the lock is released.
-    pub(super) fn with<R>(&self, change: impl FnOnce(&mut Inner<K, V, E>) -> R) -> R {
+    /// Calls `change` with the locked state. Values that it evicts are dropped after the lock is
+    /// released.
+    pub(super) fn with<R>(&self, change: impl FnOnce(&mut ShelfInner<K, V, E>) -> R) -> R {
         let mut inner = self.inner.lock();
         let result = change(&mut inner);
         let gone = inner.state.take_gone();
@@ -129,7 +135,7 @@ impl<K: Key, V: Value, E: Failure> Shelf<K, V, E> {
         result
     }
 
-    /// The value, from the cache or by `load`. Must be awaited within a runtime.
+    /// Returns the value from the cache, or loads it with `load`. Must be awaited within a runtime.
     pub(crate) async fn get_or_load<F>(&self, key: K, load: impl FnOnce() -> F) -> Result<Arc<V>, E>
     where
         F: Future<Output = Result<Arc<V>, E>> + Send + 'static,
@@ -140,59 +146,61 @@ impl<K: Key, V: Value, E: Failure> Shelf<K, V, E> {
         Ok(Arc::clone(&self.pin_or_load(key, load).await?.value))
     }
 
-    /// The same, pinned.
+    /// Returns the value like [`get_or_load`](Self::get_or_load), and pins it.
     pub(crate) async fn pin_or_load<F>(&self, key: K, load: impl FnOnce() -> F) -> Result<Pinned<K, V, E>, E>
     where
         F: Future<Output = Result<Arc<V>, E>> + Send + 'static,
     {
         let mut load = Some(load);
-        // From here on it stays, or stays awaited.
+        // From here on the value stays in the cache, or its load stays awaited.
         let mut step = self.with(|inner| {
             inner.state.pin(key);
-            inner.step(key, true)
+            inner.next_step(key, true)
         });
         let pin = Pin(self.clone(), key);
         loop {
             match (step, load.take()) {
-                (Step::Take(value), _) => return Ok(Pinned { value, pin }),
-                (Step::Load(telling, waiting), Some(load)) => {
-                    let under_way = UnderWay::new(self, key, Outcome::Load(None), telling);
-                    spawn(under_way.load(load()));
-                    waiting.await.map_err(|_| E::CANCELLED)??;
+                (PinStep::Take(value), _) => return Ok(Pinned { value, pin }),
+                (PinStep::Load(notifier, completion), Some(load)) => {
+                    let running = RunningTask::new(self, key, Outcome::Load(None), notifier);
+                    spawn(running.load(load()));
+                    completion.await.map_err(|_| E::CANCELLED)??;
                 }
-                (Step::Wait(Some(waiting)), unused) => {
-                    // Whoever began may be gone with its runtime while ours is not: then we load ourselves.
-                    if let Ok(result) = waiting.await {
+                (PinStep::Wait(Some(completion)), unused) => {
+                    // The caller that began the load may be gone with its runtime while ours is
+                    // alive: then we load the value ourselves.
+                    if let Ok(result) = completion.await {
                         result?;
                     }
                     load = unused;
                 }
-                (Step::Load(..) | Step::Wait(None), _) => return Err(E::CANCELLED),
+                (PinStep::Load(..) | PinStep::Wait(None), _) => return Err(E::CANCELLED),
             }
-            step = self.with(|inner| inner.step(key, load.is_some()));
+            step = self.with(|inner| inner.next_step(key, load.is_some()));
         }
     }
 
-    /// Writes a dirty value, in a task of its own, and waits for it; `leaving`: because there is no room for it. If it is being
-    /// written already or is not dirty any more, there is nothing to do.
+    /// Writes a dirty value in a task of its own and waits for it. `leaving` is true if the value
+    /// is written to make room. Does nothing if the value is already being written or is no longer
+    /// dirty.
     pub(super) async fn write<F>(&self, key: K, leaving: bool, write: impl FnOnce(Arc<V>) -> F) -> Result<(), E>
     where
         F: Future<Output = Result<(), E>> + Send + 'static,
     {
         let begun = self.with(|inner| {
             let value = inner.state.begin_write(key, leaving)?;
-            Some((value, inner.begin(Work::Write, key)))
+            Some((value, inner.begin(TaskKind::Write, key)))
         });
-        let Some((value, (telling, waiting))) = begun else {
+        let Some((value, (notifier, completion))) = begun else {
             return Ok(());
         };
-        let under_way = UnderWay::new(self, key, Outcome::Write { saved: false }, telling);
-        spawn(under_way.write(write(value)));
-        waiting.await.map_err(|_| E::CANCELLED)?
+        let running = RunningTask::new(self, key, Outcome::Write { saved: false }, notifier);
+        spawn(running.write(write(value)));
+        completion.await.map_err(|_| E::CANCELLED)?
     }
 }
 
-/// Keeps a value in the cache, or on its way there.
+/// Keeps a value pinned, in the cache or being loaded, until it is dropped.
 pub(super) struct Pin<K: Key, V: Value, E: Failure>(Shelf<K, V, E>, K);
 
 impl<K: Key, V: Value, E: Failure> Drop for Pin<K, V, E> {
@@ -201,7 +209,7 @@ impl<K: Key, V: Value, E: Failure> Drop for Pin<K, V, E> {
     }
 }
 
-/// A value that stays in the cache as long as this lives.
+/// A value that stays in the cache until this is dropped.
 pub(crate) struct Pinned<K: Key, V: Value, E: Failure> {
     value: Arc<V>,
     pin: Pin<K, V, E>,
@@ -221,66 +229,66 @@ impl<K: Key, V: Value, E: Failure> Deref for Pinned<K, V, E> {
     }
 }
 
-/// What has come of a task so far.
+/// The outcome of a task so far.
 enum Outcome<V> {
     Load(Option<Arc<V>>),
     Write { saved: bool },
 }
 
-/// A load or write-back in its task. When it is dropped, by whatever end, it is over.
-struct UnderWay<K: Key, V: Value, E: Failure> {
+/// A load or write-back in its task. Dropping it ends it, whatever the reason.
+struct RunningTask<K: Key, V: Value, E: Failure> {
     shelf: Shelf<K, V, E>,
     key: K,
     outcome: Outcome<V>,
     result: Option<Result<(), E>>,
-    telling: Option<Telling<E>>,
+    notifier: Option<Notifier<E>>,
 }
 
-impl<K: Key, V: Value, E: Failure> UnderWay<K, V, E> {
-    fn new(shelf: &Shelf<K, V, E>, key: K, outcome: Outcome<V>, telling: Telling<E>) -> Self {
+impl<K: Key, V: Value, E: Failure> RunningTask<K, V, E> {
+    fn new(shelf: &Shelf<K, V, E>, key: K, outcome: Outcome<V>, notifier: Notifier<E>) -> Self {
         Self {
             shelf: shelf.clone(),
             key,
             outcome,
             result: None,
-            telling: Some(telling),
+            notifier: Some(notifier),
         }
     }
 
     async fn load(mut self, load: impl Future<Output = Result<Arc<V>, E>>) {
         let result = load.await.map(|value| self.outcome = Outcome::Load(Some(value)));
-        self.come_to(result);
+        self.set_result(result);
     }
 
     async fn write(mut self, write: impl Future<Output = Result<(), E>>) {
         let result = write.await;
         self.outcome = Outcome::Write { saved: result.is_ok() };
-        self.come_to(result);
+        self.set_result(result);
     }
 
-    /// What others learn. Of a runtime that ends, they do not.
-    fn come_to(&mut self, result: Result<(), E>) {
+    /// Sets the result that waiting callers receive. If the runtime ended, they receive none.
+    fn set_result(&mut self, result: Result<(), E>) {
         let cancelled = result.as_ref().is_err_and(Failure::is_cancelled);
         self.result = (!cancelled).then_some(result);
     }
 }
 
-impl<K: Key, V: Value, E: Failure> Drop for UnderWay<K, V, E> {
+impl<K: Key, V: Value, E: Failure> Drop for RunningTask<K, V, E> {
     fn drop(&mut self) {
         let key = self.key;
         self.shelf.with(|inner| match &mut self.outcome {
             Outcome::Load(value) => {
-                inner.end(Work::Load, key);
+                inner.end(TaskKind::Load, key);
                 inner.state.end_load(key, value.take());
             }
             Outcome::Write { saved } => {
-                inner.end(Work::Write, key);
+                inner.end(TaskKind::Write, key);
                 inner.state.end_write(key, *saved);
             }
         });
-        if let (Some(telling), Some(result)) = (self.telling.take(), self.result.take()) {
-            // Nobody may wait any more.
-            let _ = telling.send(result);
+        if let (Some(notifier), Some(result)) = (self.notifier.take(), self.result.take()) {
+            // There may be no waiting callers left.
+            let _ = notifier.send(result);
         }
     }
 }

@@ -1,7 +1,8 @@
-//! What a cache holds, and what has to go: a state machine without locks, tasks or I/O.
+//! The contents of a cache and its eviction policy: a state machine without locks, tasks or I/O.
 //!
-//! Comes in: what was asked for, loaded, pinned, edited and written back, in the order in which it happened. Goes out: values,
-//! and the dirty value that must be written before there is room. Whoever calls does the loading and writing.
+//! Its inputs are requests, loads, pins, edits and write-backs, in the order in which they happen.
+//! Its outputs are values, and the dirty value that must be written before there is room. The
+//! caller loads and writes.
 //!
 //! ```text
 //!              begin_load           end_load(value)               begin_write
@@ -10,24 +11,30 @@
 //!      │  └── end_load(none) ──┘                    │ │ │     │ └── not saved ───┘  │
 //!      │                                            │ │ └─────┼────── saved ────────┘
 //!      │                                       lend ▼ │       │
-//!      │                                            lent ─────┘  give_back: clean if it did not change
+//!      │                                            lent ─────┘  give_back (clean if unchanged)
 //!      └── make_room ── clean, and not pinned
 //! ```
 //!
-//! A dirty value may be lent too, and so may one that is being written: the write-back has a copy then, and the value is dirty
-//! again if it comes back changed. Only clean values that nobody pins go, so nothing is lost that was not saved.
+//! A dirty value may be lent too, and so may a value that is being written: the write-back then has
+//! a copy, and the value becomes dirty again if it comes back changed. Only clean values that are
+//! not pinned are evicted, so no unsaved change is lost.
 //!
-//! **Which one goes.** A segmented LRU (Karedla, Love and Wherry, "Caching strategies to improve disk system performance",
-//! IEEE Computer 27(3), 1994): what is loaded comes on *probation*, what is used again is *protected*, up to 4/5 of the
-//! capacity; beyond that the least recently used of the protected goes back on probation. Values leave from probation first.
-//! So tiles that are used once, by however long a scan, push out each other, and not those that queries come back to.
-//! However, what queries turn to next, if it is larger than what is left for probation, would never be there when it is used
-//! again. So the keys of what left are remembered, for as many bytes as the capacity (A1out of 2Q: Johnson and Shasha, VLDB
-//! 1994): what comes back that soon is protected.
+//! **Which value is evicted.** The policy is a segmented LRU (Karedla, Love and Wherry, "Caching
+//! strategies to improve disk system performance", IEEE Computer 27(3), 1994). A loaded value
+//! starts on *probation*. A value that is used again becomes *protected*. Protected values take up
+//! to 4/5 of the capacity; beyond that, the least recently used protected value goes back on
+//! probation. Values on probation are evicted first. Tiles that a scan uses once therefore evict
+//! each other, however long the scan is, and not the tiles that queries use again.
 //!
-//! Pinned values, and those being written, stand in neither list. They count in bytes, and others have to go for them; if
-//! pins alone exceed the capacity, so does the cache. A value that is larger than the cache pushes out no others: it is there
-//! while it is pinned, and then it is the next to go.
+//! This alone would fail when queries turn to a new set of tiles that is larger than the space left
+//! for probation: each of its tiles would be evicted before it is used again. Therefore the keys of
+//! evicted values are remembered, for as many bytes as the capacity (A1out of 2Q: Johnson and
+//! Shasha, VLDB 1994). A value that is loaded again while its key is remembered becomes protected.
+//!
+//! Pinned values and values that are being written are in neither list. Their bytes count, and
+//! other values are evicted for them; if pinned values alone exceed the capacity, so does the
+//! cache. A value larger than the capacity evicts no others: it stays while it is pinned, and is
+//! the next to be evicted after that.
 
 use std::collections::HashMap;
 use std::hash::Hash;
@@ -38,22 +45,22 @@ use lru::LruCache;
 
 use super::statistics::CacheStatistics;
 
-/// What a cache can hold.
+/// A value that a cache can hold.
 pub(crate) trait Weight {
-    /// Bytes that it takes in memory.
+    /// Returns the bytes that the value takes in memory.
     fn weight(&self) -> usize;
 }
 
-/// Where the value of a key is.
+/// The location of the value of a key.
 #[derive(Debug)]
 pub(crate) enum Content<V> {
-    /// Not here, and not on its way.
+    /// Not in the cache, and not being loaded.
     Absent,
-    /// On its way.
+    /// Being loaded.
     Loading,
-    /// Here.
+    /// In the cache.
     Here(Arc<V>),
-    /// With its editor.
+    /// Lent to its editor.
     Lent,
 }
 
@@ -68,21 +75,21 @@ impl<V> Clone for Content<V> {
     }
 }
 
-struct Entry<V> {
+struct CacheEntry<V> {
     content: Content<V>,
-    /// Bytes; 0 until it is loaded.
+    /// Bytes; 0 until the value is loaded.
     weight: usize,
     pins: usize,
-    /// It differs from what was written last.
+    /// Whether the value differs from what was written last.
     dirty: bool,
     writing: bool,
-    /// It is written to make room, and nobody has used it since.
+    /// Whether the value is being written to make room, and was not used since the write began.
     leaving: bool,
-    /// It was used again since it came.
-    again: bool,
+    /// Whether the value was used again after it was loaded.
+    used_again: bool,
 }
 
-impl<V> Entry<V> {
+impl<V> CacheEntry<V> {
     const ABSENT: Self = Self {
         content: Content::Absent,
         weight: 0,
@@ -90,49 +97,50 @@ impl<V> Entry<V> {
         dirty: false,
         writing: false,
         leaving: false,
-        again: false,
+        used_again: false,
     };
 
     fn is_held(&self) -> bool {
         self.pins > 0 || self.writing || matches!(self.content, Content::Loading | Content::Lent)
     }
 
-    fn is_used(&mut self) {
-        self.again = true;
+    fn mark_used(&mut self) {
+        self.used_again = true;
         self.leaving = false;
     }
 }
 
-/// When a value goes, among those of its list.
+/// The position of a value in the eviction order of its list.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Turn {
+enum EvictionTurn {
     Last,
     Next,
 }
 
 /// The state of a cache.
-pub(crate) struct State<K, V> {
+pub(crate) struct CacheState<K, V> {
     capacity: usize,
-    /// What can go: each list by last use.
-    probation: LruCache<K, Entry<V>>,
-    protected: LruCache<K, Entry<V>>,
-    /// What cannot.
-    held: HashMap<K, Entry<V>>,
-    /// Sums of weights: of all, …
+    /// Values that can be evicted, each list in the order of their last use.
+    probation: LruCache<K, CacheEntry<V>>,
+    protected: LruCache<K, CacheEntry<V>>,
+    /// Values that cannot be evicted.
+    held: HashMap<K, CacheEntry<V>>,
+    /// Sums of the weights of all values, of protected values and of held values.
     bytes: usize,
     protected_bytes: usize,
     held_bytes: usize,
-    /// … and of what is held, but will go by itself or is too large to push out others.
+    /// Sum of the weights of held values that are about to be evicted, or that are larger than the
+    /// capacity. No other values are evicted for them.
     outside_bytes: usize,
-    counts: CacheStatistics,
-    /// The weights of what left, and their sum.
+    statistics: CacheStatistics,
+    /// The weights of recently evicted values, by key, and their sum.
     left: LruCache<K, usize>,
     left_bytes: usize,
-    /// What went, for the caller to drop when the lock is released.
+    /// Evicted values, which the caller drops after it has released the lock.
     gone: Vec<Arc<V>>,
 }
 
-impl<K: Copy + Eq + Hash, V: Weight> State<K, V> {
+impl<K: Copy + Eq + Hash, V: Weight> CacheState<K, V> {
     pub(super) fn new(capacity: usize) -> Self {
         Self {
             capacity,
@@ -143,7 +151,7 @@ impl<K: Copy + Eq + Hash, V: Weight> State<K, V> {
             protected_bytes: 0,
             held_bytes: 0,
             outside_bytes: 0,
-            counts: CacheStatistics::default(),
+            statistics: CacheStatistics::default(),
             left: LruCache::unbounded(),
             left_bytes: 0,
             gone: Vec::new(),
@@ -158,94 +166,97 @@ impl<K: Copy + Eq + Hash, V: Weight> State<K, V> {
         CacheStatistics {
             bytes: self.bytes,
             pinned_bytes: self.held_bytes,
-            ..self.counts
+            ..self.statistics
         }
     }
 
-    /// Where a value is; this is no use of it.
+    /// Returns the location of a value. This does not count as a use.
     pub(super) fn peek(&self, key: &K) -> Content<V> {
         self.entry(key).map_or(Content::Absent, |entry| entry.content.clone())
     }
 
-    /// The value, if it is here: a hit then, and else nothing.
+    /// Returns the value and counts a hit if the value is in the cache. Otherwise nothing changes.
     pub(super) fn get(&mut self, key: &K) -> Option<Arc<V>> {
         if let Some(entry) = self.protected.get(key)
             && let Content::Here(value) = &entry.content
         {
-            self.counts.hits += 1;
+            self.statistics.hits += 1;
             return Some(Arc::clone(value));
         }
         let Content::Here(value) = self.peek(key) else {
             return None;
         };
-        self.counts.hits += 1;
-        self.change(*key, Turn::Last, Entry::is_used);
+        self.statistics.hits += 1;
+        self.change(*key, EvictionTurn::Last, CacheEntry::mark_used);
         Some(value)
     }
 
-    /// Keeps a value from leaving until it is [unpinned](Self::unpin) as often, whether it is here or still to come. Says where
-    /// it is: a hit if it is here or lent, and a shared load if it is on its way.
+    /// Pins a value, which may be in the cache, being loaded or absent, and returns its location.
+    ///
+    /// The value is not evicted until [`unpin`](Self::unpin) was called as often as `pin`. This
+    /// counts as a hit if the value is in the cache or lent, and as a shared load if it is being
+    /// loaded.
     pub(super) fn pin(&mut self, key: K) -> Content<V> {
         let found = self.peek(&key);
-        self.change(key, Turn::Last, |entry| {
+        self.change(key, EvictionTurn::Last, |entry| {
             entry.pins += 1;
             if matches!(found, Content::Here(_) | Content::Lent) {
-                entry.is_used();
+                entry.mark_used();
             }
         });
         match found {
-            Content::Here(_) | Content::Lent => self.counts.hits += 1,
-            Content::Loading => self.counts.shared_loads += 1,
+            Content::Here(_) | Content::Lent => self.statistics.hits += 1,
+            Content::Loading => self.statistics.shared_loads += 1,
             Content::Absent => {}
         }
         found
     }
 
     pub(super) fn unpin(&mut self, key: K) {
-        self.change(key, Turn::Last, |entry| entry.pins -= 1);
+        self.change(key, EvictionTurn::Last, |entry| entry.pins -= 1);
         let _dirty = self.make_room();
     }
 
-    /// The value is on its way: a miss.
+    /// Begins a load, which counts as a miss.
     pub(super) fn begin_load(&mut self, key: K) {
         debug_assert!(matches!(self.peek(&key), Content::Absent));
-        self.counts.misses += 1;
-        self.change(key, Turn::Last, |entry| entry.content = Content::Loading);
+        self.statistics.misses += 1;
+        self.change(key, EvictionTurn::Last, |entry| entry.content = Content::Loading);
     }
 
-    /// The value has come, or will not come.
+    /// Ends a load. `value` is `None` if the load failed.
     pub(super) fn end_load(&mut self, key: K, value: Option<Arc<V>>) {
         debug_assert!(matches!(self.peek(&key), Content::Loading));
-        let again = value.is_some() && self.is_back(&key);
-        self.change(key, Turn::Last, |entry| {
-            entry.again |= again;
+        let used_again = value.is_some() && self.is_back(&key);
+        self.change(key, EvictionTurn::Last, |entry| {
+            entry.used_again |= used_again;
             entry.weight = value.as_ref().map_or(0, |value| value.weight());
             entry.content = value.map_or(Content::Absent, Content::Here);
         });
         let _dirty = self.make_room();
     }
 
-    /// Hands the value to its editor, if it is here. It must be pinned.
+    /// Lends the value to its editor, if it is in the cache. The value must be pinned.
     pub(super) fn lend(&mut self, key: K) -> Option<Arc<V>> {
         let Content::Here(value) = self.peek(&key) else {
             return None;
         };
-        self.change(key, Turn::Last, |entry| entry.content = Content::Lent);
+        self.change(key, EvictionTurn::Last, |entry| entry.content = Content::Lent);
         Some(value)
     }
 
-    /// Takes the value back from its editor.
+    /// Takes a lent value back from its editor.
     pub(super) fn give_back(&mut self, key: K, value: Arc<V>, changed: bool) {
         debug_assert!(matches!(self.peek(&key), Content::Lent));
-        self.change(key, Turn::Last, |entry| {
+        self.change(key, EvictionTurn::Last, |entry| {
             entry.dirty |= changed;
             entry.weight = value.weight();
             entry.content = Content::Here(value);
         });
     }
 
-    /// Lets clean values go, the least recently used first, until the others fit or a dirty one's turn has come, which it
-    /// returns.
+    /// Evicts clean values, least recently used first, until the rest fits into the capacity. Stops
+    /// at a dirty value whose turn it is, and returns its key.
     pub(super) fn make_room(&mut self) -> Option<K> {
         while self.bytes - self.outside_bytes > self.capacity {
             let next = self.probation.peek_lru().or_else(|| self.protected.peek_lru());
@@ -258,8 +269,8 @@ impl<K: Copy + Eq + Hash, V: Weight> State<K, V> {
         None
     }
 
-    /// Lets clean values go, also those whose turn comes after dirty ones, until the others fit: for when those cannot be
-    /// written.
+    /// Evicts clean values until the rest fits into the capacity, skipping dirty ones. For use when
+    /// the dirty values cannot be written.
     pub(super) fn drop_clean(&mut self) {
         let free = self.probation.iter().rev().chain(self.protected.iter().rev());
         let clean: Vec<K> = free.filter(|(_, entry)| !entry.dirty).map(|(key, _)| *key).collect();
@@ -271,7 +282,8 @@ impl<K: Copy + Eq + Hash, V: Weight> State<K, V> {
         }
     }
 
-    /// The value of a dirty entry that is here and not being written, which is now; `leaving`: because there is no room for it.
+    /// Begins to write a value that is dirty, in the cache and not yet being written, and returns
+    /// it. `leaving` is true if it is written to make room.
     pub(super) fn begin_write(&mut self, key: K, leaving: bool) -> Option<Arc<V>> {
         if !self.is_dirty(&key) || self.is_writing(&key) {
             return None;
@@ -279,19 +291,23 @@ impl<K: Copy + Eq + Hash, V: Weight> State<K, V> {
         let Content::Here(value) = self.peek(&key) else {
             return None;
         };
-        self.change(key, Turn::Last, |entry| {
+        self.change(key, EvictionTurn::Last, |entry| {
             (entry.dirty, entry.writing, entry.leaving) = (false, true, leaving);
         });
         Some(value)
     }
 
-    /// What was to be written is saved, or is not.
+    /// Ends a write. `saved` says whether it succeeded.
     pub(super) fn end_write(&mut self, key: K, saved: bool) {
         debug_assert!(self.is_writing(&key));
-        self.counts.write_backs += u64::from(saved);
+        self.statistics.write_backs += u64::from(saved);
         let leaving = self.held.get(&key).is_some_and(|entry| entry.leaving);
-        // A write that failed is tried again next, and not after all others have failed too.
-        let turn = if leaving { Turn::Next } else { Turn::Last };
+        // A failed write is retried next, and not only after all others have failed too.
+        let turn = if leaving {
+            EvictionTurn::Next
+        } else {
+            EvictionTurn::Last
+        };
         self.change(key, turn, |entry| {
             entry.dirty |= !saved;
             (entry.writing, entry.leaving) = (false, false);
@@ -307,7 +323,7 @@ impl<K: Copy + Eq + Hash, V: Weight> State<K, V> {
         self.held.get(key).is_some_and(|entry| entry.writing)
     }
 
-    /// The keys of all values that are not saved, those being written included.
+    /// Returns the keys of all values that are not saved, including those being written.
     pub(super) fn unsaved(&self) -> Vec<K> {
         let all = self.held.iter().chain(&self.protected).chain(&self.probation);
         all.filter(|(_, entry)| entry.dirty || entry.writing)
@@ -315,25 +331,26 @@ impl<K: Copy + Eq + Hash, V: Weight> State<K, V> {
             .collect()
     }
 
-    /// What went since this was asked last.
+    /// Returns the values that were evicted since the last call.
     pub(super) fn take_gone(&mut self) -> Vec<Arc<V>> {
         mem::take(&mut self.gone)
     }
 
-    fn entry(&self, key: &K) -> Option<&Entry<V>> {
+    fn entry(&self, key: &K) -> Option<&CacheEntry<V>> {
         let held = self.held.get(key);
         held.or_else(|| self.protected.peek(key))
             .or_else(|| self.probation.peek(key))
     }
 
-    /// All transitions: an entry is taken out, changed, and put where it belongs now.
-    fn change(&mut self, key: K, turn: Turn, change: impl FnOnce(&mut Entry<V>)) {
-        let mut entry = self.take_out(&key).unwrap_or(Entry::ABSENT);
+    /// Changes an entry. Every transition takes the entry out of its list, changes it, and inserts
+    /// it into the list where it then belongs.
+    fn change(&mut self, key: K, turn: EvictionTurn, change: impl FnOnce(&mut CacheEntry<V>)) {
+        let mut entry = self.take_out(&key).unwrap_or(CacheEntry::ABSENT);
         change(&mut entry);
         self.put_in(key, entry, turn);
     }
 
-    fn take_out(&mut self, key: &K) -> Option<Entry<V>> {
+    fn take_out(&mut self, key: &K) -> Option<CacheEntry<V>> {
         let entry = if let Some(entry) = self.held.remove(key) {
             self.held_bytes -= entry.weight;
             self.outside_bytes -= self.outside(&entry);
@@ -348,20 +365,20 @@ impl<K: Copy + Eq + Hash, V: Weight> State<K, V> {
         Some(entry)
     }
 
-    fn put_in(&mut self, key: K, mut entry: Entry<V>, turn: Turn) {
+    fn put_in(&mut self, key: K, mut entry: CacheEntry<V>, turn: EvictionTurn) {
         self.bytes += entry.weight;
-        self.counts.most_bytes = self.counts.most_bytes.max(self.bytes);
+        self.statistics.most_bytes = self.statistics.most_bytes.max(self.bytes);
         if entry.is_held() {
             self.held_bytes += entry.weight;
             self.outside_bytes += self.outside(&entry);
             self.held.insert(key, entry);
         } else if matches!(entry.content, Content::Absent) {
-            // Nobody waits for it any more.
-        } else if turn == Turn::Next || entry.weight > self.capacity {
-            entry.again = false;
+            // The value is neither pinned nor being loaded: drop the entry.
+        } else if turn == EvictionTurn::Next || entry.weight > self.capacity {
+            entry.used_again = false;
             self.probation.push(key, entry);
             self.probation.demote(&key);
-        } else if entry.again {
+        } else if entry.used_again {
             self.protected_bytes += entry.weight;
             self.protected.push(key, entry);
             self.demote_protected();
@@ -370,8 +387,8 @@ impl<K: Copy + Eq + Hash, V: Weight> State<K, V> {
         }
     }
 
-    /// Bytes of a held entry that no other has to go for.
-    fn outside(&self, entry: &Entry<V>) -> usize {
+    /// Returns the bytes of a held entry for which no other value has to be evicted.
+    fn outside(&self, entry: &CacheEntry<V>) -> usize {
         match entry.leaving || entry.weight > self.capacity {
             true => entry.weight,
             false => 0,
@@ -379,7 +396,7 @@ impl<K: Copy + Eq + Hash, V: Weight> State<K, V> {
     }
 
     fn evict(&mut self, key: K) {
-        if let Some(Entry {
+        if let Some(CacheEntry {
             content: Content::Here(value),
             weight,
             ..
@@ -387,7 +404,7 @@ impl<K: Copy + Eq + Hash, V: Weight> State<K, V> {
         {
             self.remember(key, weight);
             self.gone.push(value);
-            self.counts.evictions += 1;
+            self.statistics.evictions += 1;
         }
     }
 
@@ -405,7 +422,7 @@ impl<K: Copy + Eq + Hash, V: Weight> State<K, V> {
         }
     }
 
-    /// Whether what came left a short while ago.
+    /// Returns whether a value that was just loaded was evicted recently.
     fn is_back(&mut self, key: &K) -> bool {
         let weight = self.left.pop(key);
         self.left_bytes -= weight.unwrap_or(0);
@@ -418,7 +435,7 @@ impl<K: Copy + Eq + Hash, V: Weight> State<K, V> {
                 break;
             };
             self.protected_bytes -= entry.weight;
-            entry.again = false;
+            entry.used_again = false;
             self.probation.push(key, entry);
         }
     }

@@ -1,34 +1,37 @@
-//! What a cache has done, for programs and for people.
+//! Statistics of a cache.
 
 use std::fmt;
 
-/// What a cache has done so far.
+/// Statistics of a cache since it was created.
 ///
-/// Whoever asks for a tile has a hit, a miss or a shared load; only where a load was cancelled with its runtime and begun
-/// anew, there is another miss.
+/// Each request for a tile counts as one hit, miss or shared load. The one exception: if a load is
+/// cancelled because its runtime ends, a waiting caller starts the load again, which counts as
+/// another miss.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CacheStatistics {
-    /// Tiles that were there.
+    /// Requests for tiles that were in the cache.
     pub hits: u64,
-    /// Tiles that had to be loaded.
+    /// Requests for tiles that had to be loaded.
     pub misses: u64,
-    /// Callers that waited for a load that was under way.
+    /// Requests that waited for a load that was already running.
     pub shared_loads: u64,
-    /// Tiles that had to go.
+    /// Tiles that were evicted.
     pub evictions: u64,
-    /// Tiles that were changed and then saved.
+    /// Tiles that were written back after a change.
     pub write_backs: u64,
-    /// Bytes held now.
+    /// Bytes held at present.
     pub bytes: usize,
-    /// Bytes of tiles that cannot go now, because they are pinned or being saved.
+    /// Bytes of tiles that cannot be evicted at present because they are pinned or being written.
     pub pinned_bytes: usize,
-    /// The most bytes held at once. More than the capacity only by what could not go.
+    /// The maximum number of bytes held at any time. It exceeds the capacity only by tiles that
+    /// could not be evicted.
     pub most_bytes: usize,
 }
 
 impl fmt::Display for CacheStatistics {
-    /// On one line: `812 hits, 95 misses, 3 loads shared, 40 evictions, 12.4 MiB held`, and what else there is to say.
+    /// Writes one line, such as `812 hits, 95 misses, 3 loads shared, 40 evictions, 12.4 MiB held,
+    /// 16.0 MiB at most`. Write-backs and pinned bytes are included only if there are any.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mebibytes = |bytes: usize| bytes as f64 / f64::from(1 << 20);
         write!(

@@ -1,10 +1,17 @@
-//! The lock and the tasks of the cache. The test `concurrency` puts a checker's in their place, and tries interleavings.
+//! The lock and the task spawner of the cache.
+//!
+//! The `concurrency` tests replace this file by the primitives of a model checker, which tries
+//! interleavings.
 
 use std::future::Future;
 
 pub(super) use parking_lot::Mutex;
 
-/// Starts a task that goes on whoever waits for it. Panics without a tokio runtime.
+/// Spawns a task that runs to its end even if nobody waits for it.
+///
+/// # Panics
+///
+/// Panics outside a tokio runtime.
 pub(super) fn spawn(task: impl Future<Output = ()> + Send + 'static) {
     tokio::spawn(task);
 }

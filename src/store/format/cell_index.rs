@@ -1,19 +1,20 @@
-//! The cells that points are distributed to, and the way to find a point's cell.
+//! Finds the cell of a point.
 
 use crate::geometry::Point;
 use crate::store::format::kd_tree::{KdNode, KdTree};
 
-/// Finds cells in a k-d tree with the same steps for every point, so that a processor need not guess where they lead, and for
-/// several points at a time, so that it need not wait for one.
+/// An index that finds cells in a k-d tree. Every lookup takes the same steps, so there are no
+/// unpredictable branches. Several points are looked up at a time, so that their memory accesses
+/// overlap.
 #[derive(Debug)]
 pub(crate) struct CellIndex {
-    nodes: Vec<Step>,
+    nodes: Vec<CellNode>,
     depth: usize,
 }
 
-/// A node. A leaf leads to itself.
+/// A node. Both children of a leaf are the leaf itself.
 #[derive(Clone, Copy, Debug)]
-struct Step {
+struct CellNode {
     cut: f64,
     /// 0 for x, 1 for y.
     axis: u32,
@@ -21,18 +22,18 @@ struct Step {
     cell: u32,
 }
 
-/// Points at a time.
+/// The number of points looked up at a time.
 const LANES: usize = 8;
 
 impl CellIndex {
     pub(crate) fn new(tree: &KdTree) -> Self {
-        let step = |(number, node): (u32, &KdNode)| {
+        let node = |(number, node): (u32, &KdNode)| {
             let (cut, axis, children, cell) = match *node {
                 KdNode::X { cut, right } => (cut, 0, [number + 1, right], 0),
                 KdNode::Y { cut, right } => (cut, 1, [number + 1, right], 0),
                 KdNode::Leaf(tile) => (0.0, 0, [number; 2], tile.0),
             };
-            Step {
+            CellNode {
                 cut,
                 axis,
                 children,
@@ -40,12 +41,12 @@ impl CellIndex {
             }
         };
         Self {
-            nodes: (0..).zip(tree.nodes()).map(step).collect(),
+            nodes: (0..).zip(tree.nodes()).map(node).collect(),
             depth: tree.depth(),
         }
     }
 
-    /// Appends the number of the leaf whose cell has each point.
+    /// Appends to `cells`, for each point, the number of the leaf whose cell contains it.
     pub(crate) fn cells_of(&self, points: &[Point], cells: &mut Vec<u32>) {
         let (lanes, rest) = points.as_chunks::<LANES>();
         for points in lanes {
@@ -59,15 +60,15 @@ impl CellIndex {
         let mut at = [0u32; N];
         for _ in 0..self.depth {
             for (at, point) in at.iter_mut().zip(points) {
-                let step = &self.nodes[*at as usize];
-                let right = [point.x, point.y][(step.axis & 1) as usize] > step.cut;
-                *at = step.children[usize::from(right)];
+                let node = &self.nodes[*at as usize];
+                let right = [point.x, point.y][(node.axis & 1) as usize] > node.cut;
+                *at = node.children[usize::from(right)];
             }
         }
         at.map(|node| self.nodes[node as usize].cell)
     }
 
-    /// The number of the leaf whose cell has this point.
+    /// Returns the number of the leaf whose cell contains `point`.
     pub(crate) fn cell_of(&self, point: Point) -> u32 {
         self.descend(&[point])[0]
     }

@@ -1,24 +1,29 @@
-//! The components of a tile: triangles that are connected without passing a constraint.
+//! The components of a tile: sets of triangles that are connected without crossing a constraint.
 
 use std::collections::HashMap;
 
-/// No component yet.
-const NONE: u32 = u32::MAX;
 use crate::store::format::encode::CoreDraft;
 use crate::store::format::tile::regions::Component;
 
-/// The component of each triangle of a core, numbered in the order of their first triangles.
+/// No component yet.
+const NONE: u32 = u32::MAX;
+
+/// Returns the component of each triangle of a core, numbered in the order of their first
+/// triangles.
 pub(crate) fn of_core(core: &CoreDraft) -> Vec<u32> {
     joined(core).0
 }
 
-/// Numbers the components in the order of their first triangles. Returns that of each triangle, and how many there are.
+/// Numbers the components of a core in the order of their first triangles. Returns the component of
+/// each triangle, and the number of components.
 ///
-/// From each triangle that none has reached yet, all are reached that are connected with it.
+/// Starts from each triangle that is not in a component yet, and visits all triangles that are
+/// connected with it.
 pub(crate) fn joined(core: &CoreDraft) -> (Vec<u32>, u32) {
     let count = core.triangles.len();
-    // Whether a neighbour is new nobody can foretell, so nothing branches there: each is written down, and stays if it is. What lies across
-    // the end of the core counts as a triangle that was reached before.
+    // Branch-free, because the test whether a neighbour is new is unpredictable: each neighbour is
+    // written to `reached`, and kept only if it is new. A twin outside the core maps to index
+    // `count`, which counts as already visited.
     let mut of_triangles: Vec<u32> = vec![NONE; count + 1];
     of_triangles[count] = 0;
     let mut reached: Vec<u32> = vec![0; count + 3];
@@ -49,25 +54,27 @@ pub(crate) fn joined(core: &CoreDraft) -> (Vec<u32>, u32) {
     (of_triangles, components)
 }
 
-/// The components of a tile: those of its core, and behind them those that its border triangles have alone; and that of each
-/// border triangle.
+/// Returns the components of a tile, those of its core first and then those of its border triangles
+/// only, and the component of each border triangle.
+///
+/// The second list is empty if all border triangles belong to component 0.
 pub(crate) fn components(
     of_core: Vec<Component>,
     of_late: impl Iterator<Item = Component>,
 ) -> (Vec<Component>, Vec<u32>) {
     let mut all = of_core;
-    let places = all.iter().zip(0..all.len() as u32).rev();
-    let places = places.map(|(component, place)| (component.region, place));
-    let mut places: HashMap<u64, u32> = places.collect();
+    let indices = all.iter().zip(0..all.len() as u32).rev();
+    let indices = indices.map(|(component, index)| (component.region, index));
+    let mut indices: HashMap<u64, u32> = indices.collect();
     let mut of_triangles = Vec::new();
     for component in of_late {
-        let place = *places.entry(component.region).or_insert_with(|| {
+        let index = *indices.entry(component.region).or_insert_with(|| {
             all.push(component);
             all.len() as u32 - 1
         });
-        of_triangles.push(place);
+        of_triangles.push(index);
     }
-    if of_triangles.iter().all(|&place| place == 0) {
+    if of_triangles.iter().all(|&index| index == 0) {
         of_triangles.clear();
     }
     (all, of_triangles)

@@ -1,7 +1,7 @@
-//! What is wrong with bytes that should be a part of a tile file.
+//! The error for bytes that should be a part of a tile file.
 
-/// A sentence about the part that was read, which says how it contradicts the format or itself. Readers add which file and
-/// which tile.
+/// A sentence that says how the part that was read contradicts the format or itself. Readers add
+/// the file and the tile.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub(crate) struct Damage(Box<str>);
@@ -11,7 +11,7 @@ impl Damage {
         Self(reason.into())
     }
 
-    /// It is `part` that is damaged.
+    /// Adds the name of the damaged `part` in front.
     pub(crate) fn of(self, part: &str) -> Self {
         Self::new(format!("{part}: {self}"))
     }

@@ -1,4 +1,4 @@
-//! The directory: the k-d tree, an entry for each tile, and what is known of the whole file.
+//! The directory: the k-d tree, an entry for each tile, and the metadata of the whole file.
 
 use std::ops::Range;
 
@@ -13,69 +13,72 @@ use crate::store::format::kd_tree::{KdNode, KdTree};
 use crate::store::format::metadata::Metadata;
 use crate::store::format::superblock::{FIRST_EXTENT, MAX_FLATBUFFER, Superblock};
 
-/// Entries of one page. 88 bytes each, so a page is a few hundred kilobytes.
+/// The number of entries in a page. An entry takes 88 bytes, so a page takes a few hundred
+/// kilobytes.
 const PAGE_ENTRIES: usize = 4096;
-/// The most tiles that the root has room for: two nodes of 16 bytes each, in 64 MiB.
+/// The maximum number of tiles, for which the root has room: two nodes of 16 bytes each, in 64 MiB.
 pub(crate) const MAX_TILES: u32 = 2_000_000;
-/// Bytes of a core that a vertex takes at least: x and y.
+/// The minimum number of bytes of a core per vertex: x and y.
 const VERTEX_BYTES: u64 = 16;
-/// Bytes that a triangle takes at least: corners and neighbours.
+/// The minimum number of bytes per triangle: corners and neighbours.
 const TRIANGLE_BYTES: u64 = 6;
 
-/// Where bytes lie, and their CRC-32C.
+/// A range of bytes in the file, and its CRC-32C.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Extent {
-    /// Bytes from the start of the file.
+    /// The offset from the start of the file, in bytes.
     pub offset: u64,
-    /// How many.
+    /// The length in bytes.
     pub length: u32,
-    /// Their CRC-32C.
+    /// The CRC-32C of the bytes.
     pub crc: u32,
 }
 
 impl Extent {
-    /// The bytes from the start of the file.
+    /// Returns the range of the bytes, counted from the start of the file.
     #[must_use]
     pub fn range(self) -> Range<u64> {
         self.offset..self.offset + u64::from(self.length)
     }
 }
 
-/// What the directory knows of a tile.
+/// The entry of a tile in the directory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TileEntry {
-    /// Where the tile's core lies.
+    /// The extent of the tile's core.
     pub core: Extent,
-    /// Where the tile's border lies.
+    /// The extent of the tile's border.
     pub border: Extent,
-    /// The generation of the file that wrote the tile.
+    /// The generation of the file in which the tile was written.
     pub generation: u32,
-    /// Vertices that the tile owns.
+    /// The number of vertices that the tile owns.
     pub vertices: u32,
-    /// Triangles of its core.
+    /// The number of triangles in its core.
     pub core_triangles: u32,
-    /// Triangles of its border, which may stand in other tiles too.
+    /// The number of triangles in its border, which may be in the borders of other tiles too.
     pub border_triangles: u32,
-    /// Triangles that belong to this tile: all of its core, and those of its border whose lexicographically smallest vertex
-    /// is its own.
+    /// The number of triangles that belong to this tile: all of its core, and those of its border
+    /// whose lexicographically smallest vertex the tile owns.
     pub owned_triangles: u32,
-    /// Around the tile's vertices and all corners of the triangles that belong to it.
+    /// The bounding rectangle of the tile's vertices and of all corners of the triangles that
+    /// belong to it.
     pub bounds: Rect,
 }
 
 /// The whole directory of a tile file, in memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Directory {
-    /// What is known of the whole file.
+    /// The metadata of the whole file.
     pub metadata: Metadata,
-    /// The cells.
+    /// The k-d tree of the cells.
     pub tree: KdTree,
-    /// An entry for each tile, in order.
+    /// The entry of each tile, in order.
     pub tiles: Vec<TileEntry>,
 }
 
 impl Directory {
-    /// The root and the pages behind it, and the length and CRC-32C of the root.
+    /// Encodes the root and the pages after it. Returns the bytes, and the length and CRC-32C of
+    /// the root.
     pub(crate) fn encode(&self) -> (Vec<u8>, u32, u32) {
         let pages: Vec<_> = self.tiles.chunks(PAGE_ENTRIES).zip(0u32..).map(encode_page).collect();
         let extents = |first: u64| {
@@ -85,7 +88,8 @@ impl Directory {
                 Some(extent)
             })
         };
-        // The offsets of the pages depend on the length of the root, which does not depend on them.
+        // The offsets of the pages depend on the length of the root, which does not depend on the
+        // offsets.
         let length = self.encode_root(extents(0).collect()).len() as u64;
         let mut bytes = self.encode_root(extents(length).collect());
         let (length, crc) = (bytes.len() as u32, crc32c::crc32c(&bytes));
@@ -107,7 +111,8 @@ impl Directory {
         padded(builder.finished_data())
     }
 
-    /// Reads the directory from its bytes, which start with the root; an error says what is wrong with it.
+    /// Decodes the directory from its bytes, which start with the root. The error says what is
+    /// wrong.
     pub(crate) fn decode(bytes: &Bytes, superblock: &Superblock) -> Result<Self, Damage> {
         let root_bytes = bytes
             .get(..superblock.root_length as usize)
@@ -119,14 +124,18 @@ impl Directory {
         let mut tiles = Vec::new();
         let mut first = root_bytes.len();
         for extent in root.pages() {
-            // Back to back, so that no directory can make its reader check the same bytes again and again.
+            // Pages must be back to back, so that no directory can make its reader check the same
+            // bytes again and again.
             if extent.offset() != first as u64 {
-                return Err(Damage::new(format!("a page lies at {}, not {first}", extent.offset())));
+                return Err(Damage::new(format!(
+                    "a page starts at byte {}, not {first}",
+                    extent.offset()
+                )));
             }
             let end = first + extent.length() as usize;
             let page = bytes
                 .get(first..end)
-                .ok_or_else(|| Damage::new("a page lies outside"))?;
+                .ok_or_else(|| Damage::new("a page is outside the directory"))?;
             first = end;
             check_crc("a page of the directory", page, extent.crc())?;
             let page: schema::Page<'_> = verified(page, "a page of the directory")?;
@@ -214,11 +223,12 @@ fn decode_entry(entry: &schema::TileEntry, superblock: &Superblock) -> Result<Ti
         let inside = offset >= FIRST_EXTENT && end.is_some_and(|end| end <= superblock.file_length);
         if !inside || u64::from(length) > MAX_FLATBUFFER {
             return Err(Damage::new(format!(
-                "its extent of {length} bytes at {offset} is absurd"
+                "its extent of {length} bytes at {offset} is out of range"
             )));
         }
     }
-    // Others allocate by these counts, so the file must have room for what they count.
+    // Callers allocate memory according to these counts, so the extents must have room for what
+    // they count.
     let (core, border) = (u64::from(entry.core_triangles()), u64::from(entry.border_triangles()));
     let core_bytes = VERTEX_BYTES * u64::from(entry.vertices()) + TRIANGLE_BYTES * core;
     let owned = u64::from(entry.owned_triangles());
@@ -226,7 +236,9 @@ fn decode_entry(entry: &schema::TileEntry, superblock: &Superblock) -> Result<Ti
         || TRIANGLE_BYTES * border > entry.border_length().into()
         || !(core..=core + border).contains(&owned)
     {
-        return Err(Damage::new("its counts are absurd"));
+        return Err(Damage::new(
+            "its counts are larger than its extents, or contradict each other",
+        ));
     }
     Ok(TileEntry {
         core: Extent {
@@ -266,12 +278,12 @@ fn decode_node(node: &schema::KdNode) -> Result<KdNode, Damage> {
     }
 }
 
-/// Checks the shape of a FlatBuffer.
+/// Verifies the structure of a FlatBuffer and returns its root table.
 pub(crate) fn verified<'b, T>(bytes: &'b [u8], what: &str) -> Result<T, Damage>
 where
     T: flatbuffers::Follow<'b, Inner = T> + flatbuffers::Verifiable + 'b,
 {
-    // Parts of a buffer may be shared, but not so that unpacking them takes many times its size.
+    // Parts of a buffer may be shared, but unpacking them must not take many times its size.
     let options = flatbuffers::VerifierOptions {
         max_apparent_size: 4 * bytes.len() + 4096,
         ..flatbuffers::VerifierOptions::default()
@@ -280,7 +292,7 @@ where
         .map_err(|error| Damage::new(format!("{what} is no valid FlatBuffer: {error}")))
 }
 
-/// Checks a CRC-32C.
+/// Checks a CRC-32C. `what` names the bytes in the error.
 pub(crate) fn check_crc(what: &str, bytes: &[u8], expected: u32) -> Result<(), Damage> {
     let found = crc32c::crc32c(bytes);
     if found == expected {
@@ -292,7 +304,8 @@ pub(crate) fn check_crc(what: &str, bytes: &[u8], expected: u32) -> Result<(), D
     }
 }
 
-/// FlatBuffers align to at most 8 bytes; so a buffer behind another one stays aligned.
+/// Pads a buffer to a multiple of 8 bytes. FlatBuffers align to at most 8 bytes, so a buffer after
+/// another one stays aligned.
 fn padded(buffer: &[u8]) -> Vec<u8> {
     let mut bytes = buffer.to_vec();
     bytes.resize(bytes.len().next_multiple_of(8), 0);
@@ -329,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn many_sources_with_short_names_are_read() {
+    fn a_directory_with_many_short_source_names_is_read() {
         let source = |i: u64| crate::store::format::metadata::Source {
             name: "a".repeat(i as usize % 2),
             records: i,

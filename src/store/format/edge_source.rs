@@ -1,21 +1,21 @@
-//! What an input line makes of the edges along it, and which line it was.
+//! The source of a constraint edge: the input line, and its kind.
 
 use std::fmt;
 
-/// What lines are for.
+/// The kind of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum LineKind {
-    /// Does not block the way.
+    /// Paths may cross it.
     #[default]
     BreakLine,
-    /// Blocks the way.
+    /// Paths must not cross it.
     Wall,
-    /// A ring of a polygon whose interior is not free; blocks the way too.
+    /// A ring of a polygon whose interior is not free. Paths must not cross it.
     Obstacle,
 }
 
 impl LineKind {
-    /// As a number that fits a file.
+    /// Returns the number that stands for this value in a file.
     pub(crate) const fn to_code(self) -> u8 {
         match self {
             Self::BreakLine => 0,
@@ -24,7 +24,7 @@ impl LineKind {
         }
     }
 
-    /// From such a number, if it is one.
+    /// Returns the kind that a number in a file stands for, or `None` if the number is unknown.
     pub(crate) const fn from_code(code: u8) -> Option<Self> {
         match code {
             0 => Some(Self::BreakLine),
@@ -45,9 +45,10 @@ impl fmt::Display for LineKind {
     }
 }
 
-/// One reason why an edge is a constraint: the input line along it, seen in one direction of the edge.
+/// One reason why an edge is a constraint: an input line along the edge, as seen in one direction
+/// of the edge.
 ///
-/// Lines are numbered from 0 over all inputs: segments, then walls, then obstacles.
+/// Lines are numbered from 0 across all inputs: segments, then walls, then obstacles.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct EdgeSource(u64);
 
@@ -57,12 +58,13 @@ const OBSTACLE_LEFT: u64 = 2;
 const OBSTACLE_RIGHT: u64 = 3;
 
 impl EdgeSource {
-    /// The largest number of a line.
+    /// The largest line number.
     pub const MAX_NUMBER: u64 = u64::MAX >> 2;
 
-    /// A line. An obstacle's interior is on the left of the edge's direction.
+    /// Creates the source for line `number`. The interior of an obstacle is on the left of the
+    /// edge's direction.
     ///
-    /// The number is at most [`MAX_NUMBER`](Self::MAX_NUMBER).
+    /// `number` is at most [`MAX_NUMBER`](Self::MAX_NUMBER).
     #[must_use]
     pub const fn new(kind: LineKind, number: u64) -> Self {
         let code = match kind {
@@ -73,13 +75,13 @@ impl EdgeSource {
         Self(number << 2 | code)
     }
 
-    /// The line's number.
+    /// Returns the line's number.
     #[must_use]
     pub const fn number(self) -> u64 {
         self.0 >> 2
     }
 
-    /// What the line is for.
+    /// Returns the line's kind.
     #[must_use]
     pub const fn kind(self) -> LineKind {
         match self.0 & 3 {
@@ -89,13 +91,14 @@ impl EdgeSource {
         }
     }
 
-    /// Whether the line blocks the way.
+    /// Returns whether paths must not cross the line.
     #[must_use]
     pub const fn is_wall(self) -> bool {
         self.0 & 3 != BREAK_LINE
     }
 
-    /// By how much more the left of the edge is covered by obstacles than the right.
+    /// Returns by how many more obstacles the left side of the edge is covered than the right side:
+    /// 1, 0 or −1.
     #[must_use]
     pub const fn depth_change(self) -> i32 {
         match self.0 & 3 {
@@ -105,19 +108,19 @@ impl EdgeSource {
         }
     }
 
-    /// The same line, seen in the other direction of the edge.
+    /// Returns the same line, as seen in the other direction of the edge.
     #[must_use]
     pub const fn reversed(self) -> Self {
-        // Only of obstacles the lowest bit tells the side.
+        // The lowest bit is the side of the interior, and applies to obstacles only.
         Self(self.0 ^ (self.0 >> 1 & 1))
     }
 
-    /// As a number that fits a file.
+    /// Returns the number that stands for this value in a file.
     pub(crate) const fn to_bits(self) -> u64 {
         self.0
     }
 
-    /// From such a number.
+    /// Returns the source that a number in a file stands for.
     pub(crate) const fn from_bits(bits: u64) -> Self {
         Self(bits)
     }
@@ -151,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_obstacle_changes_sides_with_the_direction() {
+    fn reversing_an_edge_source_swaps_the_sides_of_obstacles_only() {
         for number in [0, 1, 77, EdgeSource::MAX_NUMBER] {
             let obstacle = EdgeSource::new(LineKind::Obstacle, number);
             assert_eq!([obstacle.depth_change(), obstacle.reversed().depth_change()], [1, -1]);

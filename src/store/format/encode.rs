@@ -1,4 +1,4 @@
-//! Tiles to bytes.
+//! Encodes tiles.
 
 use bytes::Bytes;
 use flatbuffers::{FlatBufferBuilder, Vector, WIPOffset};
@@ -13,79 +13,90 @@ use crate::store::format::packed;
 use crate::store::format::packed::mark;
 use crate::store::format::tile::regions::Component;
 
-/// The mark of what a core lacks: a neighbour, or a triangle at a vertex.
+/// The mark for a neighbour that is not in the core, or for a vertex that has no triangle in the
+/// core.
 const NOT_IN_CORE: u64 = mark(0);
-/// The mark of a border's neighbours that are none: the edge is on the hull.
+/// The mark for a missing neighbour in a border: the edge is on the hull.
 const HULL: u64 = mark(0);
-/// The mark of a border's neighbours that have no vertex in the tile.
+/// The mark for a neighbour in a border that has no vertex in the tile.
 const ELSEWHERE: u64 = mark(1);
 
 type PackedOffset<'b> = WIPOffset<schema::Packed<'b>>;
 type BitsOffset<'b> = WIPOffset<Vector<'b, u8>>;
 
-/// What a core is made of.
+/// The content of a core.
 ///
-/// There is no default: whoever writes a tile says what each attribute is, so that none is forgotten when one is added.
+/// There is no `Default` outside tests: code that writes a tile must name each attribute, so that
+/// none is forgotten when one is added.
 #[derive(Debug)]
 #[cfg_attr(test, derive(Default))]
 pub(crate) struct CoreDraft {
     /// The vertices.
     pub(crate) points: Vec<Point>,
-    /// Their z, or nothing.
+    /// The z of each vertex; empty if the file has no z.
     pub(crate) z: Vec<f64>,
-    /// Their record numbers.
+    /// The record number of each vertex.
     pub(crate) records: Vec<u64>,
-    /// Corners of the triangles.
+    /// The corners of the triangles.
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// Their twins within the core.
+    /// The twin of each half-edge, if it is in the core.
     pub(crate) neighbours: Vec<[PackedHalfEdge; 3]>,
-    /// For each triangle a bit for each side that is a constraint, and from
-    /// [`WALLS`] on one for each that is a wall; or nothing, if none is.
+    /// For each triangle, a bit per half-edge that says whether the edge is a constraint, and from
+    /// bit [`WALLS`] on a bit per half-edge that says whether it is a wall. Empty if there are no
+    /// constraints.
     pub(crate) constraints: Vec<u8>,
-    /// For each triangle its component: connected within the core without passing a constraint; or nothing, if there is one.
+    /// For each triangle the number of its component, the triangles that are connected within the
+    /// core without crossing a constraint. Empty if there is only one component.
     pub(crate) components: Vec<u32>,
-    /// For edges between two triangles of the core that are constraints: the smaller side, and a source as seen along it. In order.
+    /// For each constraint edge between two triangles of the core: its smaller half-edge, and a
+    /// source as seen along that half-edge. In order.
     pub(crate) edge_sources: Vec<(u32, EdgeSource)>,
-    /// Pairs (vertex, number of the site there) in order.
+    /// Pairs (vertex, number of the site there), in order.
     pub(crate) sites: Vec<(u32, u64)>,
-    /// The ids of the sites, empty where the number is the id; or nothing, if it is for all.
+    /// The ids of the sites; an id is empty where the number is the id. The list is empty if this
+    /// holds for all sites.
     pub(crate) site_ids: Vec<String>,
 }
 
-/// What a border is made of. There is no default, as for cores.
+/// The content of a border. As for cores, there is no `Default` outside tests.
 #[derive(Debug)]
 #[cfg_attr(test, derive(Default))]
 pub(crate) struct BorderDraft {
-    /// Vertices of the tile.
+    /// The number of vertices of the tile.
     pub(crate) vertices: u32,
-    /// Triangles of its core.
+    /// The number of triangles of its core.
     pub(crate) core_triangles: u32,
     /// The vertices of other tiles, in order.
     pub(crate) foreign: Vec<(VertexId, Point)>,
-    /// Corners: below `vertices` the tile's own, then foreign ones.
+    /// The corners of the triangles: numbers below `vertices` are the tile's own vertices, the
+    /// others index `foreign`.
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// Their twins, numbered through core and border.
+    /// The twin of each half-edge. Half-edges are numbered through core and border.
     pub(crate) neighbours: Vec<[Twin; 3]>,
-    /// Pairs (side of the core, side of the border) in order.
+    /// Pairs (half-edge of the core, half-edge of the border), in order.
     pub(crate) core_links: Vec<(u32, u32)>,
-    /// Pairs (vertex, side that starts there) in order.
+    /// Pairs (vertex, half-edge that starts there), in order.
     pub(crate) vertex_sides: Vec<(u32, u32)>,
-    /// As in the core.
+    /// Constraints and walls, as in [`CoreDraft::constraints`].
     pub(crate) constraints: Vec<u8>,
-    /// For each triangle its component, a place in `regions`; or nothing, if there is one.
+    /// For each triangle its component, an index into `regions`. Empty if there is only one
+    /// component.
     pub(crate) components: Vec<u32>,
-    /// The components of the tile, those of the core first; or nothing, if there is one, and it is of region 0 and free.
+    /// The components of the tile, those of the core first. Empty if there is one component, which
+    /// is free and of region 0.
     pub(crate) regions: Vec<Component>,
-    /// For edges that belong to the tile and are constraints, but for those between two triangles of the core: the smaller
-    /// side that the tile knows, numbered through core and border, and a source as seen along it. In order.
+    /// For each constraint edge that belongs to the tile, except those between two triangles of the
+    /// core: the smaller half-edge that the tile knows, numbered through core and border, and a
+    /// source as seen along that half-edge. In order.
     pub(crate) edge_sources: Vec<(u32, EdgeSource)>,
-    /// In a file without triangles: constraint edges, from a vertex of the tile to the next corner on the line, in order. Sources
-    /// are by place in it, in place of sides.
+    /// In a file without triangles: the constraint edges, each from a vertex of the tile to the
+    /// next corner on the line, in order. `edge_sources` then contains indices into this list in
+    /// place of half-edges.
     pub(crate) edges: Vec<[u32; 2]>,
 }
 
 impl CoreDraft {
-    /// Of a tile without vertices.
+    /// Returns the draft of a tile without vertices.
     pub(crate) const fn empty() -> Self {
         Self {
             points: Vec::new(),
@@ -101,7 +112,7 @@ impl CoreDraft {
         }
     }
 
-    /// Empties it, and keeps its memory.
+    /// Clears all lists and keeps their memory.
     pub(crate) fn clear(&mut self) {
         let Self {
             points,
@@ -127,19 +138,19 @@ impl CoreDraft {
         site_ids.clear();
     }
 
-    /// The FlatBuffer of the core, in one of these buffers.
+    /// Encodes the core as a FlatBuffer in one of `buffers`.
     pub(crate) fn encode(&self, tile: TileId, generation: u32, buffers: &Buffers) -> Bytes {
         let vertices = self.points.len() as u64;
-        let sides = 3 * self.triangles.len() as u64;
+        let half_edges = 3 * self.triangles.len() as u64;
         let mut vertex_sides = vec![NOT_IN_CORE; self.points.len()];
-        for (&vertex, side) in self.triangles.as_flattened().iter().zip(0u64..) {
-            vertex_sides[vertex as usize] = side;
+        for (&vertex, half_edge) in self.triangles.as_flattened().iter().zip(0u64..) {
+            vertex_sides[vertex as usize] = half_edge;
         }
         let mut builder = FlatBufferBuilder::from_vec(buffers.zeroed(56 * self.points.len() + 1024));
-        let vertex_sides = packed::write(&mut builder, vertex_sides.into_iter(), sides, 1);
+        let vertex_sides = packed::write(&mut builder, vertex_sides.into_iter(), half_edges, 1);
         let neighbours = self.neighbours.as_flattened().iter();
         let neighbours = neighbours.map(|twin| twin.get().map_or(NOT_IN_CORE, |twin| twin.0.into()));
-        let neighbours = packed::write(&mut builder, neighbours, sides, 1);
+        let neighbours = packed::write(&mut builder, neighbours, half_edges, 1);
         let corners = self.triangles.as_flattened().iter().map(|&v| u64::from(v));
         let triangles = packed::write(&mut builder, corners, vertices, 0);
         let first_record = self.records.iter().copied().min().unwrap_or(0);
@@ -149,8 +160,8 @@ impl CoreDraft {
         let z = (!self.z.is_empty()).then(|| builder.create_vector(&self.z));
         let coordinates: Vec<f64> = self.points.iter().flat_map(|p| [p.x, p.y]).collect();
         let coordinates = builder.create_vector(&coordinates);
-        let constraints = side_bits(&mut builder, &self.constraints, 0);
-        let walls = side_bits(&mut builder, &self.constraints, WALLS);
+        let constraints = half_edge_bits(&mut builder, &self.constraints, 0);
+        let walls = half_edge_bits(&mut builder, &self.constraints, WALLS);
         let components = optional(&mut builder, self.components.iter().map(|&c| c.into()));
         let [edge_sides, edge_sources] = edge_sources(&mut builder, &self.edge_sources);
         let sites = (!self.sites.is_empty()).then(|| {
@@ -184,20 +195,20 @@ impl CoreDraft {
 }
 
 impl BorderDraft {
-    /// The FlatBuffer of the border, in one of these buffers.
+    /// Encodes the border as a FlatBuffer in one of `buffers`.
     pub(crate) fn encode(&self, tile: TileId, generation: u32, buffers: &Buffers) -> Bytes {
         let corners = u64::from(self.vertices) + self.foreign.len() as u64;
-        let core_sides = 3 * u64::from(self.core_triangles);
-        let sides = core_sides + 3 * self.triangles.len() as u64;
+        let core_half_edges = 3 * u64::from(self.core_triangles);
+        let half_edges = core_half_edges + 3 * self.triangles.len() as u64;
         let mut builder = FlatBufferBuilder::from_vec(buffers.zeroed(64 * self.triangles.len() + 1024));
-        let vertex_sides = pairs(&mut builder, &self.vertex_sides, sides.max(corners));
-        let core_links = pairs(&mut builder, &self.core_links, sides);
+        let vertex_sides = pairs(&mut builder, &self.vertex_sides, half_edges.max(corners));
+        let core_links = pairs(&mut builder, &self.core_links, half_edges);
         let neighbours = self.neighbours.as_flattened().iter().map(|twin| match twin {
             Twin::HalfEdge(twin) => twin.0.into(),
             Twin::Hull => HULL,
             Twin::Elsewhere => ELSEWHERE,
         });
-        let neighbours = packed::write(&mut builder, neighbours, sides, 2);
+        let neighbours = packed::write(&mut builder, neighbours, half_edges, 2);
         let triangles = self.triangles.as_flattened().iter().map(|&v| u64::from(v));
         let triangles = packed::write(&mut builder, triangles, corners, 0);
         let foreign: Vec<_> = self
@@ -206,8 +217,8 @@ impl BorderDraft {
             .map(|&(id, p)| schema::ForeignVertex::new(p.x, p.y, id.tile.0, id.index.0))
             .collect();
         let foreign = builder.create_vector(&foreign);
-        let constraints = side_bits(&mut builder, &self.constraints, 0);
-        let walls = side_bits(&mut builder, &self.constraints, WALLS);
+        let constraints = half_edge_bits(&mut builder, &self.constraints, 0);
+        let walls = half_edge_bits(&mut builder, &self.constraints, WALLS);
         let components = optional(&mut builder, self.components.iter().map(|&c| c.into()));
         let [edge_sides, edge_sources] = edge_sources(&mut builder, &self.edge_sources);
         let regions = (self.regions[..] != [Component::default()] && !self.regions.is_empty()).then(|| {
@@ -245,7 +256,7 @@ impl BorderDraft {
     }
 }
 
-/// Pairs one after the other, whose largest number is at most `largest`.
+/// Writes pairs one after the other. Their largest number is at most `largest`.
 fn pairs<'b>(
     builder: &mut FlatBufferBuilder<'b>,
     pairs: &[(u32, impl Copy + Into<u64>)],
@@ -255,7 +266,7 @@ fn pairs<'b>(
     packed::write(builder, numbers.into_iter(), largest, 0)
 }
 
-/// Texts one after the other: where each ends, and all of them.
+/// Writes texts one after the other. Returns the end offset of each, and the concatenated text.
 fn texts<'b>(builder: &mut FlatBufferBuilder<'b>, texts: &[String]) -> (PackedOffset<'b>, WIPOffset<&'b str>) {
     let ends = texts.iter().scan(0, |end, text| {
         *end += text.len() as u64;
@@ -266,30 +277,30 @@ fn texts<'b>(builder: &mut FlatBufferBuilder<'b>, texts: &[String]) -> (PackedOf
     (ends, builder.create_string(&all))
 }
 
-/// A bit for each side, from three for each triangle, which start at bit `first`.
-fn side_bits<'b>(builder: &mut FlatBufferBuilder<'b>, triangles: &[u8], first: u32) -> Option<BitsOffset<'b>> {
-    let sides = triangles
+/// Writes one bit per half-edge. `triangles` holds three bits per triangle, from bit `first` on.
+fn half_edge_bits<'b>(builder: &mut FlatBufferBuilder<'b>, triangles: &[u8], first: u32) -> Option<BitsOffset<'b>> {
+    let half_edges = triangles
         .iter()
-        .flat_map(|sides| (first..first + 3).map(move |bit| sides >> bit & 1 == 1));
-    bits(builder, sides)
+        .flat_map(|bits| (first..first + 3).map(move |bit| bits >> bit & 1 == 1));
+    bits(builder, half_edges)
 }
 
-/// Bits, from the lowest of the first byte on; none if none is set.
+/// Writes bits, from the lowest of the first byte on. Returns `None` if no bit is set.
 fn bits<'b>(builder: &mut FlatBufferBuilder<'b>, values: impl Iterator<Item = bool> + Clone) -> Option<BitsOffset<'b>> {
     if !values.clone().any(|bit| bit) {
         return None;
     }
     let mut bytes: Vec<u8> = Vec::new();
-    for (value, place) in values.zip(0..) {
-        if place % 8 == 0 {
+    for (value, index) in values.zip(0..) {
+        if index % 8 == 0 {
             bytes.push(0);
         }
-        bytes[place / 8] |= u8::from(value) << (place % 8);
+        bytes[index / 8] |= u8::from(value) << (index % 8);
     }
     Some(builder.create_vector(&bytes))
 }
 
-/// Values in as few bytes as the largest needs; none if all are 0.
+/// Writes values, each in as few bytes as the largest needs. Returns `None` if all are 0.
 fn optional<'b>(
     builder: &mut FlatBufferBuilder<'b>,
     values: impl ExactSizeIterator<Item = u64> + Clone,
@@ -298,7 +309,7 @@ fn optional<'b>(
     Some(packed::write(builder, values, largest, 0))
 }
 
-/// Sides and the sources of their edges.
+/// Writes the half-edges and the sources of their edges.
 fn edge_sources<'b>(builder: &mut FlatBufferBuilder<'b>, edges: &[(u32, EdgeSource)]) -> [Option<PackedOffset<'b>>; 2] {
     if edges.is_empty() {
         return [None; 2];
@@ -310,12 +321,12 @@ fn edge_sources<'b>(builder: &mut FlatBufferBuilder<'b>, edges: &[(u32, EdgeSour
     [write(&|edge| edge.0.into()), write(&|edge| edge.1.to_bits())]
 }
 
-/// A signed number as an unsigned one, small if it is close to 0.
+/// Maps a signed number to an unsigned one, which is small if the signed one is close to 0.
 fn zigzag(value: i32) -> u64 {
     ((value << 1) ^ (value >> 31)) as u32 as u64
 }
 
-/// The finished bytes, without a copy: they lie at the end of the builder's buffer.
+/// Returns the finished bytes without a copy: they are at the end of the builder's buffer.
 fn finished(builder: FlatBufferBuilder<'_>, buffers: &Buffers) -> Bytes {
     let (buffer, start) = builder.collapse();
     buffers.freeze(buffer).slice(start..)

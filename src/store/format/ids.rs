@@ -1,13 +1,13 @@
-//! Numbers of tiles and vertices.
+//! Identifiers of tiles and vertices.
 
 use std::fmt;
 
 use crate::geometry::VertexIndex;
 
-/// The most vertices of a tile.
+/// The maximum number of vertices of a tile.
 pub(crate) const MAX_TILE_VERTICES: usize = 1 << 18;
 
-/// The number of a tile: its place in the leaf order of the k-d tree.
+/// The number of a tile: its index in the leaf order of the k-d tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct TileId(pub u32);
@@ -18,13 +18,13 @@ impl fmt::Display for TileId {
     }
 }
 
-/// A vertex of the file: its tile, and its place there.
+/// The id of a vertex of the file: its tile, and its index there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct VertexId {
     /// The tile that owns the vertex.
     pub tile: TileId,
-    /// Its place among the vertices of that tile.
+    /// Its index among the vertices of that tile.
     pub index: VertexIndex,
 }
 

@@ -1,4 +1,5 @@
-//! The k-d tree: the partition of the plane into cells, the order of the tiles, the index of the directory.
+//! The k-d tree. It partitions the plane into cells, orders the tiles, and is the index of the
+//! directory.
 
 use crate::geometry::{Point, Rect, segment_meets};
 use crate::store::format::damage::Damage;
@@ -7,27 +8,30 @@ use crate::store::format::ids::TileId;
 /// A node of the k-d tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum KdNode {
-    /// Points with x up to and including `cut` are in the left child, which is the next node; others in node `right`.
+    /// A cut by x. Points with x up to and including `cut` are in the left child, which is the next
+    /// node; other points are in node `right`.
     X {
-        /// Where the cell is cut.
+        /// The coordinate of the cut.
         cut: f64,
         /// The number of the right child.
         right: u32,
     },
-    /// The same with y.
+    /// A cut by y, with the same meaning as in [`X`](Self::X).
     Y {
-        /// Where the cell is cut.
+        /// The coordinate of the cut.
         cut: f64,
         /// The number of the right child.
         right: u32,
     },
-    /// A cell that is not cut.
+    /// A leaf, with the tile of its cell.
     Leaf(TileId),
 }
 
-/// A k-d tree in preorder: node 0 is the root, the left child follows its parent. Without tiles it is empty.
+/// A k-d tree in preorder: node 0 is the root, and the left child follows its parent. Without
+/// tiles, it is empty.
 ///
-/// Cells are half-open: a cell owns its right and top side, not its left and bottom one. Outermost cells reach to infinity.
+/// Cells are half-open: a cell contains its right and top boundary, but not its left and bottom
+/// one. Outermost cells extend to infinity.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct KdTree {
     nodes: Vec<KdNode>,
@@ -35,7 +39,7 @@ pub struct KdTree {
 }
 
 impl KdTree {
-    /// The borders between cells, as far as they lie in a rectangle: a segment for each cut.
+    /// Returns the borders between cells within a rectangle, one segment per cut.
     pub(crate) fn borders(&self, within: Rect) -> Vec<[Point; 2]> {
         let mut borders = Vec::new();
         let mut open = vec![(0, within)];
@@ -64,7 +68,7 @@ impl KdTree {
                     Point::new(lower.max_x, lower.max_y),
                 ]);
             }
-            // What lies beyond the rectangle has nothing of it.
+            // A cell outside the rectangle contains none of it.
             open.extend(
                 [(right, upper), (node + 1, lower)]
                     .into_iter()
@@ -74,19 +78,23 @@ impl KdTree {
         borders
     }
 
-    /// Checks that `nodes` are a tree in preorder with leaves numbered from left to right; an error says what is wrong.
+    /// Creates a tree from `nodes`, which must be in preorder, with leaves numbered from left to
+    /// right. The error says what is wrong.
     pub(crate) fn new(nodes: Vec<KdNode>) -> Result<Self, Damage> {
         let mut tiles = 0;
         if nodes.is_empty() {
             return Ok(Self::default());
         }
-        // The right children that are still to come, innermost last, and before them the end.
+        // The right children that are still expected, innermost last, and first of all the end of
+        // the nodes.
         let mut expected = vec![nodes.len() as u32];
         for (number, node) in (0u32..).zip(&nodes) {
             match *node {
                 KdNode::X { cut, right } | KdNode::Y { cut, right } => {
                     if !cut.is_finite() {
-                        return Err(Damage::new(format!("node {number} is cut at {cut}")));
+                        return Err(Damage::new(format!(
+                            "node {number} has the cut {cut}, which is not finite"
+                        )));
                     }
                     expected.push(right);
                 }
@@ -97,7 +105,7 @@ impl KdTree {
                     tiles += 1;
                     if expected.pop() != Some(number + 1) {
                         return Err(Damage::new(format!(
-                            "node {} does not belong behind node {number}",
+                            "node {} must not follow node {number}",
                             number + 1
                         )));
                     }
@@ -111,19 +119,19 @@ impl KdTree {
         }
     }
 
-    /// The nodes in preorder.
+    /// Returns the nodes in preorder.
     #[must_use]
     pub fn nodes(&self) -> &[KdNode] {
         &self.nodes
     }
 
-    /// How many leaves there are.
+    /// Returns the number of leaves.
     #[must_use]
     pub fn tiles(&self) -> u32 {
         self.tiles
     }
 
-    /// How many cuts lie above the lowest leaf.
+    /// Returns the number of cuts above the deepest leaf.
     pub(crate) fn depth(&self) -> usize {
         let mut depths = vec![0; self.nodes.len()];
         for (number, node) in self.nodes.iter().enumerate() {
@@ -135,16 +143,17 @@ impl KdTree {
         depths.into_iter().max().unwrap_or(0)
     }
 
-    /// The tree with another in the place of each leaf; the leaves of these are numbered anew, from left to right.
+    /// Returns the tree with leaf i replaced by `subtrees[i]`. The leaves are numbered anew from
+    /// left to right.
     pub(crate) fn with_leaves_cut(&self, subtrees: &[Self]) -> Self {
         fn graft(tree: &KdTree, from: u32, subtrees: &[KdTree], out: &mut Vec<KdNode>, tiles: &mut u32) {
             match tree.nodes[from as usize] {
                 node @ (KdNode::X { right, .. } | KdNode::Y { right, .. }) => {
-                    let place = out.len();
+                    let index = out.len();
                     out.push(node);
                     graft(tree, from + 1, subtrees, out, tiles);
                     let moved = out.len() as u32;
-                    if let KdNode::X { right, .. } | KdNode::Y { right, .. } = &mut out[place] {
+                    if let KdNode::X { right, .. } | KdNode::Y { right, .. } = &mut out[index] {
                         *right = moved;
                     }
                     graft(tree, right, subtrees, out, tiles);
@@ -174,7 +183,7 @@ impl KdTree {
         Self { nodes, tiles }
     }
 
-    /// The tile whose cell contains `p`, or none if there are no tiles.
+    /// Returns the tile whose cell contains `p`, or `None` if there are no tiles.
     #[must_use]
     pub fn tile_at(&self, p: Point) -> Option<TileId> {
         let mut node = 0u32;
@@ -199,7 +208,8 @@ impl KdTree {
         }
     }
 
-    /// Gives the tiles whose closed cells a segment meets, if the root's cell is this one.
+    /// Calls `take` for each tile whose closed cell the segment meets. `root` is the cell of the
+    /// root.
     pub(crate) fn tiles_along(&self, root: Rect, ends: [Point; 2], mut take: impl FnMut(TileId)) {
         let [a, b] = ends;
         let mut open = Vec::new();
@@ -221,24 +231,25 @@ impl KdTree {
                     continue;
                 }
             };
-            // It meets this cell. If it lies on one side of the cut, then also that side's cell.
-            let is_parted = from.min(to) <= cut && cut <= from.max(to);
+            // The segment meets this cell. If it is on one side of the cut only, it also meets the
+            // cell on that side.
+            let straddles_cut = from.min(to) <= cut && cut <= from.max(to);
             for (child, cell, is_reached) in [(right, high, from.max(to) >= cut), (node + 1, low, from.min(to) <= cut)]
             {
-                if is_reached && (!is_parted || segment_meets(ends, cell)) {
+                if is_reached && (!straddles_cut || segment_meets(ends, cell)) {
                     open.push((child, cell));
                 }
             }
         }
     }
 
-    /// The cell of every node, in preorder. Outer sides are infinite.
+    /// Returns the cell of every node, in preorder. Outer boundaries are infinite.
     #[must_use]
     pub fn node_cells(&self) -> Vec<Rect> {
         self.node_cells_within(Rect::PLANE)
     }
 
-    /// The cell of every node, in preorder, if the root's is this one.
+    /// Returns the cell of every node, in preorder. `root` is the cell of the root.
     pub(crate) fn node_cells_within(&self, root: Rect) -> Vec<Rect> {
         let mut cells = vec![root; self.nodes.len()];
         for (number, node) in self.nodes.iter().enumerate() {
@@ -261,13 +272,13 @@ impl KdTree {
         cells
     }
 
-    /// The cell of every tile, in order. Outer sides are infinite.
+    /// Returns the cell of every tile, in order. Outer boundaries are infinite.
     #[must_use]
     pub fn cells(&self) -> Vec<Rect> {
         self.cells_within(Rect::PLANE)
     }
 
-    /// The cell of every tile, in order, if the root's is this one.
+    /// Returns the cell of every tile, in order. `root` is the cell of the root.
     pub(crate) fn cells_within(&self, root: Rect) -> Vec<Rect> {
         let cells = self.node_cells_within(root).into_iter().zip(&self.nodes);
         cells
@@ -292,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn points_on_a_cut_are_left_of_it() {
+    fn points_on_a_cut_are_in_the_left_child() {
         let tree = KdTree::new(tree()).unwrap();
         let at = |x, y| tree.tile_at(Point::new(x, y)).unwrap().0;
         assert_eq!([at(1.0, 9.0), at(1.5, 5.0), at(1.5, 5.5)], [0, 1, 2]);
@@ -301,25 +312,25 @@ mod tests {
     }
 
     #[test]
-    fn leaves_are_cut() {
+    fn leaves_are_replaced_by_subtrees() {
         let top = KdTree::new(tree()).unwrap();
         let leaf = KdTree::new(vec![KdNode::Leaf(TileId(0))]).unwrap();
         let whole = top.with_leaves_cut(&[leaf.clone(), top.clone(), leaf]);
         assert_eq!(KdTree::new(whole.nodes().to_vec()), Ok(whole.clone()));
         assert_eq!((whole.tiles(), whole.depth(), top.depth()), (5, 4, 2));
-        // Left of the upper tree's second leaf's cuts.
+        // The subtree cuts the second leaf of the upper tree. The third leaf is replaced by a leaf.
         assert_eq!(whole.tile_at(Point::new(1.5, 4.0)), Some(TileId(2)));
         assert_eq!(whole.tile_at(Point::new(1.5, 6.0)), Some(TileId(4)));
     }
 
     #[test]
-    fn segments_meet_the_tiles_whose_cells_they_touch() {
+    fn tiles_along_finds_all_tiles_whose_closed_cells_a_segment_touches() {
         let tree = KdTree::new(tree()).unwrap();
         let root = Rect::new(-4.0, 0.0, 6.0, 10.0);
         let cells = tree.cells_within(root);
         let mut most = 0;
         for number in 0..9u32.pow(4) {
-            let at = |place: u32| f64::from(number / 9u32.pow(place) % 9) * 2.0 - 5.0;
+            let at = |digit: u32| f64::from(number / 9u32.pow(digit) % 9) * 2.0 - 5.0;
             let ends = [Point::new(at(0), at(1) + 5.0), Point::new(at(2), at(3) + 5.0)];
             let mut found = Vec::new();
             tree.tiles_along(root, ends, |tile| found.push(tile.0));
@@ -333,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn broken_trees_are_refused() {
+    fn broken_trees_are_rejected() {
         for broken in 0..5 {
             let mut nodes = tree();
             nodes.remove(broken);

@@ -1,4 +1,4 @@
-//! What the directory knows of the whole file, and how it stands in the root.
+//! The metadata of the whole file, and its encoding in the root of the directory.
 
 use flatbuffers::FlatBufferBuilder;
 use flatbuffers::Vector;
@@ -9,97 +9,100 @@ use crate::store::format::damage::Damage;
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::generated::directory as schema;
 
-/// A file that points came from.
+/// A file from which points were read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
-    /// Its name, without the folder.
+    /// The file name without its folder.
     pub name: String,
-    /// Records read from it, those left out included.
+    /// The number of records read from the file, including those left out.
     pub records: u64,
 }
 
-/// A file that lines came from.
+/// A file from which lines were read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LineSource {
-    /// Its name, without the folder.
+    /// The file name without its folder.
     pub name: String,
-    /// What its lines are for.
+    /// The kind of its lines.
     pub kind: LineKind,
     /// The number of its first line.
     pub first: u64,
-    /// How many lines came from it.
+    /// The number of lines read from the file.
     pub lines: u64,
-    /// 0: the build. Else the number of the edit that added them, from 1 on.
+    /// 0 for lines of the build, else the number of the edit that added them, from 1 on.
     pub edit: u32,
 }
 
 impl LineSource {
-    /// Whether a source is one of these lines, which are in order; or the lines are not known at all.
+    /// Returns whether `source` is one of `lines`, which are in order. Also returns true if `lines`
+    /// is empty, because then the lines are not known.
     pub(crate) fn knows(lines: &[Self], source: EdgeSource) -> bool {
         let before = lines.partition_point(|of_file| of_file.first <= source.number());
-        let of_file = before.checked_sub(1).map(|place| &lines[place]);
-        let is_its = |l: &Self| l.kind == source.kind() && source.number() - l.first < l.lines;
-        lines.is_empty() || of_file.is_some_and(is_its)
+        let of_file = before.checked_sub(1).map(|index| &lines[index]);
+        let has_source = |l: &Self| l.kind == source.kind() && source.number() - l.first < l.lines;
+        lines.is_empty() || of_file.is_some_and(has_source)
     }
 }
 
-/// The name of this program, as files that it writes have it.
+/// Returns the name and version of this program, as they are stored in files that it writes.
 pub(crate) fn this_program() -> String {
     concat!("delaunay-tiles ", env!("CARGO_PKG_VERSION")).to_owned()
 }
 
-/// What is known of the whole file.
+/// The metadata of the whole file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metadata {
-    /// The most vertices that the tiles were cut for.
+    /// The maximum number of vertices per tile for which the file was built.
     pub tile_vertices: u32,
-    /// Vertices.
+    /// The number of vertices.
     pub vertices: u64,
-    /// Triangles.
+    /// The number of triangles.
     pub triangles: u64,
-    /// Edges with a triangle on one side only.
+    /// The number of edges with a triangle on one side only.
     pub hull_edges: u64,
-    /// Points that came in.
+    /// The number of points in the input.
     pub points: u64,
-    /// Those of them that lay on another.
+    /// The number of input points that coincide with another one.
     pub duplicates: u64,
-    /// Vertices that are an end of a segment or a site, and no point of the input.
+    /// The number of vertices that are an end of a segment or a site, but no point of the input.
     pub ends: u64,
-    /// Edges that are constraints.
+    /// The number of constraint edges.
     pub constraint_edges: u64,
-    /// Whether vertices have a z.
+    /// Whether the vertices have a z.
     pub has_z: bool,
-    /// Around all vertices.
+    /// The bounding rectangle of all vertices.
     pub bounds: Rect,
-    /// Where the points came from, in order.
+    /// The files from which the points were read, in order.
     pub sources: Vec<Source>,
-    /// Coordinate reference system, as the input named it.
+    /// The coordinate reference system, as named by the input.
     pub crs: Option<String>,
     /// The program that wrote the file.
     pub producer: String,
-    /// Regions: parts of the triangulation that no constraint passes through. 0 in files that know none.
+    /// The number of regions: parts of the triangulation that no constraint crosses. 0 in files
+    /// without regions.
     pub regions: u64,
-    /// Regions from 0 up to here may lie in several tiles; the others lie in one each.
+    /// The number of regions that may extend over several tiles. These have the numbers from 0 up
+    /// to this one; each of the others is within one tile.
     pub spanning_regions: u64,
-    /// Regions that are holes.
+    /// The number of regions that are holes.
     pub hole_regions: u64,
-    /// Triangles in holes.
+    /// The number of triangles in holes.
     pub hole_triangles: u64,
-    /// Sites.
+    /// The number of sites.
     pub sites: u64,
-    /// Pairs of lines that crossed and were split.
+    /// The number of pairs of lines that crossed and were split.
     pub crossings: u64,
-    /// Where the lines came from; they are numbered through in this order.
+    /// The files from which the lines were read. Lines are numbered across all files in this order.
     pub lines: Vec<LineSource>,
     /// Whether regions that reach the hull without a constraint are holes.
     pub exterior_is_hole: bool,
     /// Points whose regions are holes.
     pub seeds: Vec<Point>,
-    /// The borders at which lines were split too, each from one place to another; see
-    /// [`Steiner::Borders`](crate::pipeline::Steiner::Borders).
+    /// The borders between cells at which lines were split too, each a segment between two points.
+    /// See [`Steiner::Borders`](crate::pipeline::Steiner::Borders).
     pub borders: Vec<[Point; 2]>,
-    /// One more than the largest record number that was ever given to a point, to the end of a segment, to a crossing point or to a
-    /// site. Edits number the ends of their segments from here on.
+    /// One more than the largest record number ever assigned to a point, to the end of a segment,
+    /// to a crossing point or to a site. Edits number the ends of their segments from here on.
     pub next_record: u64,
 }
 
@@ -135,7 +138,7 @@ impl Default for Metadata {
 }
 
 impl Metadata {
-    /// Adds the root to a buffer, for so many tiles.
+    /// Adds the root of a directory of `tiles` tiles to a buffer.
     pub(crate) fn encode<'b>(
         &self,
         builder: &mut FlatBufferBuilder<'b>,
@@ -156,8 +159,8 @@ impl Metadata {
         let crs = self.crs.as_ref().map(|crs| builder.create_string(crs));
         let producer = Some(builder.create_string(&self.producer));
         let lines = self.encode_lines(builder);
-        let seeds = encode_places(builder, &self.seeds);
-        let borders = encode_places(builder, self.borders.as_flattened());
+        let seeds = encode_points(builder, &self.seeds);
+        let borders = encode_points(builder, self.borders.as_flattened());
         let args = schema::DirectoryArgs {
             tiles,
             tile_vertices: self.tile_vertices,
@@ -211,7 +214,7 @@ impl Metadata {
         (!lines.is_empty()).then(|| builder.create_vector(&lines))
     }
 
-    /// Takes it from a verified root; an error says what is wrong with it.
+    /// Decodes the metadata from a verified root. The error says what is wrong with it.
     pub(crate) fn decode(root: schema::Directory<'_>) -> Result<Self, Damage> {
         let this = Self {
             tile_vertices: root.tile_vertices(),
@@ -243,30 +246,32 @@ impl Metadata {
             crossings: root.crossings(),
             lines: decode_lines(root)?,
             exterior_is_hole: root.exterior_is_hole(),
-            seeds: decode_places(root.seeds()),
-            borders: match decode_places(root.borders()).as_chunks() {
+            seeds: decode_points(root.seeds()),
+            borders: match decode_points(root.borders()).as_chunks() {
                 (borders, []) => borders.to_vec(),
-                _ => return Err(Damage::new("its borders are no pairs of places")),
+                _ => return Err(Damage::new("its borders are not pairs of points")),
             },
             next_record: root.next_record(),
         };
-        // Others allocate by the number of regions, and the triangles are counted.
+        // Callers allocate memory according to the number of regions. The number of triangles
+        // bounds it, and is checked against the tiles.
         let counts = [this.spanning_regions, this.regions, this.triangles];
         if !counts.is_sorted() || this.hole_regions > this.regions || this.hole_triangles > this.triangles {
-            return Err(Damage::new("its counts of regions and holes are absurd"));
+            return Err(Damage::new("its counts of regions and holes are inconsistent"));
         }
-        let mut places = this.seeds.iter().chain(this.borders.as_flattened());
-        match places.find(|place| !place.is_valid()) {
-            Some(place) => Err(Damage::new(format!(
-                "there is a seed or a border at ({}, {})",
-                place.x, place.y
+        let mut points = this.seeds.iter().chain(this.borders.as_flattened());
+        match points.find(|point| !point.is_valid()) {
+            Some(point) => Err(Damage::new(format!(
+                "a seed or a border has the invalid coordinates ({}, {})",
+                point.x, point.y
             ))),
             None => Ok(this),
         }
     }
 }
 
-/// Edges of the hull of so many vertices and triangles, by Euler's formula for a triangulated disc; 0 without triangles.
+/// Returns the number of hull edges for `vertices` vertices and `triangles` triangles, by Euler's
+/// formula for a triangulated disc; 0 without triangles.
 pub(crate) fn hull_edges(vertices: u64, triangles: u64) -> u64 {
     match triangles {
         0 => 0,
@@ -274,20 +279,20 @@ pub(crate) fn hull_edges(vertices: u64, triangles: u64) -> u64 {
     }
 }
 
-fn encode_places<'b>(
+fn encode_points<'b>(
     builder: &mut FlatBufferBuilder<'b>,
-    places: &[Point],
+    points: &[Point],
 ) -> Option<WIPOffset<Vector<'b, schema::Place>>> {
-    let places: Vec<_> = places.iter().map(|p| schema::Place::new(p.x, p.y)).collect();
-    (!places.is_empty()).then(|| builder.create_vector(&places))
+    let points: Vec<_> = points.iter().map(|p| schema::Place::new(p.x, p.y)).collect();
+    (!points.is_empty()).then(|| builder.create_vector(&points))
 }
 
-fn decode_places(places: Option<Vector<'_, schema::Place>>) -> Vec<Point> {
-    let places = places.iter().flatten();
-    places.map(|place| Point::new(place.x(), place.y())).collect()
+fn decode_points(points: Option<Vector<'_, schema::Place>>) -> Vec<Point> {
+    let points = points.iter().flatten();
+    points.map(|point| Point::new(point.x(), point.y())).collect()
 }
 
-/// The files that lines came from, whose lines are numbered through.
+/// Decodes the files from which the lines were read. Their lines must be numbered consecutively.
 fn decode_lines(root: schema::Directory<'_>) -> Result<Vec<LineSource>, Damage> {
     let mut lines = Vec::new();
     let (mut end, mut edit) = (0u64, 0);
@@ -364,13 +369,13 @@ mod tests {
     }
 
     #[test]
-    fn lines_regions_and_seeds_come_back() {
+    fn lines_regions_and_seeds_are_read_as_they_were_written() {
         assert_eq!(decoded(&full()), Ok(full()));
         assert_eq!(decoded(&Metadata::default()), Ok(Metadata::default()));
     }
 
     #[test]
-    fn absurd_counts_lines_and_seeds_are_refused() {
+    fn inconsistent_counts_lines_and_seeds_are_rejected() {
         let faults: [fn(&mut Metadata); 10] = [
             |m| m.spanning_regions = 10,
             |m| m.regions = 101,

@@ -1,6 +1,6 @@
-//! The format: what stands in a tile file, to bytes and from bytes. It is written down in `schema/FORMAT.md`.
+//! Encoding and decoding of the tile file format, which `schema/FORMAT.md` specifies.
 //!
-//! Knows no files.
+//! This module does no I/O.
 
 pub(crate) mod cell_index;
 pub(crate) mod components;

@@ -1,7 +1,7 @@
-//! Arrays of unsigned integers in as few bytes each as the largest needs.
+//! Arrays of unsigned integers, each stored in as few bytes as the largest needs.
 //!
-//! Layout: `width` bytes each, little-endian, then 8 − width bytes of padding, so that reading one is a load of eight
-//! bytes and a mask.
+//! Layout: `width` bytes per integer, little-endian, then 8 − `width` bytes of padding. Because of
+//! the padding, reading an integer is a load of eight bytes and a mask.
 
 use std::ops::Range;
 
@@ -22,11 +22,13 @@ pub(crate) struct Packed {
 }
 
 impl Packed {
-    /// Takes the array from a verified buffer; an error says what is wrong with it.
+    /// Opens the array in a verified buffer. The error says what is wrong with it.
     pub(crate) fn open(buffer: &Bytes, table: schema::Packed<'_>) -> Result<Self, Damage> {
         let width = usize::from(table.width());
         if !(1..=8).contains(&width) {
-            return Err(Damage::new(format!("packed integers of {width} bytes")));
+            return Err(Damage::new(format!(
+                "packed integers have {width} bytes each, not 1 to 8"
+            )));
         }
         let data = table.data().map_or(&[][..], |data| data.bytes());
         let Some(length) = data.len().checked_sub(8 - width).filter(|l| l.is_multiple_of(width)) else {
@@ -43,22 +45,26 @@ impl Packed {
         })
     }
 
-    /// How many integers there are.
+    /// Returns the number of integers.
     pub(crate) fn len(&self) -> usize {
         self.len
     }
 
-    /// The largest value of this width: marks take the values from here downwards.
+    /// Returns the largest value of this width. Marks are numbered from this value downwards.
     pub(crate) fn largest(&self) -> u64 {
         self.mask
     }
 
-    /// Bytes that it takes.
+    /// Returns the size of the array in bytes.
     pub(crate) fn byte_size(&self) -> usize {
         self.data.len()
     }
 
-    /// The integer at `index`.
+    /// Returns the integer at `index`.
+    ///
+    /// # Panics
+    ///
+    /// Panics if `index` is out of range.
     #[inline]
     pub(crate) fn get(&self, index: usize) -> u64 {
         assert!(index < self.len);
@@ -67,9 +73,11 @@ impl Packed {
         u64::from_le_bytes(word) & self.mask
     }
 
-    /// A value within a range, if there is any; and if there is none, that is found in no more time than reading takes.
+    /// Returns a value within `range`, if there is one. If there is none, the search takes no
+    /// longer than reading the array.
     pub(crate) fn find_within(&self, range: Range<u64>) -> Option<u64> {
-        // Without an early end, and each width by itself, so that many values are compared at once.
+        // No early exit, and one loop per width, so that the compiler can vectorise the
+        // comparisons.
         let bytes = &self.data[..self.len * self.width];
         let found = match self.width {
             1 => any_within(bytes, &range, |[a]: [u8; 1]| a),
@@ -86,13 +94,13 @@ impl Packed {
     }
 }
 
-/// Whether any value of so many bytes each is within a range.
+/// Returns whether any value of `WIDTH` bytes is within `range`.
 fn any_within<const WIDTH: usize, T: Copy + PartialOrd + TryFrom<u64>>(
     bytes: &[u8],
     range: &Range<u64>,
     read: impl Fn([u8; WIDTH]) -> T,
 ) -> bool {
-    // What no value can reach is in no range.
+    // A start beyond the largest value of the type: no value is in the range.
     let (Ok(first), false) = (T::try_from(range.start), range.is_empty()) else {
         return false;
     };
@@ -103,7 +111,8 @@ fn any_within<const WIDTH: usize, T: Copy + PartialOrd + TryFrom<u64>>(
     }
 }
 
-/// How many of so many things, all of them before the others, are `before` something.
+/// Returns the number of indices below `count` for which `before` is true. These must precede all
+/// others.
 pub(crate) fn partition_point(count: usize, before: impl Fn(usize) -> bool) -> usize {
     let (mut low, mut high) = (0, count);
     while low < high {
@@ -117,7 +126,8 @@ pub(crate) fn partition_point(count: usize, before: impl Fn(usize) -> bool) -> u
     low
 }
 
-/// The mark that stands for the `distance`-th largest value of any width; [`write`] translates it.
+/// Returns the mark that stands for the `distance`-th largest value of any width. [`write`]
+/// translates it.
 pub(crate) const fn mark(distance: u64) -> u64 {
     u64::MAX - distance
 }
@@ -126,12 +136,12 @@ const fn mask(width: usize) -> u64 {
     u64::MAX >> (64 - 8 * width)
 }
 
-/// The bytes that hold values up to `largest`, and beside them `marks` marks.
+/// Returns the bytes per integer needed for values up to `largest` and `marks` marks.
 fn width_for(largest: u64, marks: u64) -> usize {
     (1..8).find(|&w| largest <= mask(w) - marks).unwrap_or(8)
 }
 
-/// Adds a packed array to a buffer. Values are at most `largest`, or one of `marks` [`mark`]s.
+/// Adds a packed array to a buffer. Each value is at most `largest`, or one of `marks` [`mark`]s.
 pub(crate) fn write<'b>(
     builder: &mut FlatBufferBuilder<'b>,
     values: impl ExactSizeIterator<Item = u64>,
@@ -158,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_and_marks_come_back() {
+    fn values_and_marks_are_read_as_they_were_written() {
         for largest in [
             0u64,
             1,
@@ -208,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn absurd_widths_and_lengths_are_refused() {
+    fn invalid_widths_and_lengths_are_rejected() {
         for (width, length) in [(0, 8), (9, 8), (3, 4), (3, 7), (8, 7), (1, 0)] {
             let mut builder = FlatBufferBuilder::new();
             let data = Some(builder.create_vector(&vec![0u8; length]));

@@ -1,30 +1,33 @@
 //! The two superblocks at the start of a tile file.
 //!
-//! Both have the same layout; the valid one of the higher generation wins. Their bytes are written down in
-//! `schema/FORMAT.md`, and `tests/library/format` holds this file to that page.
+//! Both have the same layout. The valid one with the higher generation is in force.
+//! `schema/FORMAT.md` specifies their bytes, and `tests/library/format` checks this file against
+//! that page.
 
 use std::fmt;
 
 use crate::store::format::damage::Damage;
+
 /// Bytes of a superblock, and the alignment of extents.
 pub(crate) const BLOCK: u64 = 4096;
-/// Where the first extent lies.
+/// The offset of the first extent.
 pub(crate) const FIRST_EXTENT: u64 = 2 * BLOCK;
 /// The version of the format that this library writes and reads.
 pub const FORMAT_VERSION: u32 = 1;
-/// No FlatBuffer in a file is larger.
+/// The maximum size of a FlatBuffer in a file, in bytes.
 pub(crate) const MAX_FLATBUFFER: u64 = 64 << 20;
-/// No directory is longer: a root, and pages for all tiles.
+/// The maximum size of a directory, its root and its pages, in bytes.
 pub(crate) const MAX_DIRECTORY: u64 = 256 << 20;
 
 const MAGIC: [u8; 8] = *b"DELTILES";
 
-/// The identity of a file: a hash of all it holds.
+/// The identity of a file: a hash of its whole content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FileId(pub u128);
 
 impl FileId {
-    /// The id of a file with this directory, which has the checksums of all else.
+    /// Returns the id of a file with this directory. The directory contains the checksums of
+    /// everything else.
     pub(crate) fn of(directory: &[u8]) -> Self {
         Self(xxhash_rust::xxh3::xxh3_128(directory))
     }
@@ -36,17 +39,17 @@ impl fmt::Display for FileId {
     }
 }
 
-/// What a superblock says.
+/// The content of a superblock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Superblock {
     pub(crate) file_id: FileId,
     pub(crate) generation: u64,
-    /// Bytes of the whole file.
+    /// Length of the whole file in bytes.
     pub(crate) file_length: u64,
     pub(crate) directory_offset: u64,
-    /// Bytes of the directory: its root and its pages.
+    /// Length of the directory, root and pages, in bytes.
     pub(crate) directory_length: u64,
-    /// Bytes of the root, which comes first.
+    /// Length in bytes of the root, which comes first.
     pub(crate) root_length: u32,
     pub(crate) root_crc: u32,
 }
@@ -69,7 +72,7 @@ impl Superblock {
         block
     }
 
-    /// Reads one superblock; an error says what is wrong with it.
+    /// Decodes one superblock. The error says what is wrong with it.
     fn decode(block: &[u8]) -> Result<Self, Damage> {
         let u32_at = |at: usize| u32::from_le_bytes(block[at..at + 4].try_into().expect("four bytes"));
         let u64_at = |at: usize| u64::from_le_bytes(block[at..at + 8].try_into().expect("eight bytes"));
@@ -110,12 +113,12 @@ impl Superblock {
             || u64::from(this.root_length) > this.directory_length
             || u64::from(this.root_length) > MAX_FLATBUFFER
         {
-            return Err(Damage::new("the superblock's directory extent is absurd"));
+            return Err(Damage::new("the superblock's directory extent is out of range"));
         }
         Ok(this)
     }
 
-    /// The superblock in force, from the first 8192 bytes of a file.
+    /// Chooses the superblock in force from the first 8192 bytes of a file.
     pub(crate) fn choose(head: &[u8]) -> Result<InForce, Damage> {
         let (a, b) = head.split_at(head.len().min(BLOCK as usize));
         let (superblock, is_second) = match (Self::decode(a), Self::decode(b)) {
@@ -128,7 +131,7 @@ impl Superblock {
     }
 }
 
-/// The superblock that is in force, and which of the two that is.
+/// The superblock in force, and its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct InForce {
     pub(crate) superblock: Superblock,
@@ -136,8 +139,8 @@ pub(crate) struct InForce {
 }
 
 impl InForce {
-    /// Where the next one goes: over the other.
-    pub(crate) fn other_place(&self) -> u64 {
+    /// Returns the offset of the other superblock, which the next generation overwrites.
+    pub(crate) fn other_offset(&self) -> u64 {
         if self.is_second { 0 } else { BLOCK }
     }
 }
@@ -161,7 +164,7 @@ mod tests {
     #[test]
     fn the_higher_valid_generation_wins() {
         let head = |a: &Superblock, b: &Superblock| [a.encode(), b.encode()].concat();
-        let chosen = |head: &[u8]| Superblock::choose(head).map(|found| (found.superblock, found.other_place()));
+        let chosen = |head: &[u8]| Superblock::choose(head).map(|found| (found.superblock, found.other_offset()));
         assert_eq!(chosen(&head(&block(1), &block(2))), Ok((block(2), 0)));
         assert_eq!(chosen(&head(&block(3), &block(2))), Ok((block(3), 4096)));
         assert_eq!(chosen(&head(&block(2), &block(2))), Ok((block(2), 4096)));
@@ -173,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn any_flipped_bit_and_any_shorter_head_is_noticed() {
+    fn a_flipped_bit_or_a_shortened_head_is_detected() {
         let good = block(1).encode();
         for bit in 0..8 * good.len() {
             let mut bad = good.clone();

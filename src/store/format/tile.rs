@@ -1,10 +1,10 @@
-//! A tile in memory: its two FlatBuffers, checked once, read in place.
+//! A tile in memory: its two FlatBuffers, which are checked once and then read in place.
 
+mod edge_bits;
 pub(crate) mod edges;
 mod notes;
 mod open;
 pub(crate) mod regions;
-mod sides;
 pub(crate) mod sites;
 #[cfg(test)]
 mod tests;
@@ -19,30 +19,34 @@ use crate::geometry::{HalfEdge, Point, TriangleId, VertexIndex};
 use crate::io::memory_of;
 use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::packed::Packed;
+use edge_bits::{EdgeSources, HalfEdgeBits};
 pub use edges::TileEdge;
 use notes::Notes;
-pub(crate) use notes::{Marks, Noted, NotedSide, NotedSides};
+pub(crate) use notes::{HalfEdgeNote, HalfEdgeNotes, NoteKind, VertexNotes};
 pub(crate) use regions::Component;
 use regions::Regions;
-use sides::{SideBits, Sources};
+
 pub use sites::Site;
 use sites::Sites;
 
-/// A vertex: its number, and where it is.
+/// A vertex: its id and its point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Vertex {
-    /// Its number.
+    /// The id of the vertex.
     pub id: VertexId,
-    /// Where it is.
+    /// The point of the vertex.
     pub point: Point,
 }
 
 /// A tile in memory. Clones share its bytes.
 ///
-/// Triangles are numbered from 0, first those of the core, then those of the border, and so are their half-edges. Corners are numbered from 0 within the tile, first the
-/// tile's own vertices, then those of other tiles. All numbers that a tile hands out are within range, whatever its
-/// bytes were; arguments out of range panic.
+/// Triangles are numbered from 0, first those of the core, then those of the border. Half-edges are
+/// numbered in the same order. Corners are numbered from 0 within the tile, first the vertices that
+/// the tile owns, then those of other tiles.
+///
+/// All numbers that a tile returns are in range, whatever its bytes are. Arguments out of range
+/// cause a panic.
 #[derive(Clone)]
 pub struct Tile {
     id: TileId,
@@ -58,83 +62,85 @@ pub struct Tile {
     border_neighbours: Packed,
     core_links: Packed,
     border_vertex_sides: Packed,
-    /// Pairs of corners: the constraint edges of a file without triangles.
+    /// The constraint edges of a file without triangles, as pairs of corners.
     edges: Option<Packed>,
-    /// Of the sides of the core, and of the border.
-    side_bits: [SideBits; 2],
-    /// Of the edges between two triangles of the core, and of the others that belong to the tile.
-    sources: [Option<Sources>; 2],
+    /// The bits of the half-edges of the core, and of the border.
+    half_edge_bits: [HalfEdgeBits; 2],
+    /// The sources of the edges between two triangles of the core, and of the other edges that
+    /// belong to the tile.
+    sources: [Option<EdgeSources>; 2],
     regions: Regions,
     sites: Option<Sites>,
-    /// What queries note.
+    /// Notes that queries store.
     notes: Arc<Notes>,
 }
 
-/// Bytes of a foreign vertex in a border.
+/// The size of a foreign vertex in a border, in bytes.
 const FOREIGN: usize = 24;
 
 impl Tile {
-    /// The number of the tile.
+    /// Returns the number of the tile.
     #[must_use]
     pub fn id(&self) -> TileId {
         self.id
     }
 
-    /// Vertices that the tile owns.
+    /// Returns the number of vertices that the tile owns.
     #[must_use]
     pub fn vertex_count(&self) -> u32 {
         self.records.len() as u32
     }
 
-    /// The vertices that the tile owns.
+    /// Returns the indices of the vertices that the tile owns.
     #[inline]
     pub fn vertex_indices(&self) -> impl DoubleEndedIterator<Item = VertexIndex> + ExactSizeIterator + Clone + use<> {
         (0..self.vertex_count()).map(VertexIndex)
     }
 
-    /// Whether a corner is a vertex that the tile owns.
+    /// Returns whether a corner is a vertex that the tile owns.
     #[inline]
     #[must_use]
     pub fn has_vertex(&self, corner: VertexIndex) -> bool {
         corner.0 < self.vertex_count()
     }
 
-    /// Triangles of the core.
+    /// Returns the number of triangles in the core.
     #[must_use]
     pub fn core_triangle_count(&self) -> u32 {
         (self.triangles.len() / 3) as u32
     }
 
-    /// Triangles of core and border.
+    /// Returns the number of triangles in core and border.
     #[must_use]
     pub fn triangle_count(&self) -> u32 {
         ((self.triangles.len() + self.border_triangles.len()) / 3) as u32
     }
 
-    /// The triangles of core and border.
+    /// Returns the ids of the triangles in core and border.
     #[inline]
     pub fn triangle_ids(&self) -> impl DoubleEndedIterator<Item = TriangleId> + ExactSizeIterator + Clone + use<> {
         (0..self.triangle_count()).map(TriangleId)
     }
 
-    /// The triangles of the border.
+    /// Returns the ids of the triangles in the border.
     #[inline]
     pub(crate) fn border_triangle_ids(&self) -> impl ExactSizeIterator<Item = TriangleId> + use<> {
         (self.core_triangle_count()..self.triangle_count()).map(TriangleId)
     }
 
-    /// Vertices of the tile, and those of others at corners of its triangles.
+    /// Returns the number of corners: vertices of the tile, and vertices of other tiles that are
+    /// corners of its triangles.
     #[inline]
     pub(crate) fn corner_count(&self) -> usize {
         self.records.len() + self.foreign_count()
     }
 
-    /// Corners that other tiles own.
+    /// Returns the number of corners that other tiles own.
     fn foreign_count(&self) -> usize {
         self.foreign.len() / FOREIGN
     }
 
-    /// Bytes that the tile takes in memory, more or less.
+    /// Returns the approximate number of bytes that the tile takes in memory.
     #[must_use]
     pub fn byte_size(&self) -> usize {
         let packed = [
@@ -151,8 +157,8 @@ impl Tile {
             + self.edges.as_ref().map_or(0, Packed::byte_size)
             + self.z.as_ref().map_or(0, Bytes::len)
             + self.foreign.len()
-            + self.side_bits.iter().map(SideBits::byte_size).sum::<usize>()
-            + self.sources.iter().flatten().map(Sources::byte_size).sum::<usize>()
+            + self.half_edge_bits.iter().map(HalfEdgeBits::byte_size).sum::<usize>()
+            + self.sources.iter().flatten().map(EdgeSources::byte_size).sum::<usize>()
             + self.regions.byte_size()
             + self.sites.as_ref().map_or(0, Sites::byte_size)
             + packed.iter().map(|p| p.byte_size()).sum::<usize>();
@@ -160,7 +166,7 @@ impl Tile {
         size_of::<Self>() + memory_of(of_file) + noted
     }
 
-    /// Where a corner is: a vertex of the tile, or of another one.
+    /// Returns the point of a corner, which is a vertex of this tile or of another one.
     #[inline]
     #[must_use]
     pub fn point(&self, corner: VertexIndex) -> Point {
@@ -173,24 +179,24 @@ impl Tile {
         Point::new(f64_at(bytes, at), f64_at(bytes, at + 8))
     }
 
-    /// All vertices of the tile.
+    /// Returns the points of the vertices that the tile owns.
     pub fn points(&self) -> impl ExactSizeIterator<Item = Point> {
         self.vertex_indices().map(|vertex| self.point(vertex))
     }
 
-    /// The z of a vertex of the tile, if the file has any.
+    /// Returns the z of a vertex of the tile, or `None` if the file has no z.
     #[must_use]
     pub fn z(&self, vertex: VertexIndex) -> Option<f64> {
         self.z.as_ref().map(|z| f64_at(z, 8 * vertex.index()))
     }
 
-    /// The number of the input record that a vertex of the tile came from.
+    /// Returns the number of the input record that a vertex of the tile came from.
     #[must_use]
     pub fn record(&self, vertex: VertexIndex) -> u64 {
         self.first_record + self.records.get(vertex.index())
     }
 
-    /// The vertex behind a corner.
+    /// Returns the vertex at a corner.
     #[must_use]
     pub fn vertex(&self, corner: VertexIndex) -> Vertex {
         let id = if self.has_vertex(corner) {
@@ -211,27 +217,28 @@ impl Tile {
         }
     }
 
-    /// The corners of a triangle, counter-clockwise.
+    /// Returns the corners of a triangle, counter-clockwise.
     #[inline]
     #[must_use]
     pub fn corners(&self, triangle: TriangleId) -> [VertexIndex; 3] {
         HalfEdge::of_triangle(triangle).map(|half_edge| self.origin(half_edge))
     }
 
-    /// The vertices of a triangle, counter-clockwise.
+    /// Returns the vertices of a triangle, counter-clockwise.
     #[must_use]
     pub fn vertices(&self, triangle: TriangleId) -> [Vertex; 3] {
         self.corners(triangle).map(|corner| self.vertex(corner))
     }
 
-    /// The places of a triangle's corners.
+    /// Returns the points of a triangle's corners, counter-clockwise.
     #[inline]
     #[must_use]
     pub fn triangle_points(&self, triangle: TriangleId) -> [Point; 3] {
         self.corners(triangle).map(|corner| self.point(corner))
     }
 
-    /// Whether a triangle belongs to this tile: in a scan over all tiles each triangle belongs to exactly one.
+    /// Returns whether a triangle belongs to this tile. Each triangle of the file belongs to
+    /// exactly one tile.
     #[must_use]
     pub fn owns(&self, triangle: TriangleId) -> bool {
         if triangle.0 < self.core_triangle_count() {
@@ -243,77 +250,79 @@ impl Tile {
             .is_some_and(|smallest| self.has_vertex(smallest))
     }
 
-    /// The triangles that belong to this tile.
+    /// Returns the triangles that belong to this tile.
     pub fn owned_triangles(&self) -> impl Iterator<Item = TriangleId> {
         self.triangle_ids().filter(|&triangle| self.owns(triangle))
     }
 
-    /// The number of the region that a triangle belongs to: what is connected without passing a constraint. 0 in files
-    /// that know no regions.
+    /// Returns the number of the region of a triangle. A region is a set of triangles that are
+    /// connected without crossing a constraint. Returns 0 in files without regions.
     #[must_use]
     pub fn region(&self, triangle: TriangleId) -> u64 {
         self.component(triangle).region
     }
 
-    /// By how many obstacles a triangle is covered.
+    /// Returns the number of obstacles that cover a triangle.
     #[must_use]
     pub fn depth(&self, triangle: TriangleId) -> i32 {
         self.component(triangle).depth
     }
 
-    /// Whether a triangle belongs to a hole.
+    /// Returns whether a triangle belongs to a hole.
     #[must_use]
     pub fn is_hole(&self, triangle: TriangleId) -> bool {
         self.component(triangle).is_hole
     }
 
-    /// What is true of a triangle and all that it is connected with in the tile.
+    /// Returns the properties of the component of a triangle. A component is a set of triangles
+    /// that are connected within the tile without crossing a constraint.
     pub(crate) fn component(&self, triangle: TriangleId) -> Component {
         self.component_at(self.component_number(triangle))
     }
 
-    /// The number of the component that a triangle belongs to.
+    /// Returns the number of the component of a triangle.
     pub(crate) fn component_number(&self, triangle: TriangleId) -> u32 {
         let count = self.triangle_count();
         assert!(triangle.0 < count, "tile {} has no triangle {triangle}", self.id);
         self.regions.number(triangle.index()) as u32
     }
 
-    /// What is true of a component, by its number.
+    /// Returns the properties of a component by its number.
     pub(crate) fn component_at(&self, number: u32) -> Component {
         self.regions.component(number as usize)
     }
 
-    /// How many components there are: one at least.
+    /// Returns the number of components, at least 1.
     pub(crate) fn component_count(&self) -> u32 {
         self.regions.count() as u32
     }
 
-    /// The sites at the tile's vertices, by vertex and number. There may be several at one vertex.
+    /// Returns the sites at the tile's vertices, ordered by vertex and number. There may be several
+    /// at one vertex.
     pub fn sites(&self) -> impl Iterator<Item = Site<'_>> {
         let sites = self.sites.iter();
-        sites.flat_map(|sites| (0..sites.len()).map(|place| sites.get(place)))
+        sites.flat_map(|sites| (0..sites.len()).map(|index| sites.get(index)))
     }
 
-    /// The sites at a vertex of the tile, by number.
+    /// Returns the sites at a vertex of the tile, ordered by number.
     pub fn sites_at(&self, vertex: VertexIndex) -> impl Iterator<Item = Site<'_>> {
         let sites = self.sites.iter();
         sites.flat_map(move |sites| sites.at(vertex))
     }
 
-    /// What queries note of the tile; its clones share it.
+    /// Returns the notes that queries store for this tile. Clones share them.
     #[inline]
     pub(crate) fn notes(&self) -> &Notes {
         &self.notes
     }
 
-    /// How many sites there are at the tile's vertices.
+    /// Returns the number of sites at the tile's vertices.
     #[must_use]
     pub fn site_count(&self) -> u32 {
         self.sites.as_ref().map_or(0, |sites| sites.len() as u32)
     }
 
-    /// Whether a site lies at a vertex of the tile.
+    /// Returns whether there is a site at a vertex of the tile.
     #[must_use]
     pub fn is_site(&self, vertex: VertexIndex) -> bool {
         assert!(self.has_vertex(vertex), "tile {} has no vertex {vertex}", self.id);

@@ -1,4 +1,4 @@
-//! What verifying finds wrong, and what it says when it finds nothing.
+//! The errors and the report of verification.
 
 use crate::geometry::{Point, TriangleId};
 use crate::store::error::ReadError;
@@ -6,10 +6,10 @@ use crate::store::format::edge_source::EdgeSource;
 use crate::store::format::ids::TileId;
 pub(crate) use crate::store::format::tile::edges::TileEdge;
 
-/// What is wrong with a tile.
+/// A fault in a tile.
 #[derive(Clone, Debug)]
 pub(super) struct Fault {
-    /// The triangle of the tile, if it is one's fault.
+    /// The triangle at fault, if the fault is in one triangle.
     triangle: Option<TriangleId>,
     reason: String,
 }
@@ -29,7 +29,7 @@ impl Fault {
         }
     }
 
-    /// It is the fault of an edge.
+    /// Creates a fault of an edge.
     pub(super) fn on(edge: TileEdge, reason: impl Into<String>) -> Self {
         match edge {
             TileEdge::HalfEdge(half_edge) => Self::at(half_edge.triangle(), reason),
@@ -46,11 +46,11 @@ impl Fault {
     }
 }
 
-/// What is wrong with a file.
+/// An error found by verifying a file.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum VerifyError {
-    /// A part cannot be read, or is damaged.
+    /// A part of the file cannot be read, or is damaged.
     #[error(transparent)]
     Read(#[from] ReadError),
     /// A tile contradicts itself, or is no Delaunay triangulation.
@@ -69,46 +69,47 @@ pub enum VerifyError {
     /// The input cannot be read, or cannot be compared with the file.
     #[error("{0}")]
     Input(String),
-    /// A point of the input is not in the file, or a vertex not in the input.
+    /// A point of the input is not in the file, or a vertex is not in the input.
     #[error("{0}")]
     Points(String),
-    /// A line of the input is not in the file, or one of the file not in the input.
+    /// A line of the input is not in the file, or a line of the file is not in the input.
     #[error(
         "{} {} from ({}, {}) to ({}, {}) {reason}",
         line.kind(), line.number(), ends[0].x, ends[0].y, ends[1].x, ends[1].y
     )]
     Line {
-        /// The line, seen from the first end to the second.
+        /// The line, as seen from the first end to the second.
         line: EdgeSource,
-        /// The ends of a segment of it, or of an edge.
+        /// The ends of a segment of the line, or of an edge.
         ends: [Point; 2],
-        /// What is wrong with it.
+        /// What is wrong with the line.
         reason: &'static str,
     },
-    /// A site of the input is not in the file, or one of the file not in the input.
+    /// A site of the input is not in the file, or a site of the file is not in the input.
     #[error("{0}")]
     Sites(String),
 }
 
-/// What was checked.
+/// The amounts that were checked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct VerifyReport {
-    /// Tiles.
+    /// The number of tiles.
     pub tiles: u64,
-    /// Vertices.
+    /// The number of vertices.
     pub vertices: u64,
-    /// Triangles.
+    /// The number of triangles.
     pub triangles: u64,
-    /// Edges that are constraints or whose circle is empty; 0 unless the check was deep.
+    /// The number of edges that are constraints or have an empty circle; 0 unless the check was
+    /// deep.
     pub edges: u64,
-    /// Those that are constraints.
+    /// The number of edges that are constraints.
     pub constraint_edges: u64,
-    /// Regions; 0 unless the check was deep and the file knows them.
+    /// The number of regions; 0 unless the check was deep and the file has regions.
     pub regions: u64,
-    /// Those that are holes.
+    /// The number of regions that are holes.
     pub hole_regions: u64,
-    /// Segments of the input that were compared.
+    /// The number of segments of the input that were compared.
     pub segments: u64,
-    /// Sites of the input that were compared.
+    /// The number of sites of the input that were compared.
     pub sites: u64,
 }

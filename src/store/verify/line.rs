@@ -1,7 +1,9 @@
-//! A file without triangles: all its vertices lie on one line, and its constraint edges join each with the next one there.
+//! Checks of a file without triangles: all its vertices are on one line, and its constraint edges
+//! connect consecutive vertices.
 //!
-//! Cells are convex, so each has a stretch of the line. Of a tile is noted where its stretch begins and ends, and which vertex
-//! of another tile it names as the next; that must be the first one of the next stretch.
+//! Cells are convex, so each tile has an interval of the line. For each tile, the check notes the
+//! first vertex of its interval, and the vertex of another tile that its last edge leads to. That
+//! vertex must be the first one of the next interval.
 
 use futures::stream::StreamExt;
 
@@ -12,8 +14,8 @@ use crate::store::format::tile::{Tile, Vertex};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError};
 
-/// The part of the line that a tile has.
-struct Stretch {
+/// The interval of the line that a tile has.
+struct LineInterval {
     tile: TileId,
     first: Vertex,
     /// The vertex of another tile that an edge leads to.
@@ -25,31 +27,31 @@ impl TileReader {
     pub(super) async fn verify_on_line(&self) -> Result<(), VerifyError> {
         let lines = &self.directory().metadata.lines;
         let mut start: Vec<Point> = Vec::with_capacity(2);
-        let mut stretches = Vec::new();
+        let mut intervals = Vec::new();
         let mut tiles = self.tiles();
         while let Some(tile) = tiles.next().await {
             let tile = tile?;
             check_collinear(&tile, &mut start).map_err(|fault| fault.of(tile.id()))?;
-            stretches.extend(check_edges(&tile, lines).map_err(|fault| fault.of(tile.id()))?);
+            intervals.extend(check_edges(&tile, lines).map_err(|fault| fault.of(tile.id()))?);
         }
-        stretches.sort_unstable_by(|a, b| a.first.point.lex_cmp(b.first.point));
-        for (place, stretch) in stretches.iter().enumerate() {
-            let follows = stretches.get(place + 1).map(|next| next.first);
-            if stretch.next.is_some() && stretch.next != follows {
+        intervals.sort_unstable_by(|a, b| a.first.point.lex_cmp(b.first.point));
+        for (index, interval) in intervals.iter().enumerate() {
+            let follows = intervals.get(index + 1).map(|next| next.first);
+            if interval.next.is_some() && interval.next != follows {
                 let reason = "its last edge leads to a vertex that is not the next one on the line";
-                return Err(Fault::new(reason).of(stretch.tile));
+                return Err(Fault::new(reason).of(interval.tile));
             }
         }
         Ok(())
     }
 }
 
-/// The vertices of a tile are in line with the first two of the file.
+/// Checks that the vertices of a tile are collinear with the first two vertices of the file.
 fn check_collinear(tile: &Tile, start: &mut Vec<Point>) -> Result<(), Fault> {
     for (p, vertex) in tile.points().zip(0u32..) {
         match start[..] {
             [a, b] if orient2d(a, b, p) != Orientation::Collinear => {
-                let reason = format!("vertex {vertex} is not in line with others, but there are no triangles");
+                let reason = format!("vertex {vertex} is not collinear with the others, but there are no triangles");
                 return Err(Fault::new(reason));
             }
             [_, _] => {}
@@ -59,13 +61,14 @@ fn check_collinear(tile: &Tile, start: &mut Vec<Point>) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Each edge leads from a vertex to the next one on the line, and has sources that the directory knows.
-fn check_edges(tile: &Tile, lines: &[LineSource]) -> Result<Option<Stretch>, Fault> {
+/// Checks that each edge leads from a vertex to the next one on the line, and has sources that the
+/// directory lists.
+fn check_edges(tile: &Tile, lines: &[LineSource]) -> Result<Option<LineInterval>, Fault> {
     let mut along: Vec<VertexIndex> = tile.vertex_indices().collect();
     along.sort_unstable_by(|&a, &b| tile.point(a).lex_cmp(tile.point(b)));
-    let mut places = vec![0; along.len()];
-    for (&vertex, place) in along.iter().zip(0usize..) {
-        places[vertex.index()] = place;
+    let mut positions = vec![0; along.len()];
+    for (&vertex, position) in along.iter().zip(0usize..) {
+        positions[vertex.index()] = position;
     }
     let Some(&first) = along.first() else {
         return Ok(None);
@@ -73,7 +76,7 @@ fn check_edges(tile: &Tile, lines: &[LineSource]) -> Result<Option<Stretch>, Fau
     let mut next = None;
     for edge in tile.owned_constraints() {
         let [from, to] = tile.ends(edge);
-        let follows = along.get(places[from.id.index.index()] + 1);
+        let follows = along.get(positions[from.id.index.index()] + 1);
         let is_next = match follows {
             Some(&index) => to.id == VertexId { tile: tile.id(), index },
             None => to.id.tile != tile.id(),
@@ -96,7 +99,7 @@ fn check_edges(tile: &Tile, lines: &[LineSource]) -> Result<Option<Stretch>, Fau
             return Err(Fault::new(reason));
         }
     }
-    Ok(Some(Stretch {
+    Ok(Some(LineInterval {
         tile: tile.id(),
         first: tile.vertex(first),
         next,

@@ -1,24 +1,28 @@
-//! The file against its lines: every segment of the input is a chain of constraint edges that know it, and nothing else is a
-//! constraint.
+//! Compares the file with its lines: every segment of the input is a chain of constraint edges with
+//! its source, and nothing else is a constraint.
 //!
-//! In: segments, each with the source that it makes of the edges along it. The file is passed over once to count its
-//! *entries*, which are constraint edges with one of their sources each, and once for each part of the segments that fits in
-//! memory. A segment is looked for in the tiles whose cells it meets, since an edge belongs to the tile of its smaller
-//! end, which lies on the segment.
+//! The input consists of segments, each with the source that the edges along it must have. The
+//! first pass over the file counts its *entries*: an entry is a constraint edge with one of its
+//! sources. One more pass follows for each part of the segments that fits into memory. A segment is
+//! looked up in the tiles whose cells it meets, since an edge belongs to the tile of its smaller
+//! end, which is on the segment.
 //!
 //! ```text
-//!   a ●────●──────●───● b      entries of the segment's source on its line that start from a on and before b:
-//!        tile 3 │ tile 4        Σ hash(end) − hash(start) = hash(b) − hash(a)
+//!   a ●────●──────●───● b      entries of the segment's source on its line whose start is
+//!        tile 3 │ tile 4        at a or after it, and before b:
+//!                               Σ hash(end) − hash(start) = hash(b) − hash(a)
 //! ```
 //!
-//! All entries are taken in lexicographic direction. If the sum comes out so, and no hashes collide, then ends and starts
-//! cancel but for `a` and `b`; as all entries run in the same direction, they cover the segment once from `a` to `b`, and
-//! nothing beyond: they are a chain. In a tile the entries are in order of source, line and start, so those of a segment are
-//! neighbours, which two searches and a difference of sums find, however many of either there are.
+//! All entries are taken in lexicographic direction. If the sum has this value, and no hashes
+//! collide, then ends and starts cancel out except for `a` and `b`. As all entries run in the same
+//! direction, they cover the segment once from `a` to `b`, and nothing beyond: they are a chain. In
+//! a tile, the entries are sorted by source, line and start, so those of a segment are consecutive:
+//! two searches and a difference of sums find them, however many entries and segments there are.
 //!
-//! Each entry that some segment covers gets a bit. A break line or a wall is an edge's source once, however often it runs along
-//! it; rings of obstacles count each time, so as many segments must cover such an entry as there are of the same kind, each
-//! in its direction. At the end no bit may be left.
+//! Each entry that some segment covers gets a bit. A break line or a wall is a source of an edge
+//! once, however often it runs along the edge. Rings of obstacles count each time: the number of
+//! segments that cover such an entry must equal the number of its copies, each in its direction. At
+//! the end, all bits must be set.
 
 use std::cmp::Ordering;
 use std::ops::Range;
@@ -33,24 +37,25 @@ use crate::store::error::ReadError;
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::ids::TileId;
 use crate::store::format::tile::Tile;
-use crate::store::pass::{Needs, Plan, Workspaces, by_tile, list_for, spawn};
+use crate::store::pass::{Needs, PassPlan, Workspaces, by_tile, list_for, spawn};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
-use crate::store::verify::marks::Marks;
+use crate::store::verify::tile_bits::TileBits;
 
-/// Segments that are looked for at once, at least.
+/// The minimum number of segments that are looked up at once.
 const LEAST_SEGMENTS: u64 = 1 << 15;
-/// Places among tiles for each segment. Most meet one tile.
-const PLACES: u64 = 2;
-/// Bytes that a look-up takes for each entry of its tile.
-const BYTES_PER_ENTRY: u64 = (size_of::<Entry>() + size_of::<Sum>() + size_of::<u32>()) as u64;
+/// Room for pairs of a tile and a segment, per segment. Most segments meet one tile.
+const TILES_PER_SEGMENT: u64 = 2;
+/// Bytes that a lookup takes per entry of its tile.
+const BYTES_PER_ENTRY: u64 = (size_of::<EdgeEntry>() + size_of::<HashSum>() + size_of::<u32>()) as u64;
 
-/// Segments of the input, with what each makes of the edges along it, seen from its first end to its second.
+/// A batch of segments of the input, each with the source that it gives to the edges along it, as
+/// seen from its first end to its second.
 #[derive(Clone, Debug, Default)]
 pub struct LineBatch {
-    /// The segments by their ends. Those of no length are no edges.
+    /// The ends of each segment. Segments of length 0 are ignored.
     pub ends: Vec<[Point; 2]>,
-    /// The source of each, as long as `ends`.
+    /// The source of each segment; as long as `ends`.
     pub sources: Vec<EdgeSource>,
 }
 
@@ -63,62 +68,72 @@ impl LineBatch {
 }
 
 /// A sum of hashes, modulo 2⁶⁴ in each half.
-type Sum = [u64; 2];
+type HashSum = [u64; 2];
 
-/// A segment of the input, from its smaller end to its larger one, and the sum of what was found along it.
-struct Sought {
+/// A segment of the input, from its smaller end to its larger one, and the sum of the entries found
+/// along it.
+struct SoughtSegment {
     ends: [Point; 2],
     source: EdgeSource,
     sum: [AtomicU64; 2],
 }
 
-/// A tile, and a segment that meets its cell, by its place in the part.
-type Place = (u32, u32);
+/// A tile, and the index in the part of a segment that meets its cell.
+type TileSegment = (u32, u32);
 
-/// As many segments as are looked for at once.
+/// The segments that are looked up at once.
 #[derive(Default)]
-struct Part {
-    segments: Vec<Sought>,
-    places: Vec<Place>,
+struct SegmentPart {
+    segments: Vec<SoughtSegment>,
+    tile_segments: Vec<TileSegment>,
 }
 
-/// A constraint edge of a tile and one of its sources, seen from its smaller end to its larger one.
+/// A constraint edge of a tile with one of its sources, as seen from its smaller end to its larger
+/// one.
 #[derive(Clone, Copy)]
-struct Entry {
+struct EdgeEntry {
     ends: [Point; 2],
     source: EdgeSource,
-    /// Its number in the tile, and how many there are of it, which are numbered one behind the other.
+    /// The number of its first copy in the tile, and the number of copies, which are numbered
+    /// consecutively.
     number: u32,
     copies: u32,
 }
 
-/// What a thread computes in.
+/// The workspace of a thread.
 #[derive(Default)]
 struct Workspace {
-    entries: Vec<Entry>,
-    /// The sum over all entries before each.
-    sums: Vec<Sum>,
-    /// By how many segments more each is covered than the one before it.
-    more: Vec<u32>,
+    entries: Vec<EdgeEntry>,
+    /// For each entry, the sum over all entries before it; at the end, the sum over all entries.
+    sums: Vec<HashSum>,
+    /// For each entry, the number of segments that cover it less the number that cover the entry
+    /// before it.
+    cover_changes: Vec<u32>,
 }
 
-/// An entry that more segments run along than there should be.
-type Surplus = (TileId, Entry);
+/// An entry that more segments cover than it has copies.
+type Surplus = (TileId, EdgeEntry);
 
 impl TileReader {
-    /// Checks that every segment of the input is a chain of constraint edges that have its source, and that no edge has a
-    /// source, and none is a constraint, otherwise. `next` fills batches and says whether there was one.
+    /// Checks that every segment of the input is a chain of constraint edges that have its source,
+    /// and that the file has no other sources and no other constraints. `next` fills a batch and
+    /// returns whether there was one.
     ///
-    /// It is proven by sums of hashes of 128 bits: what is wrong could pass by a collision only. That the file has no edge twice and
-    /// agrees with itself is for [`verify`](Self::verify) to prove. Of a file whose lines were split where they cross, edges are beside
-    /// their lines: it is to be compared with the pieces that [`LinesToSplit`](crate::LinesToSplit) makes of these.
+    /// The proof uses sums of hashes of 128 bits: a fault could pass by a collision only. It
+    /// assumes that no edge is stored twice and that the file is consistent, which
+    /// [`verify`](Self::verify) proves. In a file whose lines were split where they cross, edges
+    /// deviate from their lines. Compare such a file with the subsegments that
+    /// [`LinesToSplit`](crate::LinesToSplit) makes of the lines.
     ///
-    /// The segments are looked for in parts, as many at once as fit in the memory that the reader may use, or in 512 MiB; each
-    /// part passes over the tiles that it meets. Beside them there is a bit for each source of an edge. Must be awaited within a tokio runtime.
+    /// The segments are looked up in parts, with as many segments as fit into the memory that the
+    /// reader may use, or into 512 MiB. Each part passes over the tiles that it meets. The check
+    /// also keeps one bit per source of an edge. Must be awaited within a tokio runtime.
     ///
     /// # Errors
-    /// The first segment, in the order of the input, that is no such chain; the first constraint that is not of the input; or what `next`
-    /// says; or if the memory does not suffice for the bits and a tile.
+    ///
+    /// Returns an error for the first segment, in the order of the input, that is no such chain;
+    /// for the first constraint that is not in the input; if `next` fails; or if the memory does
+    /// not suffice for the bits and a tile.
     pub async fn verify_lines<E: std::fmt::Display>(
         &self,
         next: impl FnMut(&mut LineBatch) -> Result<bool, E>,
@@ -128,33 +143,33 @@ impl TileReader {
         self.verify_in_parts(next, counts, plan, at_once).await
     }
 
-    /// How to pass over the tiles, and how many segments to look for at once.
-    fn plan_lines(&self, counts: &[u32]) -> Result<(Plan, usize), ReadError> {
-        const BYTES: u64 = size_of::<Sought>() as u64 + PLACES * size_of::<Place>() as u64;
+    /// Returns the plan of a pass, and the number of segments to look up at once.
+    fn plan_lines(&self, counts: &[u32]) -> Result<(PassPlan, usize), ReadError> {
+        const BYTES: u64 = size_of::<SoughtSegment>() as u64 + TILES_PER_SEGMENT * size_of::<TileSegment>() as u64;
         let entries = counts.iter().map(|&count| u64::from(count));
         let (total, most) = (entries.clone().sum(), entries.max().unwrap_or(0));
         let needs = |segments: u64| Needs {
             // One segment may meet all tiles.
-            fixed: Marks::byte_size(total) + segments * BYTES + (counts.len() * size_of::<Place>()) as u64,
+            fixed: TileBits::byte_size(total) + segments * BYTES + (counts.len() * size_of::<TileSegment>()) as u64,
             per_thread: (most + 1) * BYTES_PER_ENTRY,
             ..Needs::default()
         };
-        // There are not many more segments than entries, as a rule.
+        // As a rule, there are not many more segments than entries.
         self.plan_lookups(needs, LEAST_SEGMENTS..total.min(u32::MAX.into()), BYTES)
     }
 
-    /// Looks for the segments, so many at once.
+    /// Looks up the segments, `at_once` at a time.
     pub(super) async fn verify_in_parts<E: std::fmt::Display>(
         &self,
         mut next: impl FnMut(&mut LineBatch) -> Result<bool, E>,
         counts: Vec<u32>,
-        plan: Plan,
+        plan: PassPlan,
         at_once: usize,
     ) -> Result<VerifyReport, VerifyError> {
         let directory = self.directory();
-        let marks = Arc::new(Marks::new(counts));
+        let found_bits = Arc::new(TileBits::new(counts));
         let workspaces = Arc::new(Workspaces::default());
-        let mut part = Part::with_room(at_once, directory.tiles.len());
+        let mut part = SegmentPart::with_room(at_once, directory.tiles.len());
         let mut batch = LineBatch::default();
         let (mut segments, mut surplus, mut end) = (0, None, None);
         while end.is_none() {
@@ -170,26 +185,30 @@ impl TileReader {
                     end = Some(Err(wrong(ends, source, "has an end that is no valid point")));
                     break;
                 }
-                let place = part.push(ends, source);
-                let [from, to] = part.segments[place as usize].ends;
+                let index = part.push(ends, source);
+                let [from, to] = part.segments[index as usize].ends;
                 if from != to {
-                    let take = |tile: TileId| part.places.push((tile.0, place));
+                    let take = |tile: TileId| part.tile_segments.push((tile.0, index));
                     directory.tree.tiles_along(directory.metadata.bounds, [from, to], take);
                 }
                 segments += 1;
-                if part.segments.len() == at_once || part.places.len() > at_once * PLACES as usize {
-                    part = self.find_lines(part, &mut surplus, plan, &marks, &workspaces).await?;
+                if part.segments.len() == at_once || part.tile_segments.len() > at_once * TILES_PER_SEGMENT as usize {
+                    part = self
+                        .find_lines(part, &mut surplus, plan, &found_bits, &workspaces)
+                        .await?;
                 }
             }
         }
-        // Whatever ends the input, what came before it is reported first, however the segments were parted.
-        self.find_lines(part, &mut surplus, plan, &marks, &workspaces).await?;
+        // Whatever ends the input, a fault before the end is reported first, regardless of the
+        // parts.
+        self.find_lines(part, &mut surplus, plan, &found_bits, &workspaces)
+            .await?;
         end.unwrap_or(Ok(()))?;
         if let Some((_, entry)) = surplus {
-            let reason = "is run along more often than the file says";
+            let reason = "is covered by more segments than the file says";
             return Err(wrong(entry.ends, entry.source, reason));
         }
-        if let Some((tile, number)) = marks.first_unset() {
+        if let Some((tile, number)) = found_bits.first_unset() {
             return Err(self.not_of_the_input(tile, number).await?);
         }
         Ok(VerifyReport {
@@ -200,28 +219,29 @@ impl TileReader {
         })
     }
 
-    /// Looks for the segments of a part, tile by tile. Keeps the first entry that too many run along. Returns the memory.
+    /// Looks up the segments of a part, tile by tile. Stores in `surplus` the first entry that too
+    /// many segments cover. Returns the memory of `part`.
     async fn find_lines(
         &self,
-        mut part: Part,
+        mut part: SegmentPart,
         surplus: &mut Option<Surplus>,
-        plan: Plan,
-        marks: &Arc<Marks>,
+        plan: PassPlan,
+        found_bits: &Arc<TileBits>,
         workspaces: &Arc<Workspaces<Workspace>>,
-    ) -> Result<Part, VerifyError> {
+    ) -> Result<SegmentPart, VerifyError> {
         let sorted = spawn(move || {
-            part.places.sort_unstable();
+            part.tile_segments.sort_unstable();
             Arc::new(part)
         });
         let mut part = sorted.await?;
-        let groups = by_tile(&part.places, |place| place.0);
-        let (of_all, marks, workspaces) = (Arc::clone(&part), Arc::clone(marks), Arc::clone(workspaces));
+        let groups = by_tile(&part.tile_segments, |tile_segment| tile_segment.0);
+        let (of_all, found_bits, workspaces) = (Arc::clone(&part), Arc::clone(found_bits), Arc::clone(workspaces));
         let mut tiles = self.for_some_tiles(groups, plan, move |tile, group| {
-            let found = workspaces.with(|workspace| workspace.find(&tile, &of_all, group, &marks));
+            let found = workspaces.with(|workspace| workspace.find(&tile, &of_all, group, &found_bits));
             found.map(|entry| (tile.id(), entry))
         });
         while let Some(found) = tiles.next().await {
-            // Tiles come in order, so that it is the same however the segments are parted.
+            // The first by tile and number does not depend on the parts.
             if let Some(found) = found?
                 && surplus.is_none_or(|(tile, entry)| (found.0, found.1.number) < (tile, entry.number))
             {
@@ -230,26 +250,22 @@ impl TileReader {
         }
         drop(tiles);
         if let Some(segment) = part.segments.iter().find(|segment| !segment.is_chain()) {
-            let reason = "is no chain of edges that come from it";
+            let reason = "is not a chain of edges that come from it";
             return Err(wrong(segment.ends, segment.source, reason));
         }
-        // Tasks that are done hold it no more.
+        // Finished tasks no longer hold a reference.
         Ok(Arc::get_mut(&mut part)
             .map(std::mem::take)
-            .map_or_else(Part::default, Part::emptied))
+            .map_or_else(SegmentPart::default, SegmentPart::emptied))
     }
 
-    /// Names an entry that no segment runs along.
+    /// Returns the error for an entry that no segment covers.
     async fn not_of_the_input(&self, tile: TileId, number: u32) -> Result<VerifyError, ReadError> {
         let tile = self.tile(tile).await?;
         let entry = entries(&tile).find(|entry| (entry.number..entry.number + entry.copies).contains(&number));
         Ok(match entry {
-            Some(entry) => wrong(
-                entry.ends,
-                entry.source,
-                "is an edge of the file, but not so in the input",
-            ),
-            None => Fault::new("it has another number of sources than before").of(tile.id()),
+            Some(entry) => wrong(entry.ends, entry.source, "is an edge of the file, but not of the input"),
+            None => Fault::new("the number of its sources changed between two reads").of(tile.id()),
         })
     }
 }
@@ -266,33 +282,34 @@ fn unequal(batch: &LineBatch) -> String {
     )
 }
 
-/// From the smaller end to the larger one.
-fn in_order([from, to]: [Point; 2], source: EdgeSource) -> ([Point; 2], EdgeSource) {
+/// Returns the segment from its smaller end to its larger one.
+fn forward([from, to]: [Point; 2], source: EdgeSource) -> ([Point; 2], EdgeSource) {
     match from.lex_cmp(to).is_le() {
         true => ([from, to], source),
         false => ([to, from], source.reversed()),
     }
 }
 
-impl Part {
-    /// For so many segments, the last of which may meet all tiles.
+impl SegmentPart {
+    /// Creates a part with room for `segments` segments, the last of which may meet all `tiles`
+    /// tiles.
     fn with_room(segments: usize, tiles: usize) -> Self {
         Self {
             segments: list_for(segments),
-            places: list_for(segments * PLACES as usize + tiles),
+            tile_segments: list_for(segments * TILES_PER_SEGMENT as usize + tiles),
         }
     }
 
     fn emptied(mut self) -> Self {
         self.segments.clear();
-        self.places.clear();
+        self.tile_segments.clear();
         self
     }
 
-    /// Takes a segment, and tells its place.
+    /// Adds a segment and returns its index.
     fn push(&mut self, ends: [Point; 2], source: EdgeSource) -> u32 {
-        let (ends, source) = in_order(ends.map(Point::normalized), source);
-        self.segments.push(Sought {
+        let (ends, source) = forward(ends.map(Point::normalized), source);
+        self.segments.push(SoughtSegment {
             ends,
             source,
             sum: Default::default(),
@@ -301,18 +318,18 @@ impl Part {
     }
 }
 
-impl Sought {
+impl SoughtSegment {
     fn is_chain(&self) -> bool {
         let [sum, expected] = [
             self.sum.each_ref().map(|half| half.load(Memory::Relaxed)),
-            change(self.ends),
+            hash_difference(self.ends),
         ];
         sum == expected
     }
 }
 
-impl Entry {
-    /// The order among entries of a line of the plane with a source, from a point on it on.
+impl EdgeEntry {
+    /// Compares the entry with a position: a source, a line in the plane, and a point on it.
     fn compare(&self, ends: [Point; 2], source: EdgeSource, from: Point) -> Ordering {
         let line = || compare_lines(self.ends, ends);
         let sources = self.source.cmp(&source);
@@ -320,8 +337,8 @@ impl Entry {
     }
 }
 
-/// The hash of the end less that of the start.
-fn change([from, to]: [Point; 2]) -> Sum {
+/// Returns the hash of the end less the hash of the start.
+fn hash_difference([from, to]: [Point; 2]) -> HashSum {
     let [from, to] = [from, to].map(|p| {
         let mut bytes = [0; 16];
         bytes[..8].copy_from_slice(&p.x.to_le_bytes());
@@ -332,14 +349,14 @@ fn change([from, to]: [Point; 2]) -> Sum {
     [to[0].wrapping_sub(from[0]), to[1].wrapping_sub(from[1])]
 }
 
-/// The entries of a tile, numbered in the order in which they stand there.
-fn entries(tile: &Tile) -> impl Iterator<Item = Entry> {
+/// Returns the entries of a tile, numbered in the order in which they are stored.
+fn entries(tile: &Tile) -> impl Iterator<Item = EdgeEntry> {
     let mut number = 0;
     tile.owned_constraints()
         .flat_map(move |edge| {
             let ends = tile.ends(edge).map(|vertex| vertex.point);
             let mut sources = tile.edge_sources(edge).peekable();
-            // The same ones are neighbours.
+            // Equal sources are consecutive.
             std::iter::from_fn(move || {
                 let source = sources.next()?;
                 let mut copies = 1;
@@ -350,9 +367,9 @@ fn entries(tile: &Tile) -> impl Iterator<Item = Entry> {
             })
         })
         .map(move |(ends, source, copies)| {
-            let (ends, source) = in_order(ends, source);
+            let (ends, source) = forward(ends, source);
             number += copies;
-            Entry {
+            EdgeEntry {
                 ends,
                 source,
                 number: number - copies,
@@ -361,7 +378,7 @@ fn entries(tile: &Tile) -> impl Iterator<Item = Entry> {
         })
 }
 
-/// How many entries a tile has, copies counted.
+/// Returns the number of entries of a tile, including copies.
 pub(super) fn count(tile: &Tile) -> Result<u32, Fault> {
     let mut edges = 0;
     for edge in tile.owned_constraints() {
@@ -393,47 +410,58 @@ pub(super) fn count(tile: &Tile) -> Result<u32, Fault> {
 }
 
 impl Workspace {
-    /// Looks for a group of the part's segments in a tile: adds what is found to their sums, and marks it. Returns the first entry that
-    /// more segments run along than there are copies of it.
-    fn find(&mut self, tile: &Tile, part: &Part, group: Range<usize>, marks: &Marks) -> Option<Entry> {
-        let Self { entries, sums, more } = self;
+    /// Looks up a group of the part's segments in a tile: adds the entries found to the segments'
+    /// sums, and sets their bits. Returns the first entry that more segments cover than it has
+    /// copies.
+    fn find(
+        &mut self,
+        tile: &Tile,
+        part: &SegmentPart,
+        group: Range<usize>,
+        found_bits: &TileBits,
+    ) -> Option<EdgeEntry> {
+        let Self {
+            entries,
+            sums,
+            cover_changes,
+        } = self;
         entries.clear();
         entries.extend(self::entries(tile));
         entries.sort_unstable_by(|a, b| a.compare(b.ends, b.source, b.ends[0]));
         sums.clear();
-        let mut sum = Sum::default();
+        let mut sum = HashSum::default();
         for entry in &*entries {
             sums.push(sum);
-            sum = plus(sum, change(entry.ends));
+            sum = plus(sum, hash_difference(entry.ends));
         }
         sums.push(sum);
-        more.clear();
-        more.resize(sums.len(), 0);
-        for &(_, place) in &part.places[group] {
-            let Sought { ends, source, sum } = &part.segments[place as usize];
+        cover_changes.clear();
+        cover_changes.resize(sums.len(), 0);
+        for &(_, index) in &part.tile_segments[group] {
+            let SoughtSegment { ends, source, sum } = &part.segments[index as usize];
             let [start, end] = ends.map(|from| entries.partition_point(|e| e.compare(*ends, *source, from).is_lt()));
             for half in 0..2 {
                 sum[half].fetch_add(sums[end][half].wrapping_sub(sums[start][half]), Memory::Relaxed);
             }
-            more[start] = more[start].wrapping_add(1);
-            more[end] = more[end].wrapping_sub(1);
+            cover_changes[start] = cover_changes[start].wrapping_add(1);
+            cover_changes[end] = cover_changes[end].wrapping_sub(1);
         }
-        let (mut covers, mut surplus) = (0u32, None::<Entry>);
-        for (entry, more) in entries.iter().zip(more) {
-            covers = covers.wrapping_add(*more);
-            let is_enough = match entry.source.kind() {
+        let (mut covers, mut surplus) = (0u32, None::<EdgeEntry>);
+        for (entry, change) in entries.iter().zip(cover_changes) {
+            covers = covers.wrapping_add(*change);
+            let fits = match entry.source.kind() {
                 LineKind::Obstacle => {
                     let copies = entry.number..entry.number + entry.copies;
-                    marks.set_more(tile.id(), copies, covers as usize) == covers as usize
+                    found_bits.set_more(tile.id(), copies, covers as usize) == covers as usize
                 }
                 LineKind::BreakLine | LineKind::Wall => {
                     if covers > 0 {
-                        marks.set(tile.id(), entry.number);
+                        found_bits.set(tile.id(), entry.number);
                     }
                     true
                 }
             };
-            if !is_enough && surplus.is_none_or(|first| entry.number < first.number) {
+            if !fits && surplus.is_none_or(|first| entry.number < first.number) {
                 surplus = Some(*entry);
             }
         }
@@ -441,6 +469,6 @@ impl Workspace {
     }
 }
 
-fn plus(one: Sum, other: Sum) -> Sum {
+fn plus(one: HashSum, other: HashSum) -> HashSum {
     [one[0].wrapping_add(other[0]), one[1].wrapping_add(other[1])]
 }

@@ -1,4 +1,5 @@
-//! The file against its input: every point is a vertex, and every vertex is the record that it says.
+//! Compares the file with its points: every point is a vertex, and every vertex has the position
+//! and the z of its record.
 
 use std::sync::Arc;
 
@@ -10,50 +11,54 @@ use crate::store::error::ReadError;
 use crate::store::format::directory::Directory;
 use crate::store::format::ids::TileId;
 use crate::store::format::tile::Tile;
-use crate::store::pass::{Needs, Plan, Workspaces, by_tile, list_for, spawn};
+use crate::store::pass::{Needs, PassPlan, Workspaces, by_tile, list_for, spawn};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{VerifyError, VerifyReport};
 
-/// Points that are looked up at once, at least.
+/// The minimum number of points that are looked up at once.
 const LEAST_POINTS: u64 = 1 << 16;
-/// Bytes that a look-up takes for each vertex of its tile: place and number to search in, and the number of what is found.
+/// Bytes that a lookup takes per vertex of its tile: point and index for the search, and the index
+/// of the result.
 const BYTES_PER_VERTEX: u64 = (size_of::<(Point, u32)>() + size_of::<u32>()) as u64;
 
-/// A point of the input, by the tile that must have it.
-struct Sought {
+/// A point of the input, and the tile that must have it.
+struct SoughtPoint {
     tile: u32,
     record: u64,
     point: Point,
     z: f64,
 }
 
-/// The vertices of a tile in lexicographical order, with their numbers.
-type Vertices = Vec<(Point, VertexIndex)>;
+/// The vertices of a tile with their indices, in lexicographical order.
+type SortedVertices = Vec<(Point, VertexIndex)>;
 
-/// Which vertices have been found in the input.
-struct Seen {
-    /// For each tile the number of its first vertex.
+/// A bit for each vertex that says whether it was found in the input.
+struct SeenVertices {
+    /// For each tile, the number of its first vertex.
     first: Vec<u64>,
     bits: Vec<u64>,
 }
 
 impl TileReader {
-    /// Checks that every point of the input is a vertex of the file, and that the record of every vertex lies where the
-    /// vertex does, with the same z. `next` fills batches and says whether there was one.
+    /// Checks that every point of the input is a vertex of the file, and that each vertex has the
+    /// position and the z of its record. `next` fills a batch and returns whether there was one.
     ///
-    /// The points are looked up in parts, as many at once as fit in the memory that the reader may use, or in 512 MiB; each
-    /// part passes over the file once. Beside them there is a bit for each vertex. Must be awaited within a tokio runtime.
+    /// The points are looked up in parts, with as many points as fit into the memory that the
+    /// reader may use, or into 512 MiB. Each part passes over the file once. The check also keeps
+    /// one bit per vertex. Must be awaited within a tokio runtime.
     ///
     /// # Errors
-    /// The first point, in the order of the input, that is no vertex; the first vertex that is no point; or what `next` says;
-    /// or if the memory does not suffice for the bits and a tile.
+    ///
+    /// Returns an error for the first point, in the order of the input, that is no vertex; for the
+    /// first vertex that is no point; if `next` fails; or if the memory does not suffice for the
+    /// bits and a tile.
     pub async fn verify_points<E: std::fmt::Display>(
         &self,
         mut next: impl FnMut(&mut PointBatch) -> Result<bool, E>,
     ) -> Result<VerifyReport, VerifyError> {
         let directory = self.directory();
         let (plan, at_once) = self.plan_points()?;
-        let mut seen = Seen::new(self);
+        let mut seen = SeenVertices::new(self);
         let mut batch = PointBatch::default();
         let mut sought = list_for(at_once);
         let vertices = Arc::default();
@@ -72,10 +77,10 @@ impl TileReader {
                     end = Some(Err(missing(record, point)));
                     break;
                 };
-                // Without z it is 0, if the file has z.
+                // A point without z has z 0, if the file has z.
                 let z = batch.z.get(i).copied().filter(|z| !z.is_nan()).unwrap_or(0.0);
                 points += 1;
-                sought.push(Sought {
+                sought.push(SoughtPoint {
                     tile: tile.0,
                     record,
                     point,
@@ -86,14 +91,15 @@ impl TileReader {
                 }
             }
         }
-        // Whatever ends the input, what came before it is reported first, however the points were parted.
+        // Whatever ends the input, a fault before the end is reported first, regardless of the
+        // parts.
         self.find(sought, &mut seen, plan, &vertices).await?;
         end.unwrap_or(Ok(()))?;
         if let Some((tile, vertex)) = seen.first_unseen(directory.metadata.vertices) {
             let tile = self.tile(tile).await?;
             let (record, p) = (tile.record(vertex), tile.point(vertex));
             return Err(VerifyError::Points(format!(
-                "vertex {vertex} of tile {} at ({}, {}) says that it is record {record}, but that lies elsewhere or has another z",
+                "vertex {vertex} of tile {} at ({}, {}) says that it is record {record}, but that record has another position or another z",
                 tile.id(),
                 p.x,
                 p.y
@@ -106,30 +112,31 @@ impl TileReader {
         })
     }
 
-    /// How to pass over the tiles, and how many points to look up at once.
-    fn plan_points(&self) -> Result<(Plan, usize), ReadError> {
+    /// Returns the plan of a pass, and the number of points to look up at once.
+    fn plan_points(&self) -> Result<(PassPlan, usize), ReadError> {
         let directory = self.directory();
         let needs = |points: u64| Needs {
-            fixed: Seen::byte_size(directory) + points * size_of::<Sought>() as u64,
+            fixed: SeenVertices::byte_size(directory) + points * size_of::<SoughtPoint>() as u64,
             per_vertex: BYTES_PER_VERTEX,
             ..Needs::default()
         };
-        // The file has room for its vertices, whatever it says of points.
+        // The file certainly has room for its vertices, whatever it claims about points.
         self.plan_lookups(
             needs,
             LEAST_POINTS..directory.metadata.vertices,
-            size_of::<Sought>() as u64,
+            size_of::<SoughtPoint>() as u64,
         )
     }
 
-    /// Looks the points up, tile by tile; `vertices` is what to compute in. Returns their memory.
+    /// Looks the points up, tile by tile. `vertices` provides workspaces. Returns the memory of
+    /// `sought`.
     async fn find(
         &self,
-        mut sought: Vec<Sought>,
-        seen: &mut Seen,
-        plan: Plan,
-        vertices: &Arc<Workspaces<Vertices>>,
-    ) -> Result<Vec<Sought>, VerifyError> {
+        mut sought: Vec<SoughtPoint>,
+        seen: &mut SeenVertices,
+        plan: PassPlan,
+        vertices: &Arc<Workspaces<SortedVertices>>,
+    ) -> Result<Vec<SoughtPoint>, VerifyError> {
         let sorted = spawn(move || {
             sought.sort_unstable_by_key(|s| (s.tile, s.record));
             Arc::new(sought)
@@ -141,7 +148,8 @@ impl TileReader {
             let found = vertices.with(|vertices| find_in_tile(&tile, &sought_by_all[group], vertices));
             (tile.id(), found)
         });
-        // Points come in the order of their records, so the first that is missing is the same however they are parted.
+        // Points are in the order of their records, so the first missing point does not depend on
+        // the parts.
         let mut first_missing: Option<(u64, Point)> = None;
         while let Some(lookup) = lookups.next().await {
             let (tile, found) = lookup?;
@@ -157,7 +165,7 @@ impl TileReader {
         if let Some((record, p)) = first_missing {
             return Err(missing(record, p));
         }
-        // Tasks that are done hold it no more.
+        // Finished tasks no longer hold a reference.
         Ok(match Arc::get_mut(&mut sought) {
             Some(sought) => {
                 let mut sought = std::mem::take(sought);
@@ -169,10 +177,11 @@ impl TileReader {
     }
 }
 
-/// Looks up the points that a tile must have: the vertices that are what they say, or the first point that is missing.
+/// Looks up the points that a tile must have. Returns the vertices that match their records, or the
+/// first missing point.
 fn find_in_tile(
     tile: &Tile,
-    group: &[Sought],
+    group: &[SoughtPoint],
     vertices: &mut Vec<(Point, VertexIndex)>,
 ) -> Result<Vec<VertexIndex>, (u64, Point)> {
     vertices.clear();
@@ -180,13 +189,13 @@ fn find_in_tile(
     vertices.sort_unstable_by(|a, b| a.0.lex_cmp(b.0));
     let mut found = Vec::with_capacity(group.len().min(vertices.len()));
     for s in group {
-        let place = vertices.binary_search_by(|v| v.0.lex_cmp(s.point));
-        let Ok(place) = place else {
+        let index = vertices.binary_search_by(|v| v.0.lex_cmp(s.point));
+        let Ok(index) = index else {
             return Err((s.record, s.point));
         };
-        let vertex = vertices[place].1;
+        let vertex = vertices[index].1;
         let z = tile.z(vertex).unwrap_or(0.0);
-        // No two records are the same, so there are no more of these than vertices.
+        // Records are distinct, so at most as many are found as there are vertices.
         if tile.record(vertex) == s.record && (z == s.z || tile.z(vertex).is_none()) {
             found.push(vertex);
         }
@@ -198,8 +207,8 @@ fn missing(record: u64, p: Point) -> VerifyError {
     VerifyError::Points(format!("record {record} at ({}, {}) is not in the file", p.x, p.y))
 }
 
-impl Seen {
-    /// Bytes that it takes; those for each tile count with the directory.
+impl SeenVertices {
+    /// Returns the size in bytes. The numbers per tile count with the directory.
     fn byte_size(directory: &Directory) -> u64 {
         let vertices = directory.tiles.iter().map(|tile| u64::from(tile.vertices));
         vertices.sum::<u64>() / 8

@@ -1,13 +1,16 @@
-//! Regions, holes, and the lines that edges come from.
+//! Checks of regions, holes, and the sources of edges.
 //!
-//! In each tile: triangles that no constraint parts are of one region, and alike; every constraint that belongs to the tile has
-//! a source, is a wall if one of these is, and changes the depth by what they say, the plane outside the hull being of depth 0.
-//! As edges belong to one tile each, that is proven of the whole file. Of regions that lie in one tile, the tile tells whether they
-//! are holes for a reason; of the others a table does, once all tiles have been seen.
+//! In each tile, triangles that no constraint separates must have the same region, depth and kind.
+//! Every constraint that belongs to the tile must have a source, must be a wall if one of its
+//! sources is, and must change the depth as its sources say. The plane outside the hull has depth
+//! 0. Each edge belongs to one tile, so these checks prove the same for the whole file. The reasons
+//! for holes are checked in the tile for regions within one tile, and in a table, once all tiles
+//! have been checked, for the others.
 //!
-//! Not proven is that all triangles of a region are connected with each other. Nor is it that no obstacle is inside out under another
-//! one, where the sum of what covers the ground is too small: only the obstacles' files tell which rings belong together, and whoever
-//! has them checks each polygon by itself.
+//! This does not prove that all triangles of a region are connected with each other. Nor does it
+//! prove that no obstacle is inside out under another one, where the sum of the coverage is too
+//! small: only the obstacles' files say which rings belong together, and code that has these files
+//! checks each polygon separately.
 
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -19,22 +22,22 @@ use crate::store::format::tile::Tile;
 use crate::store::format::tile::regions::Component;
 use crate::store::verify::error::Fault;
 
-/// Bytes that the check takes for each vertex of its tile, if every triangle is a region.
+/// Bytes that the check takes per vertex of its tile, if every triangle is a region of its own.
 pub(super) const BYTES_PER_VERTEX: u64 = 3 * size_of::<Region>() as u64;
-/// Bytes that it takes for each region that may lie in several tiles.
-pub(super) const BYTES_PER_SPANNING: u64 = size_of::<(i32, Marks)>() as u64;
+/// Bytes that the check takes per region that may extend over several tiles.
+pub(super) const BYTES_PER_SPANNING: u64 = size_of::<(i32, RegionFlags)>() as u64;
 
-/// What the directory says, which tiles are held to.
-pub(super) struct Claims {
+/// The claims of the directory that tiles are checked against.
+pub(super) struct RegionClaims {
     regions: u64,
     spanning: u64,
     exterior_is_hole: bool,
-    /// By x.
+    /// Sorted by x.
     seeds: Vec<Point>,
     lines: Vec<LineSource>,
 }
 
-impl Claims {
+impl RegionClaims {
     pub(super) fn of(metadata: &Metadata) -> Self {
         let mut seeds: Vec<Point> = metadata.seeds.iter().map(|seed| seed.normalized()).collect();
         seeds.sort_unstable_by(|a, b| a.lex_cmp(*b));
@@ -47,26 +50,27 @@ impl Claims {
         }
     }
 
-    /// Whether a region may be what it is said to be.
-    fn check_hole(&self, number: u64, depth: i32, marks: Marks) -> Result<(), Damage> {
+    /// Checks that a region is a hole if something makes it one, and only then, except that it may
+    /// be a hole if a seed touches it. Checks that its depth is not negative.
+    fn check_hole(&self, number: u64, depth: i32, flags: RegionFlags) -> Result<(), Damage> {
         if depth < 0 {
             return Err(Damage::new(format!(
-                "region {number} is covered {depth} times: an obstacle is inside out there, and may free what another one covers"
+                "region {number} is covered {depth} times: an obstacle is inside out there, and may uncover what another obstacle covers"
             )));
         }
-        let must = depth > 0 || marks.has(Marks::SEEDED) || self.exterior_is_hole && marks.has(Marks::OPEN);
-        match marks.has(Marks::HOLE) {
-            true if !must && !marks.has(Marks::TOUCHED) => Err(Damage::new(format!(
+        let must = depth > 0 || flags.has(RegionFlags::SEEDED) || self.exterior_is_hole && flags.has(RegionFlags::OPEN);
+        match flags.has(RegionFlags::HOLE) {
+            true if !must && !flags.has(RegionFlags::TOUCHED) => Err(Damage::new(format!(
                 "region {number} is a hole, but nothing makes it one"
             ))),
             false if must => Err(Damage::new(format!(
-                "region {number} is no hole, but should be: its depth is {depth}, or a seed lies in it, or it is outside"
+                "region {number} is no hole, but should be: its depth is {depth}, or there is a seed in it, or it is outside"
             ))),
             _ => Ok(()),
         }
     }
 
-    /// The seeds with an x from `min` to `max`.
+    /// Returns the seeds with an x from `min` to `max`.
     fn seeds_within(&self, min: f64, max: f64) -> &[Point] {
         let start = self.seeds.partition_point(|seed| seed.x < min);
         let end = self.seeds.partition_point(|seed| seed.x <= max);
@@ -74,58 +78,60 @@ impl Claims {
     }
 }
 
-/// What is known of a region, bit by bit.
+/// What is known of a region, as flags.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
-struct Marks(u8);
+struct RegionFlags(u8);
 
-impl Marks {
-    /// It has triangles.
+impl RegionFlags {
+    /// The region has triangles.
     const SEEN: Self = Self(1);
     const HOLE: Self = Self(2);
-    /// It has a hull edge that is no constraint.
+    /// The region has a hull edge that is no constraint.
     const OPEN: Self = Self(4);
-    /// A seed lies in it.
+    /// There is a seed in the region.
     const SEEDED: Self = Self(8);
-    /// A seed lies at a vertex or on a constraint of it, so that it may be meant or not.
+    /// There is a seed at a vertex or on a constraint of the region, which may or may not refer to
+    /// it.
     const TOUCHED: Self = Self(16);
 
-    fn has(self, mark: Self) -> bool {
-        self.0 & mark.0 != 0
+    fn has(self, flag: Self) -> bool {
+        self.0 & flag.0 != 0
     }
 
-    fn add(&mut self, mark: Self) {
-        self.0 |= mark.0;
+    fn add(&mut self, flag: Self) {
+        self.0 |= flag.0;
     }
 }
 
-/// A region, or a component of one, as a tile knows it.
+/// A region, or a component of one, as seen in one tile.
 #[derive(Clone, Copy)]
 struct Region {
     number: u64,
     depth: i32,
-    marks: Marks,
+    flags: RegionFlags,
 }
 
-/// What a tile adds to the whole.
-pub(super) struct Report {
-    /// The regions in it that may lie in several tiles.
+/// The contribution of a tile to the checks of the whole file.
+pub(super) struct RegionReport {
+    /// The regions of the tile that may extend over several tiles.
     spanning: Vec<Region>,
-    /// The regions that lie in it alone, the sum of the hashes of their numbers, and how many are holes.
+    /// The number of regions within this tile, the sum of the hashes of their numbers, and the
+    /// number of holes among them.
     locals: u64,
     sum: u128,
     local_holes: u64,
 }
 
-/// What the tiles add up to.
-pub(super) struct Totals {
-    spanning: Vec<(i32, Marks)>,
+/// The sums over all tiles.
+pub(super) struct RegionTotals {
+    spanning: Vec<(i32, RegionFlags)>,
     locals: u64,
     sum: u128,
     local_holes: u64,
 }
 
 /// Checks the regions of a tile, and the sources of its edges.
-pub(super) fn check(tile: &Tile, claims: &Claims, bounds: Rect) -> Result<Report, Fault> {
+pub(super) fn check(tile: &Tile, claims: &RegionClaims, bounds: Rect) -> Result<RegionReport, Fault> {
     if tile.component_count() > tile.triangle_count().max(1) {
         return Err(Fault::new("it has more components than triangles"));
     }
@@ -134,20 +140,24 @@ pub(super) fn check(tile: &Tile, claims: &Claims, bounds: Rect) -> Result<Report
         Region {
             number: region,
             depth,
-            marks: if is_hole { Marks::HOLE } else { Marks::default() },
+            flags: if is_hole {
+                RegionFlags::HOLE
+            } else {
+                RegionFlags::default()
+            },
         }
     });
     let mut components: Vec<Region> = components.collect();
     let mut edges_with_sources = 0;
     for triangle in tile.triangle_ids() {
         let component = &mut components[tile.component_number(triangle) as usize];
-        component.marks.add(Marks::SEEN);
+        component.flags.add(RegionFlags::SEEN);
         check_number(tile, triangle, component.number, claims)?;
-        for side in HalfEdge::of_triangle(triangle) {
-            match check_side(tile, side, claims)? {
-                Side::Open => component.marks.add(Marks::OPEN),
-                Side::WithSources => edges_with_sources += 1,
-                Side::Other => {}
+        for half_edge in HalfEdge::of_triangle(triangle) {
+            match check_edge(tile, half_edge, claims)? {
+                EdgeRole::Open => component.flags.add(RegionFlags::OPEN),
+                EdgeRole::OwnedConstraint => edges_with_sources += 1,
+                EdgeRole::Other => {}
             }
         }
     }
@@ -158,9 +168,9 @@ pub(super) fn check(tile: &Tile, claims: &Claims, bounds: Rect) -> Result<Report
     }
     mark_seeds(tile, claims, bounds, &mut components);
     let regions = joined(components)?;
-    // Of a tile without triangles there is a component in name only.
-    let regions: Vec<Region> = regions.into_iter().filter(|r| r.marks.has(Marks::SEEN)).collect();
-    let mut report = Report {
+    // The one component of a tile without triangles has no region.
+    let regions: Vec<Region> = regions.into_iter().filter(|r| r.flags.has(RegionFlags::SEEN)).collect();
+    let mut report = RegionReport {
         spanning: Vec::new(),
         locals: 0,
         sum: 0,
@@ -172,110 +182,112 @@ pub(super) fn check(tile: &Tile, claims: &Claims, bounds: Rect) -> Result<Report
             continue;
         }
         claims
-            .check_hole(region.number, region.depth, region.marks)
+            .check_hole(region.number, region.depth, region.flags)
             .map_err(Fault::new)?;
         report.locals += 1;
         report.sum = report.sum.wrapping_add(hash(region.number));
-        report.local_holes += u64::from(region.marks.has(Marks::HOLE));
+        report.local_holes += u64::from(region.flags.has(RegionFlags::HOLE));
     }
     Ok(report)
 }
 
-/// A file that knows no regions has nothing that belongs to them.
+/// Checks that a tile of a file without regions has no regions, walls or sources.
 pub(super) fn check_none(tile: &Tile) -> Result<(), Fault> {
     let has_labels = tile.component_count() != 1 || tile.component_at(0) != Component::default();
-    let has_walls = tile.half_edges().any(|side| tile.is_wall(side));
-    // Without triangles there are edges, but no regions.
+    let has_walls = tile.half_edges().any(|half_edge| tile.is_wall(half_edge));
+    // Without triangles there are edges with sources, but no regions.
     let has_sources = tile.edges_with_sources() > 0 && tile.triangle_count() > 0;
     if has_labels || has_walls || has_sources {
         return Err(Fault::new(
-            "it has regions, walls or sources, and the directory says that there are no regions",
+            "it has regions, walls or sources, but the directory says that there are no regions",
         ));
     }
     Ok(())
 }
 
-fn check_number(tile: &Tile, triangle: TriangleId, region: u64, claims: &Claims) -> Result<(), Fault> {
+fn check_number(tile: &Tile, triangle: TriangleId, region: u64, claims: &RegionClaims) -> Result<(), Fault> {
     if region >= claims.regions {
         let regions = claims.regions;
         return Err(Fault::at(
             triangle,
-            format!("it is of region {region}, and there are {regions}"),
+            format!("it is of region {region}, but there are {regions} regions"),
         ));
     }
     let is_crossing = || tile.corners(triangle).iter().any(|&corner| !tile.has_vertex(corner));
     if region >= claims.spanning && is_crossing() {
-        let reason = format!("it stands in several tiles, and its region {region} lies in one by its number");
+        let reason =
+            format!("it is in several tiles, but its region {region} has the number of a region within one tile");
         return Err(Fault::at(triangle, reason));
     }
     Ok(())
 }
 
-/// What a side is for the region to its left.
-enum Side {
-    /// A way out: on the hull, and no constraint.
+/// The role of a half-edge for the region to its left.
+enum EdgeRole {
+    /// A hull edge that is no constraint, so the region is open to the outside.
     Open,
-    /// On a constraint that belongs to the tile; each such edge once.
-    WithSources,
+    /// A constraint that belongs to the tile. Each such edge is reported once.
+    OwnedConstraint,
     /// Anything else.
     Other,
 }
 
-/// Checks an edge that has both its triangles in the tile, or is on the hull; once.
-fn check_side(tile: &Tile, side: HalfEdge, claims: &Claims) -> Result<Side, Fault> {
-    let (triangle, here) = (side.triangle(), tile.component(side.triangle()));
-    let twin = tile.twin(side);
-    let (there, beyond) = match twin {
-        Twin::HalfEdge(twin) if side < twin => {
+/// Checks an edge, which has both its triangles in the tile or is on the hull. Each edge is checked
+/// at one of its half-edges only.
+fn check_edge(tile: &Tile, half_edge: HalfEdge, claims: &RegionClaims) -> Result<EdgeRole, Fault> {
+    let (triangle, here) = (half_edge.triangle(), tile.component(half_edge.triangle()));
+    let twin = tile.twin(half_edge);
+    let (there, neighbour) = match twin {
+        Twin::HalfEdge(twin) if half_edge < twin => {
             let other = twin.triangle();
             (tile.component(other), format!("triangle {other}"))
         }
-        Twin::HalfEdge(_) | Twin::Elsewhere => return Ok(Side::Other),
+        Twin::HalfEdge(_) | Twin::Elsewhere => return Ok(EdgeRole::Other),
         Twin::Hull => (Component::default(), "the plane outside".to_owned()),
     };
     let is_hull = twin == Twin::Hull;
     let change = i64::from(here.depth) - i64::from(there.depth);
-    if !tile.is_constraint(side) {
+    if !tile.is_constraint(half_edge) {
         if here != there && !is_hull || change != 0 {
             let reason = format!(
-                "no constraint parts it from {beyond}, but they differ in region, depth, or whether they are a hole"
+                "no constraint separates it from {neighbour}, but they differ in region, depth, or whether they are a hole"
             );
             return Err(Fault::at(triangle, reason));
         }
-        return Ok(if is_hull { Side::Open } else { Side::Other });
+        return Ok(if is_hull { EdgeRole::Open } else { EdgeRole::Other });
     }
-    let [from, to] = tile.ends(side);
+    let [from, to] = tile.ends(half_edge);
     let smaller = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
     if smaller.id.tile != tile.id() {
-        return Ok(Side::Other);
+        return Ok(EdgeRole::Other);
     }
     let (mut count, mut is_wall, mut expected) = (0, false, 0);
-    for source in tile.edge_sources(side) {
+    for source in tile.edge_sources(half_edge) {
         count += 1;
         is_wall |= source.is_wall();
         expected += i64::from(source.depth_change());
         if !LineSource::knows(&claims.lines, source) {
-            let reason = format!("its edge to {beyond} comes from {source:?}, which the directory does not know");
+            let reason = format!("its edge to {neighbour} comes from {source:?}, which the directory does not know");
             return Err(Fault::at(triangle, reason));
         }
     }
-    let wrong = |reason: String| Err(Fault::at(triangle, format!("its edge to {beyond} {reason}")));
+    let wrong = |reason: String| Err(Fault::at(triangle, format!("its edge to {neighbour} {reason}")));
     if count == 0 {
         return wrong("is a constraint without a source".to_owned());
     }
-    if is_wall != tile.is_wall(side) {
+    if is_wall != tile.is_wall(half_edge) {
         return wrong("and the sources of the edge disagree on whether it is a wall".to_owned());
     }
     if change != expected {
         return wrong(format!(
-            "changes the depth by {change}, and by its sources by {expected}"
+            "changes the depth by {change}, but its sources change it by {expected}"
         ));
     }
-    Ok(Side::WithSources)
+    Ok(EdgeRole::OwnedConstraint)
 }
 
-/// Finds the seeds that lie in triangles of the tile.
-fn mark_seeds(tile: &Tile, claims: &Claims, bounds: Rect, components: &mut [Region]) {
+/// Finds the seeds in triangles of the tile, and sets the flags of their components.
+fn mark_seeds(tile: &Tile, claims: &RegionClaims, bounds: Rect, components: &mut [Region]) {
     if claims.seeds_within(bounds.min_x, bounds.max_x).is_empty() {
         return;
     }
@@ -283,19 +295,20 @@ fn mark_seeds(tile: &Tile, claims: &Claims, bounds: Rect, components: &mut [Regi
         let corners = tile.triangle_points(triangle);
         let around = Rect::around(corners);
         for &seed in claims.seeds_within(around.min_x, around.max_x) {
-            if let Some(mark) = mark_of(tile, triangle, corners, seed) {
-                components[tile.component_number(triangle) as usize].marks.add(mark);
+            if let Some(flag) = seed_flag(tile, triangle, corners, seed) {
+                components[tile.component_number(triangle) as usize].flags.add(flag);
             }
         }
     }
 }
 
-/// What a seed means for the region of a triangle; nothing if it lies outside the triangle.
-fn mark_of(tile: &Tile, triangle: TriangleId, corners: [Point; 3], seed: Point) -> Option<Marks> {
+/// Returns the flag that a seed sets for the region of a triangle, or `None` if the seed is outside
+/// the triangle.
+fn seed_flag(tile: &Tile, triangle: TriangleId, corners: [Point; 3], seed: Point) -> Option<RegionFlags> {
     let mut on_edges = 0;
     let mut on_constraint = false;
     let [a, b, c] = corners;
-    for (side, [from, to]) in HalfEdge::of_triangle(triangle)
+    for (half_edge, [from, to]) in HalfEdge::of_triangle(triangle)
         .into_iter()
         .zip([[a, b], [b, c], [c, a]])
     {
@@ -303,23 +316,24 @@ fn mark_of(tile: &Tile, triangle: TriangleId, corners: [Point; 3], seed: Point) 
             Orientation::CounterClockwise => {}
             Orientation::Collinear => {
                 on_edges += 1;
-                on_constraint |= tile.is_constraint(side);
+                on_constraint |= tile.is_constraint(half_edge);
             }
             Orientation::Clockwise => return None,
         }
     }
-    // On two edges at once lie their vertices.
+    // A point on two edges is their common vertex.
     Some(if on_constraint || on_edges == 2 {
-        Marks::TOUCHED
+        RegionFlags::TOUCHED
     } else {
-        Marks::SEEDED
+        RegionFlags::SEEDED
     })
 }
 
-/// Components by region; those of one region must agree, and each must have a triangle.
+/// Joins components by region. Components of the same region must agree, and each must have a
+/// triangle.
 fn joined(mut components: Vec<Region>) -> Result<Vec<Region>, Fault> {
-    let has_triangles = components.iter().any(|c| c.marks.has(Marks::SEEN));
-    if has_triangles && let Some(empty) = components.iter().position(|c| !c.marks.has(Marks::SEEN)) {
+    let has_triangles = components.iter().any(|c| c.flags.has(RegionFlags::SEEN));
+    if has_triangles && let Some(empty) = components.iter().position(|c| !c.flags.has(RegionFlags::SEEN)) {
         return Err(Fault::new(format!("component {empty} has no triangles")));
     }
     components.sort_unstable_by_key(|component| component.number);
@@ -327,9 +341,9 @@ fn joined(mut components: Vec<Region>) -> Result<Vec<Region>, Fault> {
     components.dedup_by(|component, region| {
         let is_same = component.number == region.number;
         if is_same {
-            alike &=
-                (component.depth, component.marks.has(Marks::HOLE)) == (region.depth, region.marks.has(Marks::HOLE));
-            region.marks.add(component.marks);
+            alike &= (component.depth, component.flags.has(RegionFlags::HOLE))
+                == (region.depth, region.flags.has(RegionFlags::HOLE));
+            region.flags.add(component.flags);
         }
         is_same
     });
@@ -345,56 +359,56 @@ fn hash(region: u64) -> u128 {
     xxh3_128(&region.to_le_bytes())
 }
 
-impl Totals {
-    pub(super) fn new(claims: &Claims) -> Self {
+impl RegionTotals {
+    pub(super) fn new(claims: &RegionClaims) -> Self {
         Self {
-            spanning: vec![(0, Marks::default()); claims.spanning as usize],
+            spanning: vec![(0, RegionFlags::default()); claims.spanning as usize],
             locals: 0,
             sum: 0,
             local_holes: 0,
         }
     }
 
-    pub(super) fn add(&mut self, report: &Report) -> Result<(), Fault> {
+    pub(super) fn add(&mut self, report: &RegionReport) -> Result<(), Fault> {
         self.locals += report.locals;
         self.sum = self.sum.wrapping_add(report.sum);
         self.local_holes += report.local_holes;
         for region in &report.spanning {
-            let (depth, marks) = &mut self.spanning[region.number as usize];
-            if !marks.has(Marks::SEEN) {
+            let (depth, flags) = &mut self.spanning[region.number as usize];
+            if !flags.has(RegionFlags::SEEN) {
                 *depth = region.depth;
-            } else if (*depth, marks.has(Marks::HOLE)) != (region.depth, region.marks.has(Marks::HOLE)) {
+            } else if (*depth, flags.has(RegionFlags::HOLE)) != (region.depth, region.flags.has(RegionFlags::HOLE)) {
                 return Err(Fault::new(format!(
-                    "it differs from others in the depth of region {}, or in whether it is a hole",
+                    "it and other tiles disagree on the depth of region {}, or on whether it is a hole",
                     region.number
                 )));
             }
-            marks.add(region.marks);
+            flags.add(region.flags);
         }
         Ok(())
     }
 
-    /// Checks what no tile can tell alone.
-    pub(super) fn check(&self, claims: &Claims, metadata: &Metadata) -> Result<(), Damage> {
+    /// Checks the facts that need all tiles.
+    pub(super) fn check(&self, claims: &RegionClaims, metadata: &Metadata) -> Result<(), Damage> {
         let mut holes = self.local_holes;
-        for (&(depth, marks), number) in self.spanning.iter().zip(0..) {
-            if !marks.has(Marks::SEEN) {
+        for (&(depth, flags), number) in self.spanning.iter().zip(0..) {
+            if !flags.has(RegionFlags::SEEN) {
                 return Err(Damage::new(format!("region {number} has no triangles")));
             }
-            claims.check_hole(number, depth, marks)?;
-            holes += u64::from(marks.has(Marks::HOLE));
+            claims.check_hole(number, depth, flags)?;
+            holes += u64::from(flags.has(RegionFlags::HOLE));
         }
         let sum = || (claims.spanning..claims.regions).map(hash).fold(0, u128::wrapping_add);
         if self.locals != claims.regions - claims.spanning || self.sum != sum() {
             return Err(Damage::new(format!(
-                "regions from {} to {} should lie in one tile each, and each should be there",
+                "regions from {} to {} should be within one tile each, and each should exist",
                 claims.spanning, claims.regions
             )));
         }
         if holes != metadata.hole_regions {
             let expected = metadata.hole_regions;
             return Err(Damage::new(format!(
-                "{holes} regions are holes, and the directory says {expected}"
+                "{holes} regions are holes, but the directory says {expected}"
             )));
         }
         Ok(())

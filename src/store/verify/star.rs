@@ -1,22 +1,24 @@
-//! The triangles around a vertex.
+//! Checks of the triangles around a vertex.
 
 use crate::geometry::{HalfEdge, Orientation, VertexIndex, orient2d};
 use crate::mesh::{StarEnd, Topology, Twin};
 use crate::store::format::tile::Tile;
 use crate::store::verify::error::Fault;
 
-/// For each vertex of a tile the first half-edge of its fan, counter-clockwise: after the hull, if it is on it.
+/// For each vertex of a tile, the first half-edge of its fan, counter-clockwise. If the vertex is
+/// on the hull, this is the half-edge after the hull.
 pub(super) struct Fans {
     first: Vec<Option<HalfEdge>>,
 }
 
-/// What a vertex on the hull adds to the whole.
+/// The contribution of a hull vertex to the checks of the whole file.
 pub(super) struct HullVertex {
-    /// Whether it is lexicographically smaller than both its neighbours on the hull.
+    /// Whether the vertex is lexicographically smaller than both its neighbours on the hull.
     pub(super) is_minimum: bool,
 }
 
-/// Checks that the triangles at each vertex of a tile make a single fan, which is all of its star.
+/// Checks that the triangles at each vertex of a tile form a single fan, the vertex's complete
+/// star.
 pub(super) fn fans(tile: &Tile, has_triangles: bool) -> Result<Fans, Fault> {
     let mut at_vertex = vec![0u32; tile.vertex_count() as usize];
     for corner in tile.triangle_ids().flat_map(|t| tile.corners(t)) {
@@ -26,23 +28,27 @@ pub(super) fn fans(tile: &Tile, has_triangles: bool) -> Result<Fans, Fault> {
     }
     let mut first = Vec::with_capacity(at_vertex.len());
     for (vertex, &count) in tile.vertex_indices().zip(&at_vertex) {
-        let side = match tile.leaving(vertex) {
-            Some(side) if tile.origin(side) == vertex => side,
+        let half_edge = match tile.leaving(vertex) {
+            Some(half_edge) if tile.origin(half_edge) == vertex => half_edge,
             None if count == 0 && !has_triangles => {
                 first.push(None);
                 continue;
             }
-            _ => return Err(Fault::new(format!("vertex {vertex} does not know its triangles"))),
+            _ => {
+                return Err(Fault::new(format!(
+                    "the half-edge stored for vertex {vertex} is missing or does not start there"
+                )));
+            }
         };
-        let (start, end) = tile.rewind(side);
+        let (start, end) = tile.rewind(half_edge);
         if !matches!(end, StarEnd::Hull(_) | StarEnd::Closed) {
-            let reason = format!("the triangles at vertex {vertex} are not complete");
+            let reason = format!("triangles at vertex {vertex} are missing");
             return Err(Fault::new(reason));
         }
         let length = tile.star(start).count();
         if length != count as usize {
-            let reason = format!("{length} of the {count} triangles at vertex {vertex} make a fan");
-            return Err(Fault::at(side.triangle(), reason));
+            let reason = format!("the {count} triangles at vertex {vertex} do not form one fan: its star has {length}");
+            return Err(Fault::at(half_edge.triangle(), reason));
         }
         first.push(Some(start));
     }
@@ -63,7 +69,8 @@ pub(super) fn check_turn(tile: &Tile, vertex: VertexIndex, fans: &Fans) -> Resul
     }
     let ring: Vec<_> = ring.into_iter().map(|corner| tile.point(corner)).collect();
     if tile.twin(first) != Twin::Hull {
-        // Each step turns left by less than a half-turn, so a full turn passes the direction of x once.
+        // Each step turns left by less than a half-turn, so a full turn passes the direction of the
+        // x axis once.
         let above = |i: usize| ring[i].y > centre.y || (ring[i].y == centre.y && ring[i].x > centre.x);
         let turns = (0..ring.len())
             .filter(|&i| !above(i) && above((i + 1) % ring.len()))
@@ -82,7 +89,7 @@ pub(super) fn check_turn(tile: &Tile, vertex: VertexIndex, fans: &Fans) -> Resul
         .enumerate()
         .all(|(i, &p)| match orient2d(centre, start, p) {
             Orientation::CounterClockwise => true,
-            // The last may lie straight on, on the other side of the vertex.
+            // The last neighbour may be straight ahead, on the other side of the vertex.
             Orientation::Collinear => i + 2 == ring.len() && start.lex_cmp(centre) == centre.lex_cmp(p),
             Orientation::Clockwise => false,
         });

@@ -1,4 +1,5 @@
-//! The power of the verifier: right files that are made wrong, consistently and with right checksums.
+//! Tests that the verifier finds faults. The files are valid ones that were changed consistently,
+//! with right checksums.
 
 mod line;
 mod lines;
@@ -34,7 +35,8 @@ fn models() -> Vec<Model> {
         .into()
 }
 
-/// The model must be found wrong, and where.
+/// Asserts that verification fails with a fault in a tile. Returns the tile, the triangle and the
+/// reason.
 #[track_caller]
 fn found(model: &Model) -> (TileId, Option<u32>, String) {
     match model.verify() {
@@ -44,14 +46,14 @@ fn found(model: &Model) -> (TileId, Option<u32>, String) {
 }
 
 #[test]
-fn models_are_right_before_they_are_made_wrong() {
+fn unchanged_models_are_valid() {
     for model in models() {
         model.verify().unwrap();
     }
 }
 
 #[test]
-fn a_flipped_edge() {
+fn a_flipped_edge_is_found() {
     let mut ties = 0;
     for model in models() {
         let whole: Vec<Named> = model.tiles.iter().flat_map(|t| t.core.clone()).collect();
@@ -68,9 +70,9 @@ fn a_flipped_edge() {
     assert!(ties > 20, "{ties}");
 }
 
-/// A flipped edge is right where it is a constraint, and all tiles say so.
+/// A flipped edge is valid if it is a constraint and all tiles say so.
 #[test]
-fn constraints_and_tiles_that_do_not_know_of_them() {
+fn a_tile_that_does_not_know_a_constraint_is_found() {
     let mut partly = 0;
     for model in models() {
         let whole: Vec<Named> = model.tiles.iter().flat_map(|t| t.core.clone()).collect();
@@ -101,7 +103,7 @@ fn constraints_and_tiles_that_do_not_know_of_them() {
 }
 
 #[test]
-fn a_vertex_beside_its_place() {
+fn a_moved_vertex_of_a_grid_is_found() {
     for model in models() {
         for step in [1e-9, 0.3] {
             let mut faults = 0;
@@ -110,7 +112,8 @@ fn a_vertex_beside_its_place() {
                 wrong.tiles[tile].points[index].x += step;
                 faults += usize::from(wrong.verify().is_err());
             }
-            // Scattered points may move a little and stay right; a grid's may not, for the rule of ties.
+            // Scattered points may move a little and stay valid. The points of a grid may not,
+            // because of the tie rule.
             let tie = model
                 .point(VertexId {
                     tile: TileId(0),
@@ -129,12 +132,12 @@ fn a_vertex_beside_its_place() {
 }
 
 #[test]
-fn a_border_that_lacks_a_triangle() {
+fn a_border_that_lacks_a_triangle_is_found() {
     for model in &models()[..2] {
         for tile in 0..model.tiles.len() {
-            for place in (0..model.tiles[tile].border.len()).step_by(5) {
+            for index in (0..model.tiles[tile].border.len()).step_by(5) {
                 let mut wrong = model.clone();
-                wrong.tiles[tile].border.remove(place);
+                wrong.tiles[tile].border.remove(index);
                 found(&wrong);
             }
         }
@@ -142,7 +145,7 @@ fn a_border_that_lacks_a_triangle() {
 }
 
 #[test]
-fn a_border_that_errs_on_a_foreign_vertex() {
+fn a_border_with_a_wrong_foreign_vertex_is_found() {
     for model in &models()[..2] {
         for tile in 0..model.tiles.len() {
             let id = TileId(tile as u32);
@@ -150,11 +153,11 @@ fn a_border_that_errs_on_a_foreign_vertex() {
             for &v in foreign.step_by(11) {
                 let mut wrong = model.clone();
                 let p = model.point(v);
-                // The smallest step there is.
+                // The smallest possible step.
                 let moved = Point::new(p.x, if p.y == 0.0 { 1e-40 } else { p.y.next_up() });
                 wrong.tiles[tile].beliefs.insert(v, moved);
                 found(&wrong);
-                // Another number for the vertex, in this tile only.
+                // Another id for the vertex, in this tile only.
                 let mut wrong = model.clone();
                 let other = VertexId {
                     index: VertexIndex(v.index.0 + 1000),
@@ -176,19 +179,19 @@ fn a_border_that_errs_on_a_foreign_vertex() {
 }
 
 #[test]
-fn a_vertex_twice_and_a_vertex_apart() {
+fn a_repeated_vertex_an_isolated_vertex_and_a_wrong_z_are_found() {
     for model in models() {
         let mut twice = model.clone();
         let p = twice.tiles[0].points[0];
         twice.tiles[0].points.push(p);
         twice.tiles[0].z.push(0.0);
-        assert!(found(&twice).2.contains("lies on another"));
+        assert!(found(&twice).2.contains("has the same coordinates as another"));
         let mut apart = model.clone();
         let mut q = model.tiles[0].points[0];
         q.x -= 1e-7;
         apart.tiles[0].points.push(q);
         apart.tiles[0].z.push(0.0);
-        assert!(found(&apart).2.contains("does not know its triangles"));
+        assert!(found(&apart).2.contains("is missing or does not start there"));
         let mut nan = model.clone();
         nan.tiles[0].z[2] = f64::NAN;
         found(&nan);
@@ -199,13 +202,14 @@ fn a_vertex_twice_and_a_vertex_apart() {
 }
 
 #[test]
-fn a_hull_that_is_not_convex_a_hole_and_a_second_sheet() {
+fn missing_reversed_and_doubled_triangles_are_found() {
     for model in models() {
         let all = model.triangles();
         for &t in all.iter().step_by(3) {
             let mut wrong = model.clone();
             wrong.remove(t);
-            // A corner that is cut off leaves its vertex without triangles, and else the hull is not convex.
+            // A removed corner triangle leaves its vertex without triangles; otherwise the hull is
+            // not convex.
             assert!(wrong.verify().is_err(), "without {t:?}");
             let mut turned = model.clone();
             let core = turned.tiles.iter().any(|tile| tile.core.contains(&t));
@@ -219,6 +223,6 @@ fn a_hull_that_is_not_convex_a_hole_and_a_second_sheet() {
         assert!(doubled.verify().is_err());
         let mut none = model.clone();
         all.iter().for_each(|&t| none.remove(t));
-        assert!(found(&none).2.contains("not in line"));
+        assert!(found(&none).2.contains("not collinear"));
     }
 }

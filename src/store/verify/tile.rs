@@ -1,4 +1,4 @@
-//! What can be checked of a tile alone.
+//! Checks of a single tile.
 
 use std::collections::{HashMap, HashSet};
 
@@ -12,10 +12,11 @@ use crate::store::format::tile::regions::Component;
 use crate::store::verify::error::Fault;
 use crate::store::verify::{regions, star};
 
-/// Bytes that a check takes for each vertex of its tile: the places, in a table that is at least 7/16 full, and the fans.
+/// Bytes that a check takes per vertex of its tile: the set of points, which is at least 7/16 full,
+/// and the fans.
 pub(super) const BYTES_PER_VERTEX: u64 = 52;
 
-/// What a tile adds to the whole.
+/// The contribution of a tile to the checks of the whole file.
 pub(super) struct TileReport {
     pub(super) tile: TileId,
     pub(super) owned: u32,
@@ -28,26 +29,31 @@ pub(super) struct TileReport {
     pub(super) shared: HashMap<(TileId, TileId), u128>,
     pub(super) hole_triangles: u64,
     pub(super) sites: u64,
-    /// What there is to say of regions, if the check is deep and the file knows any.
-    pub(super) regions: Option<regions::Report>,
+    /// The report on regions, if the check is deep and the file has regions.
+    pub(super) regions: Option<regions::RegionReport>,
 }
 
-/// What a tile is checked against.
+/// The facts that a tile is checked against.
 pub(super) struct Expected {
     /// Whether the file has triangles.
     pub(super) has_triangles: bool,
-    /// Whether to check the geometry.
+    /// Whether to check the geometry too.
     pub(super) deep: bool,
-    /// What the directory says of regions, if the file knows any.
-    pub(super) regions: Option<regions::Claims>,
+    /// The directory's claims about regions, if the file has regions.
+    pub(super) regions: Option<regions::RegionClaims>,
 }
 
-/// The coordinates' bits of the vertices of a tile.
-pub(super) type Places = HashSet<(u64, u64)>;
+/// The bits of the coordinates of a tile's vertices.
+pub(super) type VertexPoints = HashSet<(u64, u64)>;
 
-/// Checks a tile: its structure, and its geometry if the check is deep.
-pub(super) fn check(tile: &Tile, cell: Rect, expected: &Expected, places: &mut Places) -> Result<TileReport, Fault> {
-    check_vertices(tile, cell, places)?;
+/// Checks the structure of a tile, and its geometry if the check is deep.
+pub(super) fn check(
+    tile: &Tile,
+    cell: Rect,
+    expected: &Expected,
+    seen_points: &mut VertexPoints,
+) -> Result<TileReport, Fault> {
+    check_vertices(tile, cell, seen_points)?;
     let mut report = TileReport {
         tile: tile.id(),
         owned: 0,
@@ -90,56 +96,60 @@ pub(super) fn check(tile: &Tile, cell: Rect, expected: &Expected, places: &mut P
     Ok(report)
 }
 
-/// Vertices lie in their cell, each at a place of its own, and z is a number.
-fn check_vertices(tile: &Tile, cell: Rect, places: &mut Places) -> Result<(), Fault> {
-    places.clear();
-    places.reserve(tile.vertex_count() as usize);
+/// Checks that vertices are in their cell, no two at the same point, and that z is finite.
+fn check_vertices(tile: &Tile, cell: Rect, seen_points: &mut VertexPoints) -> Result<(), Fault> {
+    seen_points.clear();
+    seen_points.reserve(tile.vertex_count() as usize);
     for (p, vertex) in tile.points().zip(tile.vertex_indices()) {
         let inside = cell.min_x < p.x && p.x <= cell.max_x && cell.min_y < p.y && p.y <= cell.max_y;
         if !inside {
             return Err(Fault::new(format!(
-                "vertex {vertex} at ({}, {}) lies outside its cell",
+                "vertex {vertex} at ({}, {}) is outside its cell",
                 p.x, p.y
             )));
         }
-        if !places.insert((p.x.to_bits(), p.y.to_bits())) {
+        if !seen_points.insert((p.x.to_bits(), p.y.to_bits())) {
             return Err(Fault::new(format!(
-                "vertex {vertex} at ({}, {}) lies on another",
+                "vertex {vertex} at ({}, {}) has the same coordinates as another",
                 p.x, p.y
             )));
         }
         if tile.z(vertex).is_some_and(|z| !z.is_finite()) {
-            return Err(Fault::new(format!("vertex {vertex} has no finite z")));
+            return Err(Fault::new(format!("the z of vertex {vertex} is not finite")));
         }
     }
     Ok(())
 }
 
-/// Three different corners, one of them the tile's own, counter-clockwise; neighbours agree.
+/// Checks that a triangle has three different corners, one of them the tile's own, in
+/// counter-clockwise order, and that it agrees with its neighbours.
 fn check_triangle(tile: &Tile, triangle: TriangleId) -> Result<(), Fault> {
     let corners = tile.corners(triangle);
     let own = corners.iter().filter(|&&corner| tile.has_vertex(corner)).count();
     if own == 0 || corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0] {
-        return Err(Fault::at(triangle, "it has no corner in its tile, or one twice"));
+        return Err(Fault::at(
+            triangle,
+            "it has no corner in its tile, or the same corner twice",
+        ));
     }
     let [a, b, c] = tile.triangle_points(triangle);
     if orient2d(a, b, c) != Orientation::CounterClockwise {
         return Err(Fault::at(triangle, "it is not counter-clockwise"));
     }
-    for side in HalfEdge::of_triangle(triangle) {
-        let ends = [tile.origin(side), tile.destination(side)];
+    for half_edge in HalfEdge::of_triangle(triangle) {
+        let ends = [tile.origin(half_edge), tile.destination(half_edge)];
         let foreign = ends.iter().all(|&corner| !tile.has_vertex(corner));
-        match tile.twin(side) {
+        match tile.twin(half_edge) {
             Twin::HalfEdge(twin) => {
                 let (there, other) = ([tile.destination(twin), tile.origin(twin)], twin.triangle());
-                if tile.twin(twin) != Twin::HalfEdge(side) || there != ends {
+                if tile.twin(twin) != Twin::HalfEdge(half_edge) || there != ends {
                     return Err(Fault::at(
                         triangle,
                         format!("it and triangle {other} disagree on their edge"),
                     ));
                 }
-                let what = |side: HalfEdge| (tile.is_constraint(side), tile.is_wall(side));
-                if what(side) != what(twin) {
+                let kind = |half_edge: HalfEdge| (tile.is_constraint(half_edge), tile.is_wall(half_edge));
+                if kind(half_edge) != kind(twin) {
                     return Err(Fault::at(
                         triangle,
                         format!("it and triangle {other} disagree on whether their edge is a constraint, or a wall"),
@@ -156,21 +166,25 @@ fn check_triangle(tile: &Tile, triangle: TriangleId) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The circle of each edge with both its triangles in the tile is empty, unless it is a constraint. Returns how many belong to the tile.
+/// Checks that the circle of each edge with both its triangles in the tile is empty, unless the
+/// edge is a constraint. Returns the number of edges that belong to the tile.
 fn check_circles(tile: &Tile) -> Result<u64, Fault> {
     let mut edges = 0;
-    for side in tile.half_edges() {
-        let [from, to] = tile.ends(side);
+    for half_edge in tile.half_edges() {
+        let [from, to] = tile.ends(half_edge);
         let first = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
         let mine = first.id.tile == tile.id();
-        match tile.twin(side) {
-            Twin::HalfEdge(twin) if side < twin && tile.is_constraint(side) => edges += u64::from(mine),
-            Twin::HalfEdge(twin) if side < twin => {
+        match tile.twin(half_edge) {
+            Twin::HalfEdge(twin) if half_edge < twin && tile.is_constraint(half_edge) => edges += u64::from(mine),
+            Twin::HalfEdge(twin) if half_edge < twin => {
                 let opposite = tile.point(tile.apex(twin));
-                let [a, b, c] = tile.triangle_points(side.triangle());
+                let [a, b, c] = tile.triangle_points(half_edge.triangle());
                 if in_circle(a, b, c, opposite) {
-                    let reason = format!("its circle holds the far corner of triangle {}", twin.triangle());
-                    return Err(Fault::at(side.triangle(), reason));
+                    let reason = format!(
+                        "its circle contains the opposite corner of triangle {}",
+                        twin.triangle()
+                    );
+                    return Err(Fault::at(half_edge.triangle(), reason));
                 }
                 edges += u64::from(mine);
             }
@@ -181,7 +195,8 @@ fn check_circles(tile: &Tile) -> Result<u64, Fault> {
     Ok(edges)
 }
 
-/// Adds a border triangle to the sums of the pairs of tiles that it joins: once for its owner, once against for others.
+/// Adds the hash of a border triangle to the sums of the pairs of tiles that share it: positive in
+/// the owner, negative in the others.
 fn share(tile: &Tile, triangle: TriangleId, sums: &mut HashMap<(TileId, TileId), u128>) {
     let owner = owner(tile, triangle);
     let hash = hash(tile, triangle);
@@ -202,7 +217,7 @@ fn share(tile: &Tile, triangle: TriangleId, sums: &mut HashMap<(TileId, TileId),
     }
 }
 
-/// The tile that a triangle belongs to.
+/// Returns the tile that a triangle belongs to.
 pub(super) fn owner(tile: &Tile, triangle: TriangleId) -> TileId {
     let [a, b, c] = tile.vertices(triangle);
     let smaller = |p: crate::store::format::tile::Vertex, q: crate::store::format::tile::Vertex| {
@@ -211,19 +226,19 @@ pub(super) fn owner(tile: &Tile, triangle: TriangleId) -> TileId {
     smaller(smaller(a, b), c).id.tile
 }
 
-/// A hash of a triangle's corners, their numbers and places, of which sides are constraints and walls, from the smallest
-/// corner on, and of its region.
+/// Returns a hash of a triangle's corners, with their ids and points, from the corner with the
+/// smallest id on, of which of its edges are constraints and walls, and of its component.
 pub(super) fn hash(tile: &Tile, triangle: TriangleId) -> u128 {
     let mut corners = tile.vertices(triangle);
     let smallest = (0..3).min_by_key(|&i| corners[i].id).unwrap_or(0);
     corners.rotate_left(smallest);
-    let mut sides = HalfEdge::of_triangle(triangle)
-        .map(|side| u64::from(tile.is_constraint(side)) | u64::from(tile.is_wall(side)) << 1);
-    sides.rotate_left(smallest);
+    let mut bits = HalfEdge::of_triangle(triangle)
+        .map(|half_edge| u64::from(tile.is_constraint(half_edge)) | u64::from(tile.is_wall(half_edge)) << 1);
+    bits.rotate_left(smallest);
     let Component { region, depth, is_hole } = tile.component(triangle);
-    let of_corners = corners.iter().zip(sides).flat_map(|(v, side)| {
+    let of_corners = corners.iter().zip(bits).flat_map(|(v, bits)| {
         let id = u64::from(v.id.tile.0) << 32 | u64::from(v.id.index.0);
-        [id, v.point.x.to_bits(), v.point.y.to_bits(), side]
+        [id, v.point.x.to_bits(), v.point.y.to_bits(), bits]
     });
     let of_region = [region, i64::from(depth) as u64, u64::from(is_hole)];
     let bytes: Vec<u8> = of_corners.chain(of_region).flat_map(u64::to_le_bytes).collect();

@@ -1,4 +1,4 @@
-//! Checks a whole file: every tile, and what no tile can tell alone.
+//! Checks of a whole file: every tile, and the facts that need all tiles.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -12,17 +12,20 @@ use crate::store::error::ReadError;
 use crate::store::format::directory::Directory;
 use crate::store::format::ids::TileId;
 use crate::store::format::tile::Tile;
-use crate::store::pass::{Needs, Plan, Workspaces};
+use crate::store::pass::{Needs, PassPlan, Workspaces};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
-use crate::store::verify::tile::{Expected, Places, TileReport};
+use crate::store::verify::tile::{Expected, TileReport, VertexPoints};
 use crate::store::verify::{regions, tile};
 
 impl TileReader {
-    /// Checks the file; `deep` proves the triangulation too. Must be awaited within a tokio runtime.
+    /// Checks the file. If `deep` is true, proves the triangulation too. Must be awaited within a
+    /// tokio runtime.
     ///
     /// # Errors
-    /// The first thing that is wrong, or if a tile does not fit in the memory that the reader may use.
+    ///
+    /// Returns the first fault, or an error if a tile does not fit into the memory that the reader
+    /// may use.
     pub async fn verify(&self, deep: bool) -> Result<VerifyReport, VerifyError> {
         let directory = self.directory();
         let metadata = &directory.metadata;
@@ -30,7 +33,7 @@ impl TileReader {
         let expected = Arc::new(Expected {
             has_triangles: metadata.triangles > 0,
             deep,
-            regions: (metadata.regions > 0).then(|| regions::Claims::of(metadata)),
+            regions: (metadata.regions > 0).then(|| regions::RegionClaims::of(metadata)),
         });
         let mut needs = Needs {
             per_vertex: tile::BYTES_PER_VERTEX,
@@ -41,16 +44,16 @@ impl TileReader {
             needs.per_vertex += regions::BYTES_PER_VERTEX;
             needs.fixed += regions::BYTES_PER_SPANNING * metadata.spanning_regions;
         }
-        let places = Arc::new(Workspaces::<Places>::default());
+        let points = Arc::new(Workspaces::<VertexPoints>::default());
         let shared = Arc::clone(&expected);
         let mut reports = self.for_each_tile(needs, move |tile| {
             let cell = cells[tile.id().0 as usize];
-            let report = places.with(|places| tile::check(&tile, cell, &shared, places));
+            let report = points.with(|points| tile::check(&tile, cell, &shared, points));
             (tile.id(), report)
         })?;
-        let mut totals = Totals {
-            regions: claims.map(regions::Totals::new),
-            ..Totals::default()
+        let mut totals = FileTotals {
+            regions: claims.map(regions::RegionTotals::new),
+            ..FileTotals::default()
         };
         while let Some(report) = reports.next().await {
             let (tile, report) = report?;
@@ -77,21 +80,22 @@ impl TileReader {
         })
     }
 
-    /// How to pass over the tiles, and how many things of so many bytes to look up in them at once: a number from the range, or its
-    /// start if that is empty. `needs` tells what a pass takes for so many.
+    /// Returns the plan of a pass, and the number of items, of `bytes` bytes each, to look up at
+    /// once. The number is in `range`, or its start if `range` is empty. `needs` returns the memory
+    /// that a pass needs for a number of items.
     pub(super) fn plan_lookups(
         &self,
         needs: impl Fn(u64) -> Needs,
         range: Range<u64>,
         bytes: u64,
-    ) -> Result<(Plan, usize), ReadError> {
+    ) -> Result<(PassPlan, usize), ReadError> {
         let share = FileShares(self.memory()).lookups(needs(0).least(self.directory()));
         let at_once = (share / bytes).min(range.end).max(range.start);
         Ok((self.plan(needs(at_once))?, at_once as usize))
     }
 
-    /// Checks the root of the directory against its entries, which are known to be right.
-    fn verify_metadata(&self, totals: &Totals) -> Result<(), VerifyError> {
+    /// Checks the root of the directory against its entries, which have been checked before.
+    fn verify_metadata(&self, totals: &FileTotals) -> Result<(), VerifyError> {
         let Directory { metadata, tiles, .. } = self.directory();
         for (what, found, expected) in [
             ("constraint edges", totals.constraint_edges, metadata.constraint_edges),
@@ -100,7 +104,7 @@ impl TileReader {
         ] {
             if found != expected {
                 return Err(VerifyError::File(format!(
-                    "there are {found} {what}, and the directory says {expected}"
+                    "there are {found} {what}, but the directory says {expected}"
                 )));
             }
         }
@@ -108,11 +112,11 @@ impl TileReader {
         if bounds != metadata.bounds {
             let found = metadata.bounds;
             return Err(VerifyError::File(format!(
-                "its bounds are {bounds:?}, and the directory says {found:?}"
+                "its bounds are {bounds:?}, but the directory says {found:?}"
             )));
         }
-        let places = metadata.points.checked_sub(metadata.duplicates);
-        if places.and_then(|places| places.checked_add(metadata.ends)) != Some(metadata.vertices) {
+        let distinct = metadata.points.checked_sub(metadata.duplicates);
+        if distinct.and_then(|distinct| distinct.checked_add(metadata.ends)) != Some(metadata.vertices) {
             return Err(VerifyError::File(format!(
                 "{} points less {} duplicates and {} ends of segments are not {} vertices",
                 metadata.points, metadata.duplicates, metadata.ends, metadata.vertices
@@ -125,15 +129,15 @@ impl TileReader {
         {
             Some((tile, number)) => {
                 let (found, most) = (tile.vertices, metadata.tile_vertices);
-                let reason = format!("it has {found} vertices, and tiles were cut for {most}");
+                let reason = format!("it has {found} vertices, but the directory allows {most} at most");
                 Err(Fault::new(reason).of(TileId(number)))
             }
             None => Ok(()),
         }
     }
 
-    /// Checks what no tile can tell alone.
-    async fn verify_whole(&self, totals: &Totals) -> Result<(), VerifyError> {
+    /// Checks the facts that need all tiles.
+    async fn verify_whole(&self, totals: &FileTotals) -> Result<(), VerifyError> {
         let metadata = &self.directory().metadata;
         let mut pairs: Vec<_> = totals
             .shared
@@ -148,7 +152,7 @@ impl TileReader {
         if totals.hull_edges != metadata.hull_edges {
             let expected = metadata.hull_edges;
             return Err(VerifyError::File(format!(
-                "there are {} hull edges, and by Euler's formula there should be {expected}",
+                "there are {} hull edges, but by Euler's formula there should be {expected}",
                 totals.hull_edges
             )));
         }
@@ -165,7 +169,8 @@ impl TileReader {
         Ok(())
     }
 
-    /// Names the triangle that one tile owns and another lacks, or the other way round.
+    /// Returns an error that names the triangle that one of the two tiles owns or shares and the
+    /// other lacks.
     async fn find_difference(&self, owner: TileId, other: TileId) -> Result<VerifyError, ReadError> {
         let (owning, sharing) = (self.tile(owner).await?, self.tile(other).await?);
         let keys = |tile: &Tile| -> HashMap<u128, TriangleId> {
@@ -184,7 +189,7 @@ impl TileReader {
         let fault = if let Some(triangle) = lacking(&of_owner, &of_other) {
             Fault::at(
                 triangle,
-                format!("tile {other} shares the triangle, but does not have it"),
+                format!("tile {other} must have the triangle too, but does not"),
             )
             .of(owner)
         } else if let Some(triangle) = lacking(&of_other, &of_owner) {
@@ -195,7 +200,7 @@ impl TileReader {
             .of(other)
         } else {
             Fault::new(format!(
-                "it has another number of triangles in common than tile {other}"
+                "it and tile {other} disagree on the number of triangles that they share"
             ))
             .of(owner)
         };
@@ -203,41 +208,43 @@ impl TileReader {
     }
 }
 
-/// What the tiles add up to.
+/// The sums over all tiles.
 #[derive(Default)]
-struct Totals {
+struct FileTotals {
     edges: u64,
     constraint_edges: u64,
     hull_edges: u64,
-    /// Hull vertices that are lexicographically smaller than both their neighbours on the hull.
+    /// The number of hull vertices that are lexicographically smaller than both their neighbours on
+    /// the hull.
     hull_minima: u64,
-    /// For each pair of an owner and another tile, the hashes of triangles owned less those shared.
+    /// For each pair of an owner and another tile, the sum of the hashes of the triangles owned
+    /// less those shared.
     shared: HashMap<(TileId, TileId), u128>,
     hole_triangles: u64,
     sites: u64,
-    /// If regions are checked.
-    regions: Option<regions::Totals>,
+    /// The sums of regions, if these are checked.
+    regions: Option<regions::RegionTotals>,
 }
 
-impl Totals {
+impl FileTotals {
     fn add(&mut self, reader: &TileReader, report: TileReport) -> Result<(), VerifyError> {
         let directory = reader.directory();
         let entry = &directory.tiles[report.tile.0 as usize];
         let wrong = |reason: String| Err(Fault::new(reason).of(report.tile));
         if report.owned != entry.owned_triangles {
             return wrong(format!(
-                "{} triangles belong to it, and its entry says {}",
+                "{} triangles belong to it, but its entry says {}",
                 report.owned, entry.owned_triangles
             ));
         }
         if report.bounds != entry.bounds {
             return wrong(format!(
-                "its bounds are {:?}, and its entry says {:?}",
+                "its bounds are {:?}, but its entry says {:?}",
                 report.bounds, entry.bounds
             ));
         }
         if report.has_z != directory.metadata.has_z {
-            return wrong("it differs from the file in whether it has z".to_owned());
+            return wrong("it and the directory disagree on whether there is z".to_owned());
         }
         self.edges += report.edges;
         self.constraint_edges += report.constraint_edges;

@@ -1,4 +1,5 @@
-//! Point sets of others: built in small and large tiles by all engines, verified, and compared with the in-core reference.
+//! Point sets from other projects. Each is built in small and large tiles by all engines, verified,
+//! and compared with the in-core reference.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ fn folder(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
 }
 
-/// All numbers of a text, whatever stands between them.
+/// Returns all numbers in a text, with any separators.
 fn numbers(text: &str) -> Vec<f64> {
     let separators = |c: char| !(c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '+'));
     text.split(separators)
@@ -47,7 +48,7 @@ fn check(name: &str, points: &[Point], tile_sizes: &[usize]) {
 }
 
 #[test]
-fn delaunator() {
+fn delaunator_test_sets_give_one_triangulation_in_every_engine() {
     let mut files: Vec<_> = fs::read_dir(folder("tests/data/delaunator"))
         .unwrap()
         .map(|e| e.unwrap().path())
@@ -66,12 +67,12 @@ fn delaunator() {
     }
 }
 
-/// The magnitudes of their coordinates go from 1e-6 to 1e35; all of a file are one set here.
+/// The coordinates' magnitudes range from 1e-6 to 1e35. All points of a file form one set here.
 ///
-/// On these sets the bulk load of crate spade leaves a hull that is not convex (17 edges instead of 7, which a computation in
-/// fractions confirms), which the engine on top of it notices.
+/// On these sets the bulk load of crate spade leaves a hull that is not convex (17 edges instead of
+/// 7, which a computation in fractions confirms). The engine that wraps spade detects this.
 #[test]
-fn robust_predicates() {
+fn robust_predicates_test_sets_give_one_triangulation_in_every_engine() {
     for name in ["orient2d.txt", "incircle.txt"] {
         let text = fs::read_to_string(folder("tests/data/robust-predicates").join(name)).unwrap();
         let mut points = Vec::new();
@@ -90,9 +91,9 @@ fn robust_predicates() {
     }
 }
 
-/// Elevation grids beside the project, where they are.
+/// Elevation grids beside the project, if they are there.
 #[test]
-fn elevation_grids() {
+fn elevation_grids_give_one_triangulation_in_every_engine() {
     let shared = folder("../shared/data/dem");
     let Ok(entries) = fs::read_dir(&shared) else {
         println!("skipped: no elevation grids beside the project");

@@ -1,5 +1,5 @@
-//! The promise: whatever the points, the options and the state of the folder, a build gives a right file or an error that
-//! says what is wrong, and leaves nothing behind.
+//! The promise: for any points, any options and any state of the folder, a build gives a right
+//! file, or an error that says what is wrong and leaves nothing behind.
 
 mod data;
 use std::fs;
@@ -22,13 +22,13 @@ fn options(tile_vertices: usize) -> BuildOptions {
     BuildOptions::default().tile_vertices(tile_vertices).threads(2)
 }
 
-/// Runs something that must come to an end.
+/// Runs `work`, and panics if it takes longer than a minute.
 fn in_time<T>(work: impl Future<Output = T>) -> T {
     let limit = Duration::from_secs(60);
     runtime().block_on(async { tokio::time::timeout(limit, work).await.expect("it hangs") })
 }
 
-/// Builds in several ways and asks everything that the tool's commands ask.
+/// Builds in several ways, and runs all queries and checks that the tool's commands run.
 fn check(points: &[Point]) {
     let expected = reference(EngineKind::Native, points);
     let vertices = distinct(points);
@@ -78,7 +78,7 @@ fn points(coordinates: &[(f64, f64)]) -> Vec<Point> {
 }
 
 #[test]
-fn few_points_and_points_on_a_line() {
+fn few_points_and_collinear_points_are_built_and_queried() {
     check(&[]);
     check(&points(&[(3.5, -1.0)]));
     check(&points(&[(-0.0, 0.0)]));
@@ -90,13 +90,13 @@ fn few_points_and_points_on_a_line() {
             .map(|i| Point::new(dx * f64::from(i), dy * f64::from(i)))
             .collect();
         check(&line);
-        // One point beside the line.
+        // With one point that is not on the line.
         check(&[line.clone(), points(&[(50.5, 1e-9)])].concat());
     }
 }
 
 #[test]
-fn equal_points() {
+fn equal_points_become_one_vertex() {
     for count in [2, 9, 500] {
         check(&vec![Point::new(7.25, -3.0); count]);
         let mut two = vec![Point::new(7.25, -3.0); count];
@@ -113,7 +113,7 @@ fn equal_points() {
 }
 
 #[test]
-fn magnitudes_far_apart_and_far_away() {
+fn coordinates_of_extreme_and_of_mixed_magnitudes_are_built_and_queried() {
     let mut random = Random(2);
     let mut magnitude = || {
         let sign = if random.bits().is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -135,7 +135,7 @@ fn magnitudes_far_apart_and_far_away() {
 }
 
 #[test]
-fn coordinates_beyond_the_limits() {
+fn coordinates_out_of_range_are_refused_and_nothing_is_left() {
     let scratch = Scratch::new();
     for bad in [
         1e-60,
@@ -161,10 +161,10 @@ fn coordinates_beyond_the_limits() {
     }
 }
 
-/// `PointBatch` is made by callers. Where its arrays did not match, a point without a record escaped the check of its
-/// coordinates, and z went to other points.
+/// Callers fill `PointBatch`. When its arrays differed in length, a point without a record escaped
+/// the check of its coordinates, and z went to other points.
 #[test]
-fn batches_that_contradict_themselves() {
+fn batches_with_arrays_of_different_lengths_or_invalid_z_are_refused() {
     let scratch = Scratch::new();
     let p = Point::new(1.0, 1.0);
     let good = PointBatch {
@@ -198,7 +198,8 @@ fn batches_that_contradict_themselves() {
     }
 }
 
-/// Nothing stays; of a build that was dropped, once its threads have ended.
+/// Asserts that nothing is left in `folder`. A dropped build may leave files until its threads have
+/// ended.
 fn assert_empty(folder: &Path) {
     let mut left = Vec::new();
     for _ in 0..500 {
@@ -211,20 +212,20 @@ fn assert_empty(folder: &Path) {
     panic!("left behind: {left:?}");
 }
 
-/// Each record of a set with duplicates, in another order of arrival each time.
+/// Returns the records of a set with duplicates, in a random order.
 fn permuted(random: &mut Random, set: &[(Point, f64)]) -> Vec<PointBatch> {
     let mut order: Vec<usize> = (0..set.len()).collect();
     random.shuffle(&mut order);
-    let batch = |places: &[usize]| PointBatch {
-        points: places.iter().map(|&i| set[i].0).collect(),
-        z: places.iter().map(|&i| set[i].1).collect(),
-        records: places.iter().map(|&i| i as u64).collect(),
+    let batch = |records: &[usize]| PointBatch {
+        points: records.iter().map(|&i| set[i].0).collect(),
+        z: records.iter().map(|&i| set[i].1).collect(),
+        records: records.iter().map(|&i| i as u64).collect(),
     };
     order.chunks(37).map(batch).collect()
 }
 
 #[test]
-fn which_duplicate_is_kept_does_not_depend_on_arrival() {
+fn the_kept_duplicate_does_not_depend_on_the_order_of_arrival() {
     let mut random = Random(3);
     let set: Vec<_> = (0..600)
         .map(|_| {
@@ -265,14 +266,14 @@ fn which_duplicate_is_kept_does_not_depend_on_arrival() {
     }
 }
 
-/// The error used to name whichever two records of whichever tile came first on that day.
+/// The error used to name two records of whichever tile was built first, so it varied between runs.
 #[test]
-fn duplicates_as_an_error_are_the_same_two_records_always() {
+fn an_error_for_duplicates_always_names_the_same_two_records() {
     let mut random = Random(4);
     let set: Vec<_> = (0..500)
         .map(|_| (Point::new(random.below(40) as f64, random.below(40) as f64), 0.0))
         .collect();
-    // The first record that lies on an earlier one, and that one.
+    // The first record at the point of an earlier record, and that earlier record.
     let on_earlier = |i: usize| set[..i].iter().position(|s| s.0 == set[i].0);
     let later = (0..set.len()).find(|&i| on_earlier(i).is_some()).unwrap();
     let expected = [on_earlier(later).unwrap() as u64, later as u64];
@@ -293,7 +294,7 @@ fn duplicates_as_an_error_are_the_same_two_records_always() {
 }
 
 #[test]
-fn outputs_that_cannot_be() {
+fn outputs_that_cannot_be_written_are_refused_and_left_unchanged() {
     let scratch = Scratch::new();
     let start = |path: &Path, force| {
         let options = options(8).force(force);
@@ -313,7 +314,7 @@ fn outputs_that_cannot_be() {
     assert!(matches!(start(Path::new("/"), true), Err(BuildError::Io { .. })));
     assert!(matches!(start(Path::new(""), true), Err(BuildError::Io { .. })));
     assert_eq!(fs::read_dir(folder).unwrap().count(), 1);
-    // With force it is replaced, once the build has succeeded.
+    // With `force` the file is replaced, but only once the build has succeeded.
     let options = options(8).force(true);
     let input = points_of(Kind::Uniform, 50, 1);
     in_time(build_batches(&scratch.path, &batches(&input, &[]), options)).unwrap();
@@ -322,7 +323,7 @@ fn outputs_that_cannot_be() {
 }
 
 #[test]
-fn an_output_that_appears_meanwhile_is_kept() {
+fn an_output_that_appears_during_the_build_is_not_overwritten() {
     let scratch = Scratch::new();
     let result = in_time(async {
         let builder = Builder::new(&scratch.path, options(8)).unwrap();
@@ -334,7 +335,7 @@ fn an_output_that_appears_meanwhile_is_kept() {
 }
 
 #[test]
-fn work_folders_of_others() {
+fn foreign_work_folders_are_not_touched_and_dead_ones_are_taken_over() {
     let scratch = Scratch::new();
     let partial = scratch.folder.path().join("test.tiles.partial");
     let start = || Builder::new(&scratch.path, options(8));
@@ -344,7 +345,8 @@ fn work_folders_of_others() {
     drop(first);
     assert_empty(scratch.folder.path());
 
-    // A folder of someone else, a file, and a folder that only looks like ours: untouched.
+    // A folder of another program, a file, and a folder that resembles a work folder: all stay
+    // unchanged.
     fs::create_dir(&partial).unwrap();
     fs::write(partial.join("thesis.tex"), "all of it").unwrap();
     assert!(matches!(start(), Err(BuildError::NotOurs(_))));
@@ -363,7 +365,7 @@ fn work_folders_of_others() {
     assert_eq!(fs::read(&partial).unwrap(), b"a file");
     fs::remove_file(&partial).unwrap();
 
-    // What a dead build left is taken over, also if it died before it could lock.
+    // A build takes over the work folder of a dead build, also if that died before it could lock.
     fs::create_dir(&partial).unwrap();
     drop(start().unwrap());
     assert_empty(scratch.folder.path());
@@ -380,7 +382,7 @@ fn work_folders_of_others() {
 }
 
 #[test]
-fn builds_that_are_given_up() {
+fn dropped_builds_leave_no_files() {
     let input = points_of(Kind::Uniform, 3000, 1);
     let scratch = Scratch::new();
     let mut builder = Builder::new(&scratch.path, options(8)).unwrap();
@@ -391,7 +393,7 @@ fn builds_that_are_given_up() {
     });
     drop(builder);
     assert_empty(scratch.folder.path());
-    // Futures that are dropped at any moment.
+    // Futures that are dropped at various moments.
     let mut finished = 0;
     for micros in (0..40).map(|i| i * i * 60) {
         let runtime = runtime();
@@ -411,7 +413,7 @@ fn builds_that_are_given_up() {
 }
 
 #[test]
-fn builds_that_are_cancelled() {
+fn cancelled_builds_leave_no_files() {
     let input = points_of(Kind::Uniform, 3000, 1);
     let scratch = Scratch::new();
     let mut cancelled_in = [0; 5];
@@ -451,7 +453,7 @@ fn builds_that_are_cancelled() {
 }
 
 #[test]
-fn budgets_and_options_out_of_range() {
+fn budgets_and_options_out_of_range_are_refused() {
     let scratch = Scratch::new();
     let input = batches(&points_of(Kind::Uniform, 5000, 1), &[]);
     for memory in [0, 1, 20_000] {
@@ -478,7 +480,7 @@ fn budgets_and_options_out_of_range() {
 }
 
 #[test]
-fn more_threads_than_tiles() {
+fn more_threads_than_tiles_give_the_same_digest() {
     for n in [0, 1, 4, 12, 20, 100] {
         let input = points_of(Kind::Uniform, n, n);
         let expected = reference(EngineKind::Native, &input);
@@ -492,9 +494,9 @@ fn more_threads_than_tiles() {
     }
 }
 
-/// A disk that is full, where this process may mount one.
+/// A full disk; skipped if this process may not mount one.
 #[test]
-fn a_full_disk() {
+fn a_build_on_a_full_disk_returns_a_disk_error_and_leaves_no_files() {
     let folder = tempfile::tempdir().unwrap();
     let mount = |args: &[&str]| {
         let status = std::process::Command::new(args[0])
@@ -516,7 +518,7 @@ fn a_full_disk() {
 }
 
 #[test]
-fn what_must_precede_points_is_refused_after_them() {
+fn calls_that_must_precede_points_are_refused_after_them() {
     let scratch = Scratch::new();
     runtime().block_on(async {
         let mut builder = Builder::new(&scratch.path, options(8)).unwrap();
@@ -540,7 +542,7 @@ fn what_must_precede_points_is_refused_after_them() {
                 "{name}: {refused:?}"
             );
         }
-        // What was refused changes nothing.
+        // The refused calls change nothing.
         assert_eq!(builder.finish().await.unwrap().vertices, 100);
     });
 }

@@ -1,4 +1,4 @@
-//! Segments that cross: the report and the split are those of the set of segments.
+//! Segments that cross: the report and the split depend only on the set of segments.
 
 use delaunay_tiles::geometry::{Point, crossing_point};
 use delaunay_tiles::input::SegmentBatch;
@@ -19,12 +19,12 @@ const WAYS: [Way; 4] = [
     (1 << 16, 1 << 16, 1, ENOUGH),
 ];
 
-/// Segments of random length and direction; each is a line.
+/// Returns segments of random length and direction; each is a line of its own.
 fn segments(count: usize, length: f64, seed: u64) -> Vec<Segment> {
     let mut random = Random(seed);
-    let mut place = || Point::new(random.unit(), random.unit());
+    let mut point = || Point::new(random.unit(), random.unit());
     let segment = |_| {
-        let (a, along) = (place(), place());
+        let (a, along) = (point(), point());
         [
             a,
             Point::new(a.x + length * (along.x - 0.5), a.y + length * (along.y - 0.5)),
@@ -33,7 +33,7 @@ fn segments(count: usize, length: f64, seed: u64) -> Vec<Segment> {
     (0..count).map(segment).collect()
 }
 
-/// Builds from numbered lines, in some order, and the file's digest.
+/// Builds from numbered lines, in the given order. Returns the summary and the file's digest.
 async fn build(
     points: &[Point],
     lines: &[(u64, Segment)],
@@ -65,7 +65,7 @@ async fn build(
     Ok((summary, reader.digest().await.unwrap()))
 }
 
-/// The lines in another order and direction.
+/// Returns the lines in another order, each with its ends swapped.
 fn turned(lines: &[(u64, Segment)]) -> Vec<(u64, Segment)> {
     let mut turned: Vec<_> = lines.iter().map(|&(line, [a, b])| (line, [b, a])).collect();
     Random(9).shuffle(&mut turned);
@@ -77,7 +77,7 @@ fn numbered(segments: Vec<Segment>) -> Vec<(u64, Segment)> {
 }
 
 #[test]
-fn the_first_ten_are_told() {
+fn an_error_for_crossings_reports_the_first_ten_and_their_number() {
     let points = points_of(Kind::Uniform, 2000, 4);
     for (count, length, seed) in [(400, 0.02, 1), (300, 0.2, 2), (60, 2.0, 3)] {
         let lines = numbered(segments(count, length, seed));
@@ -88,7 +88,7 @@ fn the_first_ten_are_told() {
             }
         }
         assert!(!expected.is_empty());
-        let told = |crossing: &Crossing| {
+        let reported = |crossing: &Crossing| {
             let [one, other] = crossing.lines.map(|line| line.number());
             (one, other, crossing.point)
         };
@@ -100,7 +100,7 @@ fn the_first_ten_are_told() {
                         panic!("{built:?}");
                     };
                     assert_eq!(count, expected.len() as u64);
-                    let first: Vec<_> = first.iter().map(told).collect();
+                    let first: Vec<_> = first.iter().map(reported).collect();
                     assert_eq!(first, expected[..expected.len().min(10)]);
                 }
             }
@@ -109,7 +109,7 @@ fn the_first_ten_are_told() {
 }
 
 #[test]
-fn what_crosses_is_split_alike() {
+fn crossing_lines_are_split_alike_in_any_tiles_order_and_direction() {
     let points = points_of(Kind::Uniform, 1000, 4);
     for (count, length, seed) in [(400, 0.02, 1), (200, 0.3, 2), (40, 2.0, 3)] {
         let lines = numbered(segments(count, length, seed));
@@ -135,10 +135,12 @@ fn what_crosses_is_split_alike() {
     }
 }
 
-/// Lines of a kind from a number on, with z at their ends or none.
+/// Lines of a kind: their kind, the number of the first, their ends, and the z of their ends or
+/// none.
 type LineSet<'a> = (LineKind, u64, &'a [Segment], &'a [[f64; 2]]);
 
-/// z of the vertices of a build from lines of several kinds, whose batches have z or none.
+/// Builds from lines of several kinds, whose batches have z or none. Returns all vertices with
+/// their z.
 async fn heights(sets: &[LineSet<'_>], tile_vertices: usize) -> Vec<(Point, Option<f64>)> {
     let scratch = Scratch::new();
     let options = BuildOptions::default()
@@ -165,7 +167,7 @@ async fn heights(sets: &[LineSet<'_>], tile_vertices: usize) -> Vec<(Point, Opti
 }
 
 #[test]
-fn crossing_points_have_the_z_of_the_first_line_that_has_some() {
+fn crossing_points_have_the_z_of_the_first_line_with_z() {
     let line = |[a, b]: [[f64; 2]; 2]| [Point::new(a[0], a[1]), Point::new(b[0], b[1])];
     let flat = [[[0.0, 1.0], [8.0, 1.0]]].map(line);
     let upright = [[[1.0, 0.0], [1.0, 4.0]], [[6.0, 0.0], [6.0, 4.0]]].map(line);
@@ -199,9 +201,10 @@ fn crossing_points_have_the_z_of_the_first_line_that_has_some() {
     });
 }
 
-/// A line that is bent at a crossing still goes through the points and sites that lie on it, in memory and on the disk.
+/// A line that is bent at a crossing still passes through the points and sites on it, in memory and
+/// on disk.
 #[test]
-fn points_on_lines_that_are_bent_stay_on_them() {
+fn points_on_a_line_stay_on_it_when_it_is_bent_at_a_crossing() {
     let p = Point::new;
     let lines = numbered(vec![
         [p(0.0, 0.0), p(9.0, 3.0)],
@@ -209,7 +212,7 @@ fn points_on_lines_that_are_bent_stay_on_them() {
         [p(0.0, 10.0), p(1.0, 10.0)],
     ]);
     let mut random = Random(4);
-    // None of them lies on these lines.
+    // None of these points is on the lines.
     let mut points: Vec<Point> = (0..60_000).map(|_| p(random.unit() + 20.0, random.unit())).collect();
     points.splice(30_000..30_000, [p(6.0, 2.0), p(3.0, 1.0)]);
     runtime().block_on(async {
@@ -231,7 +234,7 @@ fn points_on_lines_that_are_bent_stay_on_them() {
 }
 
 #[test]
-fn splitting_takes_memory() {
+fn splitting_with_too_little_memory_returns_a_memory_error() {
     let lines = numbered(segments(60_000, 0.001, 1));
     let way = (500, 1 << 16, 1, 8 << 20);
     let built = runtime().block_on(build(&[], &lines, Crossings::Split, way));

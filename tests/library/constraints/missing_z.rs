@@ -1,7 +1,7 @@
-//! Vertices without z where others have it.
+//! Vertices without z in a file where others have z.
 //!
-//! Break lines without z in terrain of 800 m gave vertices at z = 0, 105 pits, with a note at most,
-//! and none from an edit.
+//! Break lines without z in terrain of 800 m once gave vertices at z = 0, 105 pits. A build told of
+//! them in a note at most, an edit not at all.
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
@@ -21,7 +21,7 @@ fn p(x: f64, y: f64) -> Point {
     Point::new(x, y)
 }
 
-/// Terrain of 800 m: a grid of 10 by 10, one apart.
+/// Returns terrain of 800 m: a grid of 10 by 10 points, one unit apart.
 fn terrain() -> PointBatch {
     let points: Vec<Point> = (0..100).map(|n| p(f64::from(n % 10), f64::from(n / 10))).collect();
     PointBatch {
@@ -66,7 +66,7 @@ impl Input {
         builder.finish().await
     }
 
-    /// The error, which leaves nothing behind.
+    /// Builds and returns the error's first vertex and its count. Checks that no file is left.
     fn error(&self, options: BuildOptions) -> (VertexWithoutZ, u64) {
         runtime().block_on(async {
             let scratch = Scratch::new();
@@ -79,20 +79,20 @@ impl Input {
         })
     }
 
-    /// z at a place, and how many vertices got 0.
-    fn z_at(&self, place: Point, options: BuildOptions) -> (f64, u64) {
+    /// Builds and returns the z at `point` and the number of vertices that got 0.
+    fn z_at(&self, point: Point, options: BuildOptions) -> (f64, u64) {
         runtime().block_on(async {
             let scratch = Scratch::new();
             let summary = self.build(&scratch, options).await.unwrap();
-            (z_at(&scratch, place).await, summary.without_z)
+            (z_at(&scratch, point).await, summary.without_z)
         })
     }
 }
 
-async fn z_at(scratch: &Scratch, place: Point) -> f64 {
+async fn z_at(scratch: &Scratch, point: Point) -> f64 {
     let tiles: Vec<_> = scratch.open().await.tiles().try_collect().await.unwrap();
     let mut found = tiles.iter().flat_map(|tile| {
-        let vertices = tile.vertex_indices().filter(|&vertex| tile.point(vertex) == place);
+        let vertices = tile.vertex_indices().filter(|&vertex| tile.point(vertex) == point);
         vertices.map(|vertex| tile.z(vertex).expect("the file has z"))
     });
     found.next().expect("a vertex lies there")
@@ -103,7 +103,7 @@ fn options(missing_z: MissingZ) -> BuildOptions {
 }
 
 #[test]
-fn no_end_of_a_line_becomes_a_pit_unless_that_is_asked_for() {
+fn line_ends_without_z_get_zero_only_on_request() {
     let input = Input::new(lines(&[[p(1.0, 1.0), p(2.0, 2.0)], [p(1.5, 7.25), p(7.5, 7.25)]], &[]));
     let (first, count) = input.error(BuildOptions::default());
     assert_eq!((first.what, first.point, count), (WithoutZ::End, p(1.5, 7.25), 2));
@@ -115,10 +115,10 @@ fn no_end_of_a_line_becomes_a_pit_unless_that_is_asked_for() {
 }
 
 #[test]
-fn an_end_where_a_point_or_another_end_with_z_lies_lacks_nothing() {
+fn a_line_end_without_z_takes_the_z_of_a_point_or_end_there() {
     let on_points = Input::new(lines(&[[p(1.0, 1.0), p(7.0, 8.0)]], &[]));
     assert_eq!(on_points.z_at(p(7.0, 8.0), BuildOptions::default()), (800.0, 0));
-    // The line without z comes first, and meets one with z.
+    // The line without z comes first and shares an end with one that has z.
     let both = lines(
         &[[p(1.0, 1.0), p(4.5, 4.25)], [p(4.5, 4.25), p(8.0, 1.0)]],
         &[[NONE; 2], [795.0, NONE]],
@@ -127,7 +127,7 @@ fn an_end_where_a_point_or_another_end_with_z_lies_lacks_nothing() {
 }
 
 #[test]
-fn points_crossings_and_sites_become_no_pits_either() {
+fn points_crossings_and_sites_without_z_get_zero_only_on_request() {
     let mut flat = Input::new(lines(&[[p(0.0, 0.0), p(9.0, 9.0)]], &[[700.0, 700.0]]));
     flat.points.z.clear();
     let (first, count) = flat.error(BuildOptions::default());
@@ -153,12 +153,12 @@ fn points_crossings_and_sites_become_no_pits_either() {
 }
 
 #[test]
-fn of_points_at_one_place_the_lowest_is_one_that_has_z() {
+fn equal_points_with_z_keep_it() {
     for duplicates in [Duplicates::Lowest, Duplicates::Highest] {
         let mut input = Input::new(SegmentBatch::default());
         input.points.points.push(p(3.0, 3.0));
         input.points.records.push(100);
-        // Points that came before had no z.
+        // All points have z, this one too.
         input.points.z.push(800.0);
         let options = BuildOptions::default().duplicates(duplicates);
         assert_eq!(input.z_at(p(3.0, 3.0), options), (800.0, 0));
@@ -166,7 +166,7 @@ fn of_points_at_one_place_the_lowest_is_one_that_has_z() {
 }
 
 #[test]
-fn what_is_told_does_not_depend_on_tiles_threads_or_memory() {
+fn the_reported_vertex_without_z_does_not_depend_on_tiles_threads_or_memory() {
     let mut random = Random(11);
     let points: Vec<Point> = (0..100_000).map(|_| p(random.unit(), random.unit())).collect();
     let ends: Vec<Segment> = (0..200)
@@ -176,7 +176,7 @@ fn what_is_told_does_not_depend_on_tiles_threads_or_memory() {
         })
         .collect();
     let mut input = Input::new(lines(&ends, &[]));
-    // Some have z after all.
+    // Every third line has z.
     input.lines.z = (0..200)
         .map(|n| if n % 3 == 0 { [5.0; 2] } else { [NONE; 2] })
         .collect();
@@ -200,7 +200,7 @@ fn what_is_told_does_not_depend_on_tiles_threads_or_memory() {
 }
 
 #[test]
-fn an_edit_makes_no_pits_unless_that_is_asked_for() {
+fn an_edit_gives_zero_to_vertices_without_z_only_on_request() {
     let later = lines(
         &[
             [p(1.0, 1.0), p(2.0, 2.0)],

@@ -1,5 +1,6 @@
-//! The promise: the same triangles and constraint edges whatever the tile size, the fan-out, the memory, the threads, the
-//! order and the direction of the segments, and the same as in core; and `verify` proves them.
+//! The promise: the triangles and constraint edges are those of an in-core build. They do not
+//! depend on the tile size, the fan-out, the memory, the threads, or the order and direction of the
+//! segments. `verify` proves them.
 
 mod crossings;
 mod missing_z;
@@ -21,7 +22,7 @@ use proptest::prelude::*;
 
 type Segment = [Point; 2];
 
-/// Points and segments between places.
+/// Points, and segments given by their ends.
 struct Input {
     name: &'static str,
     points: Vec<Point>,
@@ -29,13 +30,13 @@ struct Input {
 }
 
 impl Input {
-    /// Segments by numbers of points.
+    /// Creates an input whose segments are given by the indices of their points.
     fn between(name: &'static str, points: Vec<Point>, segments: impl IntoIterator<Item = [u32; 2]>) -> Self {
         let segments = segments.into_iter().map(|s| s.map(|v| points[v as usize])).collect();
         Self { name, points, segments }
     }
 
-    /// Points and the corners of lines among them.
+    /// Creates an input of points and of polylines given by their corners.
     fn lines(name: &'static str, points: Vec<Point>, lines: &[Vec<(f64, f64)>]) -> Self {
         let lines = lines.iter().flat_map(|line| line.windows(2));
         let segments = lines.map(|pair| [pair[0], pair[1]].map(|(x, y)| Point::new(x, y)));
@@ -46,13 +47,14 @@ impl Input {
         }
     }
 
-    /// All vertices, in order.
+    /// Returns all vertices, in order.
     fn vertices(&self) -> Vec<Point> {
         let ends = self.segments.as_flattened().iter().copied();
         distinct(&self.points.iter().copied().chain(ends).collect::<Vec<_>>())
     }
 
-    /// The triangulation in core. Segments that cross others are left out, of the input too.
+    /// Triangulates in core and returns the digest. Segments that cross earlier ones are left out,
+    /// and removed from the input.
     fn in_core(&mut self) -> Digest {
         let points = self.vertices();
         let number = |p: Point| points.binary_search_by(|q| q.lex_cmp(p.normalized())).unwrap() as u32;
@@ -71,7 +73,7 @@ impl Input {
             }
             is_in
         });
-        // Those that were left out have vertices no more.
+        // The ends of removed segments are no longer vertices.
         let left = self.vertices();
         if left.len() < points.len() {
             return self.in_core();
@@ -87,11 +89,12 @@ impl Input {
         digest
     }
 
-    /// Whether a place is not within the hull of the points and of the ends of some segments: all lie on one side of a line through it.
-    fn is_not_within(&self, segments: &[Segment], place: Point) -> bool {
+    /// Returns whether `point` is not strictly within the hull of the points and of the ends of
+    /// `segments`: a line through `point` has all of them on one side.
+    fn is_not_within(&self, segments: &[Segment], point: Point) -> bool {
         let all: Vec<Point> = self.points.iter().chain(segments.as_flattened()).copied().collect();
-        let has_all_left = |&&p: &&Point| all.iter().all(|&q| orient2d(place, p, q) != Orientation::Clockwise);
-        all.iter().any(|p| *p != place && has_all_left(&p))
+        let has_all_left = |&&p: &&Point| all.iter().all(|&q| orient2d(point, p, q) != Orientation::Clockwise);
+        all.iter().any(|p| *p != point && has_all_left(&p))
     }
 
     async fn build(&self, scratch: &Scratch, options: BuildOptions) -> Result<BuildSummary, BuildError> {
@@ -107,7 +110,8 @@ impl Input {
 }
 
 impl Input {
-    /// Builds with some segments, and with the ends of all as points or not; the others come when the file is there.
+    /// Builds with some of the segments, with the ends of all of them as points or not, and inserts
+    /// the other segments in an edit.
     async fn check_edited(&self, tile_vertices: usize, expected: Digest, way: &str) {
         for (built, has_ends) in [
             (0, true),
@@ -127,11 +131,11 @@ impl Input {
             match start.build(&scratch, options).await {
                 Ok(built) if built.triangles > 0 => {}
                 Ok(_) => continue,
-                // They meet in an end of one that is still to come.
+                // The first segments meet in an end of a later one, so without that end they cross.
                 Err(BuildError::Crossings { .. }) if !has_ends => continue,
                 Err(error) => panic!("{way}: {error}"),
             }
-            // So little that tiles have to go and come.
+            // So little memory that tiles must leave the cache and come back.
             let memory = (512 << 10) + 400 * later.len() as u64;
             let mut editor = Editor::open(&scratch.path, memory).await.unwrap();
             let batch = SegmentBatch {
@@ -142,8 +146,8 @@ impl Input {
             editor.push(LineKind::BreakLine, 0, &batch).unwrap();
             let summary = match editor.finish().await {
                 Ok(summary) => summary,
-                // The hull of a file is what it is.
-                Err(EditError::Outside { place, .. }) if !has_ends && self.is_not_within(first, place) => continue,
+                // An edit cannot extend the hull of a file.
+                Err(EditError::Outside { point, .. }) if !has_ends && self.is_not_within(first, point) => continue,
                 Err(error) => panic!("{way}, edited: {error}"),
             };
             assert_eq!(summary.vertices == 0, self.vertices().len() == start.vertices().len());
@@ -165,7 +169,7 @@ const ENOUGH: u64 = 1 << 30;
 
 const WAYS: [Way; 7] = [
     (8, 16, 1, ENOUGH),
-    // What segments hold is more than a leaf may hold of so little, so some are put off.
+    // The segments need more than the share of a leaf, so some are deferred.
     (50, 1 << 16, 2, 1 << 20),
     (8, 1 << 16, 2, ENOUGH),
     (50, 200, 3, ENOUGH),
@@ -174,7 +178,8 @@ const WAYS: [Way; 7] = [
     (1 << 16, 1 << 16, 1, ENOUGH),
 ];
 
-/// Builds in many ways, and compares with the triangulation in core. Returns how many segments were put off in all.
+/// Builds in all `ways`, and compares with the in-core triangulation. Returns the number of
+/// deferred segments in all.
 fn check(mut input: Input, ways: &[Way]) -> u64 {
     let expected = input.in_core();
     let mut deferred = 0;
@@ -208,7 +213,7 @@ fn check(mut input: Input, ways: &[Way]) -> u64 {
                 Ok(report) => assert_eq!(report.constraint_edges, summary.constraint_edges),
                 Err(error) => panic!("{way}: {error}"),
             }
-            // Each is a break line of its own.
+            // Each segment is a break line of its own.
             let lines = input.segments.iter().zip(0..);
             let mut lines: Vec<_> = lines
                 .map(|(&ends, number)| (ends, EdgeSource::new(LineKind::BreakLine, number)))
@@ -232,7 +237,7 @@ fn check(mut input: Input, ways: &[Way]) -> u64 {
 }
 
 #[test]
-fn points_on_one_line() {
+fn collinear_points_keep_their_constraint_edges() {
     let on = |(dx, dy): (f64, f64), at: f64| Point::new(3.0 + dx * at, dy * at - 1.0);
     for (direction, seed) in [
         ((1.0, 0.0), 1),
@@ -250,9 +255,9 @@ fn points_on_one_line() {
             (300, 300, 9),
             (40, 400, 2),
         ] {
-            let mut place = || random.below(1000) as f64;
-            let points = (0..points).map(|_| on(direction, place())).collect();
-            let ends: Vec<f64> = (0..segments).map(|_| place()).collect();
+            let mut position = || random.below(1000) as f64;
+            let points = (0..points).map(|_| on(direction, position())).collect();
+            let ends: Vec<f64> = (0..segments).map(|_| position()).collect();
             let ends = ends
                 .into_iter()
                 .map(|at| (at, at + random.below(2 * length + 1) as f64 - length as f64));
@@ -264,7 +269,7 @@ fn points_on_one_line() {
 }
 
 #[test]
-fn pslgs_of_the_thesis() {
+fn pslgs_of_the_thesis_equal_the_in_core_triangulation() {
     for (kind, alpha) in [
         (Kind::Uniform, 0.5),
         (Kind::Kuzmin, 0.5),
@@ -278,18 +283,18 @@ fn pslgs_of_the_thesis() {
 }
 
 #[test]
-fn long_segments_across_everything() {
+fn long_segments_across_all_tiles_equal_the_in_core_triangulation() {
     for (points, segments) in [(2000, 40), (300, 100), (0, 60)] {
         let is_small = points == 0;
         let long = LongSegments::new(points, segments, 3).unwrap();
         let points = long.points().map(|[x, y]| Point::new(x, y)).collect();
         let deferred = check(Input::between("long segments", points, long.segments()), &WAYS);
-        assert!(deferred > 0 || is_small, "nothing was put off");
+        assert!(deferred > 0 || is_small, "nothing was deferred");
     }
 }
 
 #[test]
-fn stars_spirals_combs_and_polygons_within_each_other() {
+fn stars_spirals_combs_and_nested_polygons_equal_the_in_core_triangulation() {
     let at = |turn: f64, r: f64| (0.5 + r * (TAU * turn).cos(), 0.5 + r * (TAU * turn).sin());
     let star: Vec<_> = (0..150)
         .map(|i| f64::from(i) / 150.0)
@@ -320,22 +325,23 @@ fn stars_spirals_combs_and_polygons_within_each_other() {
     }
 }
 
-/// Lines along cell sides, through vertices, over each other, of no length; ties everywhere.
+/// Segments along cell borders, through vertices, on top of each other, and of length zero; ties
+/// are everywhere.
 #[test]
-fn segments_on_grids() {
+fn segments_on_grids_equal_the_in_core_triangulation() {
     let mut random = Random(11);
     for round in 0..12 {
         let size = 8 + 2 * round;
-        let place = |random: &mut Random| Point::new(random.below(size) as f64, random.below(size) as f64);
-        let points = (0..size * size / 2).map(|_| place(&mut random)).collect();
+        let point = |random: &mut Random| Point::new(random.below(size) as f64, random.below(size) as f64);
+        let points = (0..size * size / 2).map(|_| point(&mut random)).collect();
         let segments = (0..60)
             .map(|i| {
-                let a = place(&mut random);
+                let a = point(&mut random);
                 match i % 4 {
                     0 => [a, Point::new(a.x, random.below(size) as f64)],
                     1 => [a, Point::new(random.below(size) as f64, a.y)],
                     2 => [a, Point::new(a.x + 1.0, a.y + random.below(3) as f64 - 1.0)],
-                    _ => [a, place(&mut random)],
+                    _ => [a, point(&mut random)],
                 }
             })
             .collect();
@@ -347,9 +353,9 @@ fn segments_on_grids() {
     }
 }
 
-/// Most tiles lie on one line, and have no triangles to walk through.
+/// Most tiles have collinear vertices only, so they have no triangles to walk through.
 #[test]
-fn points_on_few_lines() {
+fn points_on_three_parallel_lines_equal_the_in_core_triangulation() {
     let lines = [0.0, 1000.0, 2000.0];
     let along = (0..400).map(f64::from);
     let points: Vec<Point> = lines
@@ -367,7 +373,7 @@ fn points_on_few_lines() {
 }
 
 #[test]
-fn builds_larger_than_memory() {
+fn builds_larger_than_memory_equal_the_in_core_triangulation() {
     let pslg = Pslg::new(Kind::Uniform, 60_000, 0.5, 3).unwrap();
     let points = pslg.points().map(|[x, y]| Point::new(x, y)).collect();
     let ways = [(500, 1 << 16, 2, 4 << 20), (500, 1 << 16, 1, ENOUGH)];
@@ -382,17 +388,18 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn small_grids_and_small_tiles(
+    fn small_grids_in_small_tiles_equal_the_in_core_triangulation(
         points in prop::collection::vec((0u8..7, 0u8..7), 0..60),
         segments in prop::collection::vec(((0u8..7, 0u8..7), (0u8..7, 0u8..7)), 1..25),
     ) {
-        let place = |(x, y): (u8, u8)| Point::new(x.into(), y.into());
+        let point = |(x, y): (u8, u8)| Point::new(x.into(), y.into());
         let mut input = Input {
             name: "small grid",
-            points: points.into_iter().map(place).collect(),
-            segments: segments.into_iter().map(|(a, b)| [place(a), place(b)]).collect(),
+            points: points.into_iter().map(point).collect(),
+            segments: segments.into_iter().map(|(a, b)| [point(a), point(b)]).collect(),
         };
-        // What crosses is left out, and with it perhaps the only vertex off a line.
+        // Crossing segments are left out. That may remove the only vertex that is not collinear
+        // with the others.
         input.in_core();
         let vertices = input.vertices();
         let [first, second] = [0, 1].map(|i| vertices.get(i).copied().unwrap_or_default());
@@ -406,7 +413,7 @@ proptest! {
 }
 
 #[test]
-fn what_cannot_be_built() {
+fn crossing_segments_and_invalid_ends_are_refused_and_leave_no_files() {
     let square = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)].map(|(x, y)| Point::new(x, y));
     let [a, b, c, d] = square;
     runtime().block_on(async {
@@ -439,7 +446,7 @@ fn what_cannot_be_built() {
             ),
             "{invalid:?}"
         );
-        // A point in the way makes a meeting of a crossing.
+        // With a point at the crossing, the segments meet there instead of crossing.
         let centre = [square.to_vec(), vec![Point::new(2.0, 2.0)]].concat();
         assert_eq!(build(&centre, &[[a, c], [b, d], [a, a]]).await.0.unwrap(), 4);
     });

@@ -1,4 +1,5 @@
-//! Lines that run along each other: any number of them, in time with what the edges have to know.
+//! Lines that overlap: any number of them may share edges, and the time is proportional to what the
+//! edges store.
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::SegmentBatch;
@@ -9,13 +10,13 @@ use distributions::Kind;
 use super::{ENOUGH, Input, Segment, WAYS, check};
 use crate::support::{Random, Scratch, batches, points_of, runtime, verify_lines};
 
-/// A place on a line through the unit square, or in a row without anything else.
+/// Returns the point at position `at` on one of three lines through the centre of the unit square.
 fn on(line: usize, at: f64) -> Point {
     let direction = [(1.0, 0.25), (0.0, 1.0), (2.0, -1.0)][line];
     Point::new(0.5 + at * direction.0 / 1024.0, 0.5 + at * direction.1 / 1024.0)
 }
 
-/// Segments on three lines that cross in one vertex.
+/// Returns segments on three lines that cross in one vertex.
 fn segments(count: usize, length: usize, seed: u64) -> Vec<Segment> {
     let mut random = Random(seed);
     let segment = |number: usize| {
@@ -26,7 +27,7 @@ fn segments(count: usize, length: usize, seed: u64) -> Vec<Segment> {
     (0..count).map(segment).collect()
 }
 
-/// Builds with segments all of which are of one line.
+/// Builds with segments that all belong to one line.
 async fn build_line(
     scratch: &Scratch,
     kind: LineKind,
@@ -52,7 +53,7 @@ async fn build_line(
 }
 
 #[test]
-fn edges_know_all_lines_that_run_along_them() {
+fn edges_store_all_lines_that_run_along_them() {
     let origin = on(0, 0.0);
     for (points, count, length) in [(300, 600, 400), (2000, 150, 1000), (0, 300, 300)] {
         let mut points = points_of(Kind::Uniform, points, 3);
@@ -69,9 +70,10 @@ fn edges_know_all_lines_that_run_along_them() {
     }
 }
 
-/// A line that runs to and fro. Walking along it piece by piece would take some ten million steps.
+/// A line that runs back and forth over itself. Walking each of its subsegments separately would
+/// take some ten million steps.
 #[test]
-fn a_line_that_runs_along_itself_is_walked_along_once() {
+fn a_line_that_overlaps_itself_is_walked_once() {
     let mut random = Random(7);
     let mut line = |kind: LineKind| -> (Vec<Segment>, LineKind) {
         let mut corners: Vec<Point> = (0..6000)
@@ -105,10 +107,11 @@ fn a_line_that_runs_along_itself_is_walked_along_once() {
 }
 
 #[test]
-fn what_edges_know_is_limited_by_the_memory() {
+fn overlaps_that_exceed_the_memory_return_a_memory_error() {
     for points in [0, 1000] {
         let points = points_of(Kind::Uniform, points, 3);
-        // Each within the one before it: 2.25 million times an edge has a line.
+        // Each segment is within the one before it, so edges store 2.25 million references to
+        // lines.
         let nested = (0..1500).map(|i| [f64::from(i) - 1600.0, 1600.0 - f64::from(i)]);
         let segments: Vec<Segment> = nested.map(|ends| ends.map(|at| on(0, at))).collect();
         let input = Input {

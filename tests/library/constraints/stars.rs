@@ -1,15 +1,18 @@
-//! Stars: many lines that share a vertex, which are put off for want of memory or added to a file later.
+//! Stars: many lines that share a vertex. They are deferred when memory is short, or added to a
+//! file later.
 //!
-//! A build of 230 lines in a star ended with "no triangle around a vertex is on the way of a line", one of 100,000 with "a line
-//! between two vertices leaves the triangulation". The hub lay on the cut between two tiles. The tile beside it took each line as one
-//! that passes through, since it touched its cell, and handed it up to the root. The line itself lay within the tile of its
-//! ends, where it was put off. So nothing was in the way of the line at the root: it held triangles there, which went to no tile.
+//! A build of 230 lines in a star once ended with "no triangle around a vertex is on the way of a
+//! line", and one of 100,000 with "a line between two vertices leaves the triangulation". The hub
+//! was on the cut between two tiles. The neighbouring tile treated each line as one that passes
+//! through, since the line touched its cell, and handed it up to the root. The line itself was
+//! within the tile of its ends, where it was deferred. So at the root nothing was in the line's
+//! way, and the root kept triangles there that went to no tile.
 
 use std::fs;
 
 use super::*;
 
-/// A case of `tests/data/star`: segments between points, by number.
+/// Reads a case of `tests/data/star`: segments between points, by index.
 fn case(name: &'static str) -> Input {
     let bytes = |kind: &str| fs::read(format!("tests/data/star/{name}.{kind}")).unwrap();
     let coordinates = bytes("f64");
@@ -30,7 +33,8 @@ fn case(name: &'static str) -> Input {
     Input::between(name, points, numbers.as_chunks().0.iter().copied())
 }
 
-/// A star around a hub: each line ends at another distance. Vertices on the lines are points, or ends of other lines.
+/// Returns a star around `hub`, whose lines end at different distances. Some vertices on the lines
+/// are points, others are ends of other lines.
 fn star(hub: (f64, f64), degree: u32, from: f64, to: f64) -> (Vec<Point>, Vec<Segment>) {
     let mut random = Random(7);
     let (mut points, mut segments) = (Vec::new(), Vec::new());
@@ -62,14 +66,14 @@ const LITTLE: [Way; 4] = [
 ];
 
 #[test]
-fn lines_that_share_a_vertex_on_a_cut_are_put_off_and_nothing_is_lost() {
+fn deferred_lines_that_share_a_vertex_on_a_cut_equal_the_in_core_triangulation() {
     for name in ["star230", "star600"] {
-        assert!(check(case(name), &LITTLE) > 0, "none was put off");
+        assert!(check(case(name), &LITTLE) > 0, "none was deferred");
     }
 }
 
 #[test]
-fn two_stars_and_vertices_on_their_lines() {
+fn two_stars_with_vertices_on_their_lines_equal_the_in_core_triangulation() {
     let (mut points, mut segments) = star((-4000.0, 0.0), 300, 0.0, TAU);
     let (more, others) = star((4000.0, 9.0), 200, 0.0, TAU);
     points.extend(more);
@@ -85,22 +89,22 @@ fn two_stars_and_vertices_on_their_lines() {
         points,
         segments,
     };
-    assert!(check(input, &LITTLE) > 0, "none was put off");
+    assert!(check(input, &LITTLE) > 0, "none was deferred");
 }
 
 #[test]
-fn a_corner_of_the_hull_from_which_lines_fan_out() {
+fn a_fan_of_lines_from_a_hull_corner_equals_the_in_core_triangulation() {
     let (points, segments) = star((0.0, 0.0), 400, 0.0, TAU / 4.0);
     let input = Input {
         name: "fan",
         points,
         segments,
     };
-    assert!(check(input, &LITTLE) > 0, "none was put off");
+    assert!(check(input, &LITTLE) > 0, "none was deferred");
 }
 
 #[test]
-fn an_edit_does_not_go_round_a_vertex_for_each_line_that_ends_there() {
+fn an_edit_does_not_walk_the_whole_star_of_a_hub_for_each_line() {
     let degree = 4000;
     let (points, segments) = star((0.0, 0.0), degree, 0.0, TAU);
     let ends = segments.as_flattened().iter().copied();
@@ -121,7 +125,8 @@ fn an_edit_does_not_go_round_a_vertex_for_each_line_that_ends_there() {
         };
         editor.push(LineKind::BreakLine, 0, &batch).unwrap();
         let summary = editor.finish().await.unwrap();
-        // Half of the hub's triangles for each line would be 2,000. All tiles fit in memory, so each is read once.
+        // Walking half of the hub's triangles for each line would take 2,000. All tiles fit in
+        // memory, so each is read once.
         assert!(
             summary.triangles_looked_at < 100 * summary.segments,
             "{} triangles for {} lines",

@@ -1,4 +1,5 @@
-//! Segments that are split at the borders of cells: where, and that nothing else changes.
+//! Segments that are split at the borders of cells: where they are split, and that nothing else
+//! changes.
 
 use delaunay_tiles::geometry::{Point, segments_cross};
 use delaunay_tiles::input::SegmentBatch;
@@ -8,11 +9,11 @@ use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, LinesToSpl
 use super::{ENOUGH, Segment};
 use crate::support::{Random, Scratch, batches, runtime, verify_lines};
 
-/// Small enough for 60,000 points to go to the disk.
+/// Little enough memory for 60,000 points to go to disk.
 const LITTLE: u64 = 3 << 19;
 
-/// Polygons within each other and lines that end on their sides, across everything.
-fn town() -> (Vec<Point>, Vec<Line>) {
+/// Returns nested polygons, and lines that end on their edges, across all cells.
+fn town() -> (Vec<Point>, Vec<LabelledSegment>) {
     let p = Point::new;
     let mut random = Random(4);
     let points = (0..60_000)
@@ -31,18 +32,18 @@ fn town() -> (Vec<Point>, Vec<Line>) {
         }
         lines.extend((0..4).map(|i| (LineKind::Obstacle, line, [corners[i], corners[(i + 1) % 4]])));
     }
-    // From the outermost side to the corner, exactly on it, and one more on this line.
+    // From the outermost edge to the corner, exactly on it, and another segment on this line.
     lines.push((LineKind::Wall, 3, [p(72.5, 27.5), p(99.0, 1.0)]));
     lines.push((LineKind::BreakLine, 4, [p(90.0, 10.0), p(99.75, 60.0)]));
     (points, lines)
 }
 
-type Line = (LineKind, u64, Segment);
+type LabelledSegment = (LineKind, u64, Segment);
 
 async fn try_build(
     scratch: &Scratch,
     points: &[Point],
-    lines: &[Line],
+    lines: &[LabelledSegment],
     steiner: Steiner,
     (tile_vertices, threads, memory): (usize, usize, u64),
 ) -> Result<BuildSummary, BuildError> {
@@ -56,7 +57,7 @@ async fn try_build(
         let batch = SegmentBatch {
             ends: vec![ends],
             lines: vec![0],
-            // Ring 1 is a hole of the polygon of ring 0.
+            // Ring 1 is a hole in the polygon of ring 0.
             polygons: vec![line.max(1)],
             ..SegmentBatch::default()
         };
@@ -70,7 +71,7 @@ async fn try_build(
 
 async fn build(
     points: &[Point],
-    lines: &[Line],
+    lines: &[LabelledSegment],
     steiner: Steiner,
     way: (usize, usize, u64),
 ) -> (Scratch, BuildSummary, Digest) {
@@ -83,9 +84,9 @@ async fn build(
 }
 
 #[test]
-fn lines_are_cut_at_borders_and_nothing_else_changes() {
+fn lines_are_split_at_borders_and_nothing_else_changes() {
     let (points, lines) = town();
-    // Which way a ring runs says where its inside is.
+    // The direction of a ring says which side is its inside, so rings keep theirs.
     let turned = lines.iter().rev().map(|&(kind, line, [a, b])| match kind {
         LineKind::Obstacle => (kind, line, [a, b]),
         _ => (kind, line, [b, a]),
@@ -94,14 +95,14 @@ fn lines_are_cut_at_borders_and_nothing_else_changes() {
     runtime().block_on(async {
         let (_, plain, plain_digest) = build(&points, &lines, Steiner::Never, (500, 2, LITTLE)).await;
         assert!(plain.blocks > 1 && plain.split_points == 0);
-        // What fits in memory lies in one cell.
+        // Points that fit in memory are in one cell.
         let (_, whole, digest) = build(&points, &lines, Steiner::Borders, (500, 2, ENOUGH)).await;
         assert_eq!((digest, whole.split_points), (plain_digest, 0));
         let (scratch, summary, digest) = build(&points, &lines, Steiner::Borders, (500, 2, LITTLE)).await;
         assert!(summary.split_points > 10, "{}", summary.split_points);
         assert_eq!(summary.vertices, plain.vertices + summary.split_points);
         assert!(summary.constraint_edges > plain.constraint_edges);
-        // Rings go round the same, and lines still end on them.
+        // The rings enclose the same regions, and the lines still end on them.
         assert_eq!(
             (summary.regions, summary.hole_regions),
             (plain.regions, plain.hole_regions)
@@ -109,7 +110,8 @@ fn lines_are_cut_at_borders_and_nothing_else_changes() {
         let (_, _, other) = build(&points, &turned, Steiner::Borders, (500, 2, LITTLE)).await;
         assert_eq!(other, digest);
 
-        // The file tells where: the pieces cross no border, and are those of the file.
+        // The file stores where lines are split: the subsegments cross no border, and are those of
+        // the file.
         let reader = scratch.open().await;
         let borders = reader.directory().metadata.borders.clone();
         let all = LineBatch {
@@ -135,12 +137,12 @@ fn lines_are_cut_at_borders_and_nothing_else_changes() {
                 Ok::<_, BuildError>(())
             })
             .unwrap();
-        let mut pieces = Vec::new();
-        for batch in split.pieces() {
+        let mut subsegments = Vec::new();
+        for batch in split.subsegments() {
             assert!(batch.ends.iter().all(|ends| crossed(ends) == 0));
-            pieces.extend(batch.ends.into_iter().zip(batch.sources));
+            subsegments.extend(batch.ends.into_iter().zip(batch.sources));
         }
-        verify_lines(&reader, pieces).await.unwrap();
+        verify_lines(&reader, subsegments).await.unwrap();
         assert!(
             verify_lines(&reader, all.ends.into_iter().zip(all.sources).collect())
                 .await
@@ -150,12 +152,12 @@ fn lines_are_cut_at_borders_and_nothing_else_changes() {
 }
 
 #[test]
-fn lines_that_cross_are_told_as_they_are() {
+fn crossings_are_reported_alike_with_and_without_splits_at_borders() {
     let (points, mut lines) = town();
     let ends = [Point::new(1.0, 3.0), Point::new(99.0, 97.0)];
     lines.push((LineKind::Wall, 5, ends));
     runtime().block_on(async {
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         for steiner in [Steiner::Never, Steiner::Borders] {
             let way = (500, 2, LITTLE);
             let error = try_build(&Scratch::new(), &points, &lines, steiner, way).await;
@@ -163,8 +165,8 @@ fn lines_that_cross_are_told_as_they_are() {
                 panic!("{error:?}")
             };
             assert!(first.iter().all(|crossing| crossing.lines[1].number() == 5));
-            told.push((first, count));
+            reported.push((first, count));
         }
-        assert_eq!(told[0], told[1]);
+        assert_eq!(reported[0], reported[1]);
     });
 }

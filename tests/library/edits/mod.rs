@@ -1,5 +1,6 @@
-//! The promise: an edit of a file happens as a whole or not at all, whatever becomes of it; who has the file open sees it as it
-//! was; and a compacted file is the same. That edits give the triangles of a build is promised in `constraints` and `regions`.
+//! The promise: an edit of a file takes effect as a whole or not at all, in a crash too. A reader
+//! that has the file open keeps its old content. A compacted file has the same content.
+//! `constraints` and `regions` promise that edits give the triangles of a build.
 
 use std::fs::{self, File};
 
@@ -11,7 +12,7 @@ use delaunay_tiles::{BuildOptions, EditError, Editor};
 
 const ENOUGH: u64 = 64 << 20;
 
-/// A grid of 30 by 30 in tiles of at most 60.
+/// Builds a grid of 30 by 30 points in tiles of at most 60.
 async fn grid() -> Scratch {
     grid_in_tiles_of(60).await
 }
@@ -32,7 +33,7 @@ fn segment(from: (f64, f64), to: (f64, f64)) -> SegmentBatch {
     }
 }
 
-/// Inserts segments, each a line of its own.
+/// Inserts segments, each as a line of its own.
 async fn edit(scratch: &Scratch, memory: u64, segments: &[SegmentBatch]) -> Result<(), EditError> {
     let mut editor = Editor::open(&scratch.path, memory).await?;
     for (batch, number) in segments.iter().zip(0..) {
@@ -52,7 +53,7 @@ async fn digest(scratch: &Scratch) -> Digest {
     scratch.open().await.digest().await.unwrap()
 }
 
-/// What a file with these bytes is. None: it cannot be read, which is said.
+/// Returns the digest of a file with these bytes, or `None` if reading it returns an error.
 async fn digest_of(bytes: Vec<u8>) -> Option<Digest> {
     open_bytes(bytes).await.ok()?.digest().await.ok()
 }
@@ -80,7 +81,8 @@ fn a_crash_leaves_the_old_file_or_the_new_one() {
         );
         assert_eq!(before[..4096], after[..4096], "the superblock in force has changed");
 
-        // Before the superblock is written, whatever has come of the rest, sectors in any order.
+        // Before the superblock is written: the file is cut off at any length, and any sectors are
+        // missing.
         for end in (before.len()..after.len()).step_by(4999) {
             let mut bytes = after[..end].to_vec();
             bytes[..8192].copy_from_slice(&before[..8192]);
@@ -94,7 +96,7 @@ fn a_crash_leaves_the_old_file_or_the_new_one() {
                 "with sectors missing, cut off at {end}"
             );
         }
-        // A superblock that is torn, from the front and from the back.
+        // A superblock that is only partly written, from the front or from the back.
         let mut seen = [false; 2];
         for cut in (0..=4096).step_by(61).chain([4095, 4096]) {
             for is_front in [true, false] {
@@ -107,7 +109,8 @@ fn a_crash_leaves_the_old_file_or_the_new_one() {
             }
         }
         assert_eq!(seen, [true; 2]);
-        // A medium that breaks its promise, so that the superblock is there before the rest: an error, or the right answer.
+        // A medium that breaks its promise, so the superblock is there before the rest: an error or
+        // the right answer.
         for sector in (before.len()..after.len()).step_by(512) {
             let mut bytes = after.clone();
             let end = after.len().min(sector + 512);
@@ -119,7 +122,7 @@ fn a_crash_leaves_the_old_file_or_the_new_one() {
 }
 
 #[test]
-fn what_an_edit_left_unfinished_is_written_over() {
+fn an_edit_overwrites_what_an_unfinished_edit_left() {
     runtime().block_on(async {
         let (scratch, other) = (grid().await, grid().await);
         edit(&scratch, ENOUGH, &walls()).await.unwrap();
@@ -134,7 +137,7 @@ fn what_an_edit_left_unfinished_is_written_over() {
 }
 
 #[test]
-fn an_open_file_stays_what_it_was_and_edits_add_up() {
+fn an_open_reader_sees_no_edits_and_a_new_reader_sees_all() {
     runtime().block_on(async {
         let (scratch, other) = (grid().await, grid().await);
         let first = scratch.open().await;
@@ -161,7 +164,7 @@ fn an_open_file_stays_what_it_was_and_edits_add_up() {
         for reader in all {
             assert_eq!(reader.digest().await.unwrap(), digest(&other).await);
         }
-        // And on it goes.
+        // The compacted file can be edited.
         edit(&scratch, ENOUGH, &[segment((0.0, 29.0), (1.0, 29.0))])
             .await
             .unwrap();
@@ -170,7 +173,7 @@ fn an_open_file_stays_what_it_was_and_edits_add_up() {
 }
 
 #[test]
-fn what_is_refused_changes_nothing() {
+fn refused_edits_change_nothing() {
     runtime().block_on(async {
         let scratch = grid().await;
         edit(&scratch, ENOUGH, &walls()[..1]).await.unwrap();
@@ -184,7 +187,7 @@ fn what_is_refused_changes_nothing() {
         for outside in [1e6, 29.000_001] {
             let error = refused(ENOUGH, &segment((0.0, 0.0), (outside, 0.5))).await;
             assert!(
-                matches!(error, EditError::Outside { line: 1, place } if place.x == outside),
+                matches!(error, EditError::Outside { line: 1, point } if point.x == outside),
                 "{error}"
             );
         }
@@ -207,7 +210,8 @@ fn what_is_refused_changes_nothing() {
         let error = refused(ENOUGH, &segment((0.0, 0.0), (0.0, 1.0))).await;
         assert!(matches!(error, EditError::Busy(_)), "{error}");
         drop(lock);
-        // Lines are numbered behind those that are there, so that must not change any more.
+        // New lines get the numbers after those in the file, so these must not change during an
+        // edit.
         let first = Editor::open(&scratch.path, ENOUGH).await.unwrap();
         let second = Editor::open(&scratch.path, ENOUGH).await.err();
         assert!(matches!(second, Some(EditError::Busy(_))), "{second:?}");
@@ -219,9 +223,10 @@ fn what_is_refused_changes_nothing() {
 }
 
 #[test]
-fn tiles_that_come_and_go_do_not_make_the_file_grow() {
+fn tiles_that_are_evicted_repeatedly_do_not_make_the_file_grow() {
     runtime().block_on(async {
-        // Lines across everything, in an order that has all tiles come again and again to a cache that holds few.
+        // Lines across all tiles, in an order that loads each tile again and again into a small
+        // cache.
         let walls: Vec<SegmentBatch> = (1..14)
             .map(|i| {
                 segment(

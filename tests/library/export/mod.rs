@@ -18,7 +18,7 @@ fn tiles_of(tile_vertices: usize) -> BuildOptions {
     BuildOptions::default().tile_vertices(tile_vertices)
 }
 
-/// What the file has.
+/// Returns the vertices of the file, without triangles.
 async fn content(reader: &TileReader) -> Parsed {
     let mut content = Parsed::default();
     let mut tiles = reader.tiles();
@@ -56,7 +56,7 @@ fn bits(numbers: impl IntoIterator<Item = f64>) -> Vec<u64> {
     numbers.into_iter().map(f64::to_bits).collect()
 }
 
-/// Exports in every format and compares with the file.
+/// Exports in every format, and compares with the file.
 async fn check(name: &str, reader: &TileReader) {
     let expected = content(reader).await;
     let digest = reader.digest().await.unwrap();
@@ -94,7 +94,7 @@ async fn check(name: &str, reader: &TileReader) {
 }
 
 #[test]
-fn sets_without_z() {
+fn exports_without_z_read_back_equal_the_file() {
     let line: Vec<_> = (0..100).map(|i| Point::new(f64::from(i), f64::from(3 * i))).collect();
     let extremes = [(0.0, 0.0), (1e60, 0.0), (0.0, 1e-42), (-1e60, -1e60), (0.1, 1.0 / 3.0)];
     let extremes: Vec<_> = extremes.iter().map(|&(x, y)| Point::new(x, y)).collect();
@@ -118,7 +118,7 @@ fn sets_without_z() {
 }
 
 #[test]
-fn sets_with_z() {
+fn exports_with_z_read_back_equal_the_file() {
     runtime().block_on(async {
         let line: Vec<_> = (0..50).map(|i| Point::new(f64::from(i), 0.0)).collect();
         for (name, points) in [("uniform", points_of(Kind::Uniform, 2000, 2)), ("line", line)] {
@@ -134,7 +134,7 @@ fn sets_with_z() {
 }
 
 #[test]
-fn record_numbers_beyond_32_bits() {
+fn record_numbers_beyond_32_bits_are_exported_exactly() {
     runtime().block_on(async {
         for largest in [u64::from(u32::MAX), u64::from(u32::MAX) + 1, 1 << 53] {
             let points = points_of(Kind::Uniform, 300, 6);
@@ -150,7 +150,7 @@ fn record_numbers_beyond_32_bits() {
     });
 }
 
-/// An output that has room for so many bytes.
+/// An output with room for this number of bytes.
 struct Full(usize);
 
 impl Write for Full {
@@ -170,7 +170,7 @@ impl Write for Full {
 }
 
 #[test]
-fn an_output_that_fails() {
+fn an_output_that_fails_returns_an_error_that_names_it() {
     runtime().block_on(async {
         let (_scratch, reader) = built(&points_of(Kind::Uniform, 20_000, 7), tiles_of(500)).await;
         for format in Format::ALL {
@@ -197,7 +197,7 @@ fn an_output_that_fails() {
 }
 
 #[test]
-fn the_same_bytes_every_time() {
+fn two_exports_give_the_same_bytes() {
     runtime().block_on(async {
         let (_scratch, reader) = built(&points_of(Kind::Uniform, 3000, 8), tiles_of(16)).await;
         for format in Format::ALL {

@@ -1,5 +1,5 @@
-//! Small parsers of the formats that are exported. They take what the formats' descriptions allow and the exports use, and
-//! panic at all else.
+//! Small parsers of the exported formats. They accept what both the formats' descriptions allow and
+//! the exports use, and panic at anything else.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -7,7 +7,7 @@ use delaunay_tiles::export::Format;
 use delaunay_tiles::geometry::Point;
 use geojson::{FeatureCollection, GeometryValue};
 
-/// What is read back.
+/// The content of an exported file.
 #[derive(Debug, Default, PartialEq)]
 pub struct Parsed {
     pub points: Vec<Point>,
@@ -40,7 +40,7 @@ fn parse_ply(bytes: &[u8]) -> Parsed {
         .filter(|l| !l.starts_with("comment "))
         .collect();
     assert_eq!(header[..2], ["ply", "format binary_little_endian 1.0"]);
-    // Elements: name, count, properties.
+    // Elements, each with name, count and properties.
     let mut elements: Vec<(&str, usize, Vec<&str>)> = Vec::new();
     for line in &header[2..header.len() - 1] {
         if let Some(element) = line.strip_prefix("element ") {
@@ -110,7 +110,7 @@ fn parse_node(node: &str, ele: &str) -> Parsed {
     parsed
 }
 
-/// The first line's numbers, and the fields of the others; without comments.
+/// Returns the numbers of the first line, and the fields of the other lines. Skips comments.
 fn rows(text: &str) -> (Vec<usize>, VecDeque<Vec<&str>>) {
     let lines = text.lines().filter(|line| !line.starts_with('#'));
     let mut rows: VecDeque<Vec<&str>> = lines.map(|line| line.split(' ').collect()).collect();
@@ -139,7 +139,7 @@ fn parse_obj(text: &str) -> Parsed {
     parsed
 }
 
-/// Vertices are put together from the triangles, which must agree on them.
+/// Takes the vertices from the triangles, and checks that triangles agree on shared vertices.
 fn parse_geojson(text: &str) -> Parsed {
     let collection: FeatureCollection = text.parse().unwrap();
     let mut parsed = Parsed::default();

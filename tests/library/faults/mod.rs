@@ -1,5 +1,5 @@
-//! The promise: where any one read, write or sync fails, there is an error that says where, or the same answer; never a panic, never
-//! another answer, and the next try succeeds.
+//! The promise: when any one read, write or sync fails, the result is an error that says where, or
+//! the same answer; never a panic, never another answer. The next attempt succeeds.
 
 mod round_trips;
 use std::error::Error;
@@ -17,13 +17,13 @@ use futures::TryStreamExt;
 
 const LONGEST: Duration = Duration::from_secs(20);
 
-/// A file of about twenty tiles.
+/// Builds a file of about twenty tiles.
 fn town() -> Vec<u8> {
     let options = BuildOptions::default().tile_vertices(32).threads(2);
     runtime().block_on(file_bytes(&batches(&points_of(Kind::Uniform, 400, 3), &[]), options))
 }
 
-/// What is done with a reader.
+/// An operation on a reader.
 #[derive(Clone, Copy, Debug)]
 enum Task {
     Open,
@@ -48,7 +48,7 @@ impl Task {
         Self::VerifyDeep,
     ];
 
-    /// The answer as text, so that answers of all tasks can be compared.
+    /// Runs the operation. The answer is text, so that answers of all tasks can be compared.
     async fn run(self, reader: &TileReader) -> Result<String, ReadError> {
         Ok(match self {
             Self::Open => format!("{} {:?}", reader.file_id(), reader.directory().metadata),
@@ -68,8 +68,8 @@ impl Task {
             Self::Digest => reader.digest().await?.to_string(),
             Self::Locate => {
                 let mut answers = Vec::new();
-                for place in [0.1, 0.3, 0.5, 0.7, 0.9] {
-                    answers.push(reader.locate(place, 1.0 - place).await?);
+                for x in [0.1, 0.3, 0.5, 0.7, 0.9] {
+                    answers.push(reader.locate(x, 1.0 - x).await?);
                 }
                 format!("{answers:?}")
             }
@@ -83,7 +83,7 @@ impl Task {
     }
 }
 
-/// A file that cannot be read is not said to be wrong.
+/// Returns a report as text, or the read error. Panics if a sound file is reported to be wrong.
 fn verified<T: std::fmt::Debug>(report: Result<T, VerifyError>) -> Result<String, ReadError> {
     match report {
         Ok(report) => Ok(format!("{report:?}")),
@@ -93,11 +93,12 @@ fn verified<T: std::fmt::Debug>(report: Result<T, VerifyError>) -> Result<String
 }
 
 fn options() -> OpenOptions {
-    // Nothing stays in memory that hides a later read.
+    // No tile stays in memory, so no later read is skipped.
     OpenOptions::default().cache(&Cache::new(0))
 }
 
-/// Opens and does it; if only the second fails, again with the same reader.
+/// Opens the file and runs `task`. If only the task fails, runs it again with the same reader and
+/// returns that answer too.
 async fn attempt(file: impl ReadAt + 'static, task: Task) -> (Result<String, ReadError>, Option<String>) {
     let reader = match TileReader::open_source(file, "town.tiles", options()).await {
         Ok(reader) => reader,
@@ -112,7 +113,8 @@ async fn attempt(file: impl ReadAt + 'static, task: Task) -> (Result<String, Rea
     }
 }
 
-/// An error that names the file and what was read of it, and has the system's reason with it.
+/// Checks that an error names the file and what was read of it, and has the system's reason as its
+/// source.
 fn check(error: &ReadError, case: &str) {
     assert!(!matches!(error, ReadError::Cancelled), "{case}: a task panicked");
     let text = error.to_string();
@@ -121,7 +123,7 @@ fn check(error: &ReadError, case: &str) {
 }
 
 #[test]
-fn every_read_fails_once_in_every_way() {
+fn a_failing_read_gives_an_error_or_the_same_answer() {
     let bytes = town();
     let file = MemoryFile::new(bytes);
     let (mut cases, mut errors) = (0, 0);
@@ -154,16 +156,17 @@ fn every_read_fails_once_in_every_way() {
         }
     });
     println!("{cases} cases, {errors} of them errors");
-    // Each failure is told, since nobody reads what is not needed, and each delay is no failure.
+    // Every fault but a delay gives an error, since readers read only what they need.
     assert!(cases > 500, "{cases}");
     assert_eq!(errors, cases / 5 * 4);
 }
 
-/// Writes a file as builds do: what is behind the superblocks, a sync, the superblocks, a sync.
+/// Writes a file in the order of builds: the content after the superblocks, a sync, the
+/// superblocks, a sync.
 async fn copy(bytes: &Bytes, to: &impl WriteAt) -> std::io::Result<()> {
-    const PIECE: usize = 5000;
-    for at in (8192..bytes.len()).step_by(PIECE) {
-        to.write_at(at as u64, bytes.slice(at..bytes.len().min(at + PIECE)))
+    const CHUNK: usize = 5000;
+    for at in (8192..bytes.len()).step_by(CHUNK) {
+        to.write_at(at as u64, bytes.slice(at..bytes.len().min(at + CHUNK)))
             .await?;
     }
     to.sync().await?;
@@ -172,7 +175,7 @@ async fn copy(bytes: &Bytes, to: &impl WriteAt) -> std::io::Result<()> {
 }
 
 #[test]
-fn every_write_fails_once_in_every_way() {
+fn a_failing_write_leaves_the_whole_file_or_no_valid_file() {
     let bytes = Bytes::from(town());
     let mut cases = 0;
     runtime().block_on(async {
@@ -186,7 +189,7 @@ fn every_write_fails_once_in_every_way() {
                 let copied = copy(&bytes, &Faulty::new(file.clone(), fault, number)).await;
                 assert_eq!(copied.is_ok(), fault == Fault::Delay, "{case}");
                 cases += 1;
-                // What is left is the file, or none.
+                // What was written is the whole file, or no valid file.
                 match attempt(file, Task::Digest).await.0 {
                     Ok(answer) => assert!(answer == expected, "{case}: another answer"),
                     Err(error) => {

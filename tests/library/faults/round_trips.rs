@@ -1,4 +1,4 @@
-//! How many reads opening a file and reading a tile takes, and how many of them wait for others.
+//! Counts the reads that opening a file and reading a tile take, and the round trips among them.
 
 use std::io;
 use std::ops::Range;
@@ -13,12 +13,13 @@ use futures::future::{BoxFuture, FutureExt};
 use super::town;
 use crate::support::runtime;
 
-/// A file far away.
+/// A file that counts its reads, as if on a distant server.
 #[derive(Clone)]
 struct Counted {
     file: MemoryFile,
     reads: Arc<AtomicUsize>,
-    /// The longest chain of reads each of which began when the one before it had its answer.
+    /// The length of the longest chain of reads, each of which began after the one before it was
+    /// answered.
     round_trips: Arc<AtomicUsize>,
 }
 
@@ -36,7 +37,7 @@ impl ReadAt for Counted {
         let (read, round_trips) = (self.file.read_at(range), Arc::clone(&self.round_trips));
         let mine = round_trips.load(SeqCst) + 1;
         async move {
-            // Those that are asked for together are under way together.
+            // Reads that are requested together run together.
             tokio::task::yield_now().await;
             round_trips.fetch_max(mine, SeqCst);
             read.await

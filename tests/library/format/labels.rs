@@ -1,10 +1,10 @@
-//! Constraints, regions and sites of a tile, by the page.
+//! Reads constraints, regions and sites of a tile as the format's page describes them.
 
 use crate::format::page::Page;
 use crate::format::reader::packed;
 use crate::support::flat::Table;
 
-/// Bits from the lowest of the first byte on; all 0 if there are none.
+/// Returns `count` bits, from the lowest of the first byte on; all `false` if the vector is absent.
 pub fn bits(table: Table<'_>, slot: usize, count: usize) -> Vec<bool> {
     let Some((first, length)) = table.vector(slot) else {
         return vec![false; count];
@@ -15,23 +15,26 @@ pub fn bits(table: Table<'_>, slot: usize, count: usize) -> Vec<bool> {
         .collect()
 }
 
-/// The integers of an array that may be absent.
+/// Returns the integers of an array that may be absent.
 pub fn optional(page: &Page, table: Table<'_>, slot: usize) -> Option<Vec<u64>> {
     let integers = packed(page, table.table(slot)?, 0);
     Some(integers.into_iter().map(|v| v.unwrap()).collect())
 }
 
-/// Sides of edges, with numbers and codes of the sources.
-pub fn sources(sides: &[u64], sources: &[u64]) -> Vec<(usize, u64, u8)> {
-    assert_eq!(sides.len(), sources.len());
-    assert!(sides.iter().zip(sources).is_sorted_by(|a, b| a < b), "pairs ascend");
-    let pairs = sides.iter().zip(sources);
+/// Returns half-edges, each with the number and the code of a source of its edge.
+pub fn sources(half_edges: &[u64], sources: &[u64]) -> Vec<(usize, u64, u8)> {
+    assert_eq!(half_edges.len(), sources.len());
+    assert!(
+        half_edges.iter().zip(sources).is_sorted_by(|a, b| a < b),
+        "pairs ascend"
+    );
+    let pairs = half_edges.iter().zip(sources);
     pairs
-        .map(|(&side, &source)| (side as usize, source / 4, (source % 4) as u8))
+        .map(|(&half_edge, &source)| (half_edge as usize, source / 4, (source % 4) as u8))
         .collect()
 }
 
-/// Region, depth and whether it is a hole, of each triangle.
+/// Returns the region, the depth and the hole flag of each triangle.
 pub fn read_regions(
     page: &Page,
     components: [(Table<'_>, usize); 2],
@@ -46,7 +49,7 @@ pub fn read_regions(
     let depths = depths.unwrap_or_else(|| vec![0; regions.len()]);
     let holes = bits(border, slot("holes"), regions.len());
     assert_eq!(regions.len(), depths.len());
-    // 0, 1, 2, 3 stand for 0, −1, 1, −2.
+    // The stored values 0, 1, 2, 3 stand for 0, −1, 1, −2.
     let depth = |value: u64| {
         if value.is_multiple_of(2) {
             (value / 2) as i64
@@ -66,7 +69,7 @@ pub fn read_regions(
         .collect()
 }
 
-/// Vertex, number and id of the sites.
+/// Returns vertex, number and id of each site.
 pub fn read_sites(page: &Page, core: Table<'_>) -> Vec<(usize, u64, String)> {
     let slot = |field| page.slot("Core", field);
     let pairs = optional(page, core, slot("sites")).unwrap_or_default();

@@ -1,5 +1,6 @@
-//! The promise: `schema/FORMAT.md` is what the code writes. A reader that goes by the tables of that page alone, without
-//! the library's generated code, finds in files what was put into them.
+//! The promise: `schema/FORMAT.md` describes what the code writes. A reader that depends only on
+//! the tables of that page, without the library's generated code, finds in files what was put into
+//! them.
 
 mod labels;
 mod page;
@@ -7,7 +8,7 @@ mod reader;
 use std::collections::HashSet;
 
 use self::page::{Page, schemas};
-use self::reader::{Across, File};
+use self::reader::{File, Twin};
 use crate::support::{Scratch, batches, file_bytes, open_bytes, points_of, reference, runtime};
 use delaunay_tiles::geometry::{HalfEdge, Point, Rect};
 use delaunay_tiles::input::SegmentBatch;
@@ -25,7 +26,7 @@ fn built(points: &[Point], z: &[f64], tile_vertices: usize) -> Vec<u8> {
 }
 
 #[test]
-fn the_page_has_the_fields_of_the_schemas() {
+fn the_format_page_lists_the_fields_of_the_schemas() {
     let page = Page::read();
     let schemas = schemas();
     assert_eq!(schemas.len(), 12);
@@ -43,21 +44,21 @@ fn the_page_has_the_fields_of_the_schemas() {
     {
         if *is_struct {
             let mut offset = 0;
-            let places = &page.places[name];
-            assert_eq!(places.len(), fields.len(), "{name}");
-            for ((found, place), (field, kind)) in places.iter().zip(fields) {
+            let positions = &page.positions[name];
+            assert_eq!(positions.len(), fields.len(), "{name}");
+            for ((found, position), (field, kind)) in positions.iter().zip(fields) {
                 assert_eq!(
-                    (found, place.offset, place.bytes),
+                    (found, position.offset, position.bytes),
                     (field, offset, size(kind)),
                     "{name}"
                 );
-                offset += place.bytes;
+                offset += position.bytes;
             }
         } else {
             assert_eq!(&page.slots[name], fields, "{name}");
         }
     }
-    let tables = page.places.len() + page.slots.len();
+    let tables = page.positions.len() + page.slots.len();
     assert_eq!(
         tables,
         1 + schemas.len(),
@@ -66,18 +67,18 @@ fn the_page_has_the_fields_of_the_schemas() {
 }
 
 #[test]
-fn superblocks_are_without_gaps() {
+fn superblocks_have_no_gaps() {
     let page = Page::read();
     let mut end = 0;
-    for (name, place) in &page.places["Superblock"] {
-        assert_eq!(place.offset, end, "{name}");
-        end += place.bytes;
+    for (name, position) in &page.positions["Superblock"] {
+        assert_eq!(position.offset, end, "{name}");
+        end += position.bytes;
     }
     assert_eq!(end, 4096);
 }
 
 #[test]
-fn a_grid_is_read_by_the_page_alone() {
+fn a_grid_is_readable_from_the_format_page_alone() {
     let points = points_of(Kind::Grid, 600, 3);
     for tile_vertices in [8, 100, 65536] {
         let bytes = built(&points, &[], tile_vertices);
@@ -87,14 +88,14 @@ fn a_grid_is_read_by_the_page_alone() {
 }
 
 #[test]
-fn uniform_points_with_z_are_read_by_the_page_alone() {
+fn uniform_points_with_z_are_readable_from_the_format_page_alone() {
     let points = points_of(Kind::Uniform, 500, 4);
     let z: Vec<f64> = (0..500).map(|i| f64::from(i) / 8.0 - 7.0).collect();
     check(&built(&points, &z, 16), &points, &z);
 }
 
 #[test]
-fn lines_and_nothing_are_read_by_the_page_alone() {
+fn collinear_points_and_empty_files_are_readable_from_the_format_page_alone() {
     let line: Vec<Point> = (0..50).map(|i| Point::new(f64::from(i), f64::from(3 * i))).collect();
     for count in [0, 1, 2, 50] {
         let file = check(&built(&line[..count], &[], 8), &line[..count], &[]);
@@ -103,7 +104,7 @@ fn lines_and_nothing_are_read_by_the_page_alone() {
 }
 
 #[test]
-fn entries_fill_pages() {
+fn all_directory_pages_but_the_last_are_full() {
     let page = Page::read();
     let full: usize = page.limits["entries of a page"].parse().unwrap();
     let points = points_of(Kind::Uniform, 20_000, 5);
@@ -114,7 +115,7 @@ fn entries_fill_pages() {
 }
 
 #[test]
-fn edges_on_one_line_are_read_by_the_page_alone() {
+fn edges_of_collinear_points_are_readable_from_the_format_page_alone() {
     let at = |i: i32| Point::new(f64::from(i), f64::from(-2 * i));
     let points: Vec<Point> = (0..50).map(at).collect();
     for tile_vertices in [8, 65536] {
@@ -141,9 +142,9 @@ fn edges_on_one_line_are_read_by_the_page_alone() {
     }
 }
 
-/// Lines across a grid, some of which end in it, some of which share vertices and edges.
+/// Lines across a grid; some end within it, some share vertices and edges.
 #[test]
-fn constraints_are_read_by_the_page_alone() {
+fn constraints_are_readable_from_the_format_page_alone() {
     let points = points_of(Kind::Grid, 400, 6);
     let bounds = Rect::around(points.iter().copied());
     let (width, height) = bounds.size();
@@ -172,7 +173,8 @@ fn constraints_are_read_by_the_page_alone() {
     }
 }
 
-/// What the page says of lines, regions and sites is what the library reads.
+/// Checks that lines, regions and sites as the page describes them are those that the library
+/// reads.
 async fn compare(file: &File, bytes: Vec<u8>) {
     let reader = open_bytes(bytes).await.unwrap();
     let (m, d) = (&reader.directory().metadata, &file.directory);
@@ -207,21 +209,21 @@ async fn compare(file: &File, bytes: Vec<u8>) {
             (LineKind::Obstacle, -1) => 3,
             other => panic!("{other:?}"),
         };
-        let sources = |side: TileEdge| -> Vec<_> { tile.edge_sources(side).map(|s| (s.number(), code(s))).collect() };
-        for side in (0..3 * tile.triangle_count()).map(HalfEdge) {
-            let s = side.index();
-            let found = (tile.is_constraint(side), tile.is_wall(side));
-            assert_eq!(found, (expected.constraints[s], expected.walls[s]));
-            assert_eq!(sources(side.into()), expected.sources(s));
+        let sources = |edge: TileEdge| -> Vec<_> { tile.edge_sources(edge).map(|s| (s.number(), code(s))).collect() };
+        for half_edge in (0..3 * tile.triangle_count()).map(HalfEdge) {
+            let index = half_edge.index();
+            let found = (tile.is_constraint(half_edge), tile.is_wall(half_edge));
+            assert_eq!(found, (expected.constraints[index], expected.walls[index]));
+            assert_eq!(sources(half_edge.into()), expected.sources(index));
         }
         for (number, &(from, to)) in (0..).zip(&expected.edges) {
             let edge = TileEdge::OnLine(number);
             assert_eq!(tile.triangle_count(), 0);
             let corner = |corner| expected.corner(file, corner).1;
             assert_eq!(tile.ends(edge).map(|end| end.point), [corner(from), corner(to)]);
-            let its = expected.sources_of_edge(number as usize);
-            assert_eq!(tile.is_wall(edge), its.iter().any(|&(_, code)| code > 0));
-            assert_eq!(sources(edge), its);
+            let edge_sources = expected.sources_of_edge(number as usize);
+            assert_eq!(tile.is_wall(edge), edge_sources.iter().any(|&(_, code)| code > 0));
+            assert_eq!(sources(edge), edge_sources);
         }
         for triangle in tile.triangle_ids() {
             let found = (
@@ -240,7 +242,7 @@ async fn compare(file: &File, bytes: Vec<u8>) {
 }
 
 #[test]
-fn limits_are_those_of_the_code() {
+fn limits_on_the_format_page_are_those_of_the_code() {
     let page = Page::read();
     assert_eq!(FORMAT_VERSION, 1);
     let (least, most) = (BuildOptions::MIN_TILE_VERTICES, BuildOptions::MAX_TILE_VERTICES);
@@ -252,7 +254,8 @@ fn limits_are_those_of_the_code() {
     assert!(changes.contains(&format!("| {FORMAT_VERSION} |")));
 }
 
-/// Reads a file by the page and compares it with its points and with what the library reads.
+/// Reads a file as the page describes it, and compares it with its points and with what the library
+/// reads.
 fn check(bytes: &[u8], points: &[Point], z: &[f64]) -> File {
     let file = File::read(&Page::read(), bytes);
     let directory = &file.directory;
@@ -273,7 +276,7 @@ fn check(bytes: &[u8], points: &[Point], z: &[f64]) -> File {
             assert_eq!(
                 p,
                 points[tile.records[v] as usize].normalized(),
-                "records are places in the input"
+                "records are positions in the input"
             );
             if directory.has_z {
                 assert_eq!(tile.z[v], z[tile.records[v] as usize]);
@@ -289,7 +292,7 @@ fn check(bytes: &[u8], points: &[Point], z: &[f64]) -> File {
             }
         }
         assert_eq!(owned, tile.owned);
-        check_sides(&file, number);
+        check_half_edges(&file, number);
     }
     assert_eq!(digest.triangles.count, directory.triangles);
     assert_eq!(digest, reference(EngineKind::Native, points));
@@ -315,32 +318,32 @@ fn check(bytes: &[u8], points: &[Point], z: &[f64]) -> File {
     file
 }
 
-/// Sides agree with those across, and every vertex finds its whole star.
-fn check_sides(file: &File, number: usize) {
+/// Checks that twins agree, and that the star of every vertex is found as a whole.
+fn check_half_edges(file: &File, number: usize) {
     let tile = &file.tiles[number];
     let triangles: Vec<_> = tile.triangles().collect();
-    let origin = |side: usize| triangles[side / 3][side % 3];
-    let next = |side: usize| side / 3 * 3 + (side + 1) % 3;
+    let origin = |half_edge: usize| triangles[half_edge / 3][half_edge % 3];
+    let next = |half_edge: usize| half_edge / 3 * 3 + (half_edge + 1) % 3;
     let own = tile.points.len();
-    for side in 0..3 * triangles.len() {
-        let (from, to) = (origin(side), origin(next(side)));
-        match tile.across(side) {
-            Across::Side(other) => {
+    for half_edge in 0..3 * triangles.len() {
+        let (from, to) = (origin(half_edge), origin(next(half_edge)));
+        match tile.twin(half_edge) {
+            Twin::HalfEdge(other) => {
                 assert_eq!((origin(other), origin(next(other))), (to, from));
-                assert_eq!(tile.across(other), Across::Side(side));
+                assert_eq!(tile.twin(other), Twin::HalfEdge(half_edge));
             }
-            Across::Hull => assert!(from < own || to < own),
-            Across::Elsewhere => assert!(from >= own && to >= own),
+            Twin::Hull => assert!(from < own || to < own),
+            Twin::Elsewhere => assert!(from >= own && to >= own),
         }
     }
     let in_core: HashSet<usize> = triangles[..tile.core_triangles].iter().flatten().copied().collect();
     let anywhere: HashSet<usize> = triangles.iter().flatten().copied().collect();
     for vertex in 0..own {
-        let side = tile.side_leaving(vertex);
-        assert_eq!(side.is_some(), anywhere.contains(&vertex));
-        if let Some(side) = side {
-            assert_eq!(origin(side), vertex);
-            assert_eq!(side < 3 * tile.core_triangles, in_core.contains(&vertex));
+        let half_edge = tile.half_edge_leaving(vertex);
+        assert_eq!(half_edge.is_some(), anywhere.contains(&vertex));
+        if let Some(half_edge) = half_edge {
+            assert_eq!(origin(half_edge), vertex);
+            assert_eq!(half_edge < 3 * tile.core_triangles, in_core.contains(&vertex));
         }
     }
     assert!(
@@ -349,7 +352,7 @@ fn check_sides(file: &File, number: usize) {
             .flatten()
             .all(|&corner| corner < own)
     );
-    // The star of each vertex over all tiles is that of its own tile.
+    // The star of a vertex over all tiles is its star in its own tile.
     let star = |t: usize, id: (usize, usize)| -> HashSet<Vec<(usize, usize)>> {
         let tile = &file.tiles[t];
         let named = tile.triangles().map(|c| c.map(|c| tile.id(t, c)));

@@ -1,23 +1,23 @@
-//! The page `schema/FORMAT.md`, as tables that a reader can go by.
+//! The page `schema/FORMAT.md`, as tables for a reader.
 
 use std::collections::HashMap;
 use std::path::Path;
 
-/// A row of a table with offsets: where a field lies, and how many bytes it has.
+/// A row of a table with offsets: the offset and the length of a field, in bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct FieldPosition {
     pub offset: usize,
     pub bytes: usize,
 }
 
-/// The tables of the page, by heading.
+/// The tables of the page, by their headings.
 #[derive(Default)]
 pub struct Page {
     /// Fields of superblocks and structs.
-    pub places: HashMap<String, Vec<(String, Place)>>,
-    /// Fields of FlatBuffers tables, by slot: name and type.
+    pub positions: HashMap<String, Vec<(String, FieldPosition)>>,
+    /// Fields of FlatBuffers tables, by slot, each with name and type.
     pub slots: HashMap<String, Vec<(String, String)>>,
-    /// Limits.
+    /// Limits by name, without thousands separators.
     pub limits: HashMap<String, String>,
 }
 
@@ -47,14 +47,14 @@ impl Page {
             }
             match (columns[0].as_str(), columns[1].as_str()) {
                 ("offset", "bytes") => {
-                    let place = Place {
+                    let position = FieldPosition {
                         offset: cells[0].parse().unwrap(),
                         bytes: cells[1].parse().unwrap(),
                     };
-                    this.places
+                    this.positions
                         .entry(heading.clone())
                         .or_default()
-                        .push((cells[2].clone(), place));
+                        .push((cells[2].clone(), position));
                 }
                 ("slot", "field") => {
                     let slots = this.slots.entry(heading.clone()).or_default();
@@ -70,18 +70,18 @@ impl Page {
         this
     }
 
-    pub fn place(&self, table: &str, field: &str) -> Place {
+    pub fn position(&self, table: &str, field: &str) -> FieldPosition {
         let fields = self
-            .places
+            .positions
             .get(table)
             .unwrap_or_else(|| panic!("the page has no table {table}"));
         let found = fields.iter().find(|(name, _)| name == field);
         found.unwrap_or_else(|| panic!("the table {table} has no {field}")).1
     }
 
-    /// Bytes of a superblock or a struct.
+    /// Returns the length of a superblock or a struct in bytes.
     pub fn size(&self, table: &str) -> usize {
-        let (_, last) = self.places[table].last().unwrap();
+        let (_, last) = self.positions[table].last().unwrap();
         last.offset + last.bytes
     }
 
@@ -99,11 +99,11 @@ impl Page {
 pub struct Declared {
     pub is_struct: bool,
     pub name: String,
-    /// Names and types, in order.
+    /// Names and types of the fields, in order.
     pub fields: Vec<(String, String)>,
 }
 
-/// What the schemas declare.
+/// Returns what the schemas declare.
 pub fn schemas() -> Vec<Declared> {
     let text = ["tile.fbs", "directory.fbs"].map(read).concat();
     let mut found: Vec<Declared> = Vec::new();

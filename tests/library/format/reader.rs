@@ -1,4 +1,4 @@
-//! A reader of tile files that knows nothing but the page.
+//! A reader of tile files that depends only on the format's page.
 
 use crc32c::crc32c;
 use delaunay_tiles::geometry::Point;
@@ -22,13 +22,13 @@ pub struct Directory {
     pub duplicates: u64,
     pub has_z: bool,
     pub producer: String,
-    /// Cut, right child or tile, axis.
+    /// Cut, right child or tile, and axis of each node.
     pub nodes: Vec<(f64, u32, u32)>,
     pub page_entries: Vec<usize>,
     pub constraint_edges: u64,
-    /// Regions, spanning regions, regions that are holes, triangles in holes, sites, crossings.
+    /// The numbers of regions, spanning regions, hole regions, hole triangles, sites and crossings.
     pub counts: [u64; 6],
-    /// Name, kind, first, count.
+    /// Name, kind, first line, number of lines, and edit.
     pub lines: Vec<(String, u8, u64, u64, u64)>,
     pub next_record: u64,
     pub exterior_is_hole: bool,
@@ -46,33 +46,33 @@ pub struct Tile {
     pub core_triangles: usize,
     corners: Vec<usize>,
     neighbours: Vec<Option<usize>>,
-    vertex_sides: Vec<Option<usize>>,
-    /// Place, tile, index.
+    vertex_half_edges: Vec<Option<usize>>,
+    /// Point, tile and index in that tile.
     foreign: Vec<(Point, usize, usize)>,
-    border_neighbours: Vec<Across>,
+    border_neighbours: Vec<Twin>,
     core_links: Vec<(usize, usize)>,
-    border_vertex_sides: Vec<(usize, usize)>,
-    /// Of all sides.
+    border_vertex_half_edges: Vec<(usize, usize)>,
+    /// One flag for each half-edge.
     pub constraints: Vec<bool>,
     pub walls: Vec<bool>,
-    /// Region, depth and whether it is a hole, of each triangle.
+    /// Region, depth and hole flag of each triangle.
     pub regions: Vec<(u64, i64, bool)>,
-    /// Side, number of the source and its code, of edges within the core and of others.
+    /// Half-edge, number of the source and its code, for edges within the core and for other edges.
     edge_sources: [Vec<(usize, u64, u8)>; 2],
-    /// Corners of edges, in a file without triangles.
+    /// The corners of edges, in a file without triangles.
     pub edges: Vec<(usize, usize)>,
-    /// Vertex, number, id.
+    /// Vertex, number and id of each site.
     pub sites: Vec<(usize, u64, String)>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Across {
-    Side(usize),
+pub enum Twin {
+    HalfEdge(usize),
     Hull,
     Elsewhere,
 }
 
-/// The fields of a struct or superblock in bytes, by name.
+/// The fields of a struct or superblock, by name.
 struct Fields<'a> {
     page: &'a Page,
     table: &'a str,
@@ -81,9 +81,9 @@ struct Fields<'a> {
 
 impl Fields<'_> {
     fn raw(&self, field: &str, size: usize) -> &[u8] {
-        let place = self.page.place(self.table, field);
-        assert_eq!(place.bytes, size, "bytes of {field}");
-        &self.bytes[place.offset..place.offset + size]
+        let position = self.page.position(self.table, field);
+        assert_eq!(position.bytes, size, "bytes of {field}");
+        &self.bytes[position.offset..position.offset + size]
     }
 
     fn u32(&self, field: &str) -> u32 {
@@ -99,7 +99,7 @@ impl Fields<'_> {
     }
 }
 
-/// The structs of a vector.
+/// Returns the structs of a vector.
 fn structs<'a>(page: &'a Page, name: &'a str, table: Table<'a>, slot: usize) -> Vec<Fields<'a>> {
     let (first, count) = table.vector(slot).unwrap();
     assert_eq!(first % 8, 0, "structs are aligned");
@@ -113,7 +113,7 @@ fn structs<'a>(page: &'a Page, name: &'a str, table: Table<'a>, slot: usize) -> 
     chunks.map(fields).collect()
 }
 
-/// Integers, and the mark of each: `Err(k)` for mark k below `marks`.
+/// Returns integers, or `Err(k)` for mark `k`; the largest `marks` values are marks.
 pub fn packed(page: &Page, table: Table<'_>, marks: u64) -> Vec<Result<u64, u64>> {
     let width = usize::from(table.u8(page.slot("Packed", "width")));
     assert!((1..=8).contains(&width));
@@ -166,11 +166,11 @@ impl File {
         assert_eq!(superblock.u64("file_length"), bytes.len() as u64);
         assert!(
             superblock
-                .raw("reserved", page.place("Superblock", "reserved").bytes)
+                .raw("reserved", page.position("Superblock", "reserved").bytes)
                 .iter()
                 .all(|&b| b == 0)
         );
-        let crc = page.place("Superblock", "crc").offset;
+        let crc = page.position("Superblock", "crc").offset;
         assert_eq!(superblock.u32("crc"), crc32c(&bytes[..crc]));
         let file_id = u128::from_le_bytes(superblock.raw("file_id", 16).try_into().unwrap());
 
@@ -192,7 +192,7 @@ impl File {
         assert_eq!(crc32c(root), superblock.u32("root_crc"));
         let (directory, entries) = read_directory(page, root, pages);
 
-        // Cores from 8192 on, aligned to 4096; behind them borders, aligned to 8; gaps are zero.
+        // Cores start at 8192, aligned to 4096; borders follow, aligned to 8; gaps are zero.
         let mut end = 2 * block;
         let mut extent = |offset: u64, length: u32, crc: u32, alignment: usize| {
             let offset = offset as usize;
@@ -241,7 +241,7 @@ impl File {
         }
     }
 
-    /// The tile whose cell holds a point.
+    /// Returns the tile whose cell contains `p`.
     pub fn tile_at(&self, p: Point) -> usize {
         let mut node = 0;
         loop {
@@ -375,7 +375,7 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
     };
     let of_core = |field, marks| packed(page, core.table(in_core(field)).unwrap(), marks);
     let of_border = |field| unmarked(page, border.table(in_border(field)).unwrap());
-    let side = |value: Result<u64, u64>| value.ok().map(|v| v as usize);
+    let half_edge = |value: Result<u64, u64>| value.ok().map(|v| v as usize);
     let first_record = core.u64(in_core("first_record"));
     let points: Vec<Point> = doubles(in_core("coordinates"))
         .chunks(2)
@@ -409,13 +409,13 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
     let border_neighbours = packed(page, border.table(in_border("neighbours")).unwrap(), 2);
     let triangles = [core_triangles, corners.len() / 3 - core_triangles];
     let both = |field: &str| [(core, page.slot("Core", field)), (border, page.slot("Border", field))];
-    let of_sides = |field| -> Vec<bool> {
+    let of_half_edges = |field| -> Vec<bool> {
         let parts = both(field).into_iter().zip(triangles);
         parts
             .flat_map(|((table, slot), count)| bits(table, slot, 3 * count))
             .collect()
     };
-    let (constraints, walls) = (of_sides("constraints"), of_sides("walls"));
+    let (constraints, walls) = (of_half_edges("constraints"), of_half_edges("walls"));
     assert!(
         walls
             .iter()
@@ -424,7 +424,7 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
     );
     let edges = optional(page, border, in_border("edges")).unwrap_or_default();
     let of_edges = |field| both(field).map(|(table, slot)| optional(page, table, slot).unwrap_or_default());
-    let (edge_sides, edge_sources) = (of_edges("edge_sides"), of_edges("edge_sources"));
+    let (edge_half_edges, edge_sources) = (of_edges("edge_sides"), of_edges("edge_sources"));
     Tile {
         core_offset: entry.u64("core_offset"),
         border_offset: entry.u64("border_offset"),
@@ -438,19 +438,19 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
             .collect(),
         core_triangles,
         corners,
-        neighbours: of_core("neighbours", 1).into_iter().map(side).collect(),
-        vertex_sides: of_core("vertex_sides", 1).into_iter().map(side).collect(),
+        neighbours: of_core("neighbours", 1).into_iter().map(half_edge).collect(),
+        vertex_half_edges: of_core("vertex_sides", 1).into_iter().map(half_edge).collect(),
         foreign,
         border_neighbours: border_neighbours
             .into_iter()
             .map(|value| match value {
-                Ok(side) => Across::Side(side as usize),
-                Err(0) => Across::Hull,
-                Err(_) => Across::Elsewhere,
+                Ok(half_edge) => Twin::HalfEdge(half_edge as usize),
+                Err(0) => Twin::Hull,
+                Err(_) => Twin::Elsewhere,
             })
             .collect(),
         core_links: pairs(&of_border("core_links")),
-        border_vertex_sides: pairs(&of_border("vertex_sides")),
+        border_vertex_half_edges: pairs(&of_border("vertex_sides")),
         constraints,
         walls,
         regions: read_regions(page, both("components"), border, triangles),
@@ -458,18 +458,18 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
             .chunks(2)
             .map(|ends| (ends[0] as usize, ends[1] as usize))
             .collect(),
-        edge_sources: [0, 1].map(|part| sources(&edge_sides[part], &edge_sources[part])),
+        edge_sources: [0, 1].map(|part| sources(&edge_half_edges[part], &edge_sources[part])),
         sites: read_sites(page, core),
     }
 }
 
 impl Tile {
-    /// The corners of all triangles.
+    /// Returns the corners of all triangles.
     pub fn triangles(&self) -> impl Iterator<Item = [usize; 3]> + '_ {
         self.corners.chunks(3).map(|c| [c[0], c[1], c[2]])
     }
 
-    /// The tile and the place of a corner; both checked against the tile that owns it.
+    /// Returns the tile and the point of a corner, both checked against the tile that owns it.
     pub fn corner(&self, file: &File, corner: usize) -> (usize, Point) {
         match corner.checked_sub(self.points.len()) {
             None => (file.tile_at(self.points[corner]), self.points[corner]),
@@ -481,7 +481,7 @@ impl Tile {
         }
     }
 
-    /// The number in the file of a corner.
+    /// Returns the tile of a corner and its index in that tile.
     pub fn id(&self, tile: usize, corner: usize) -> (usize, usize) {
         match corner.checked_sub(self.points.len()) {
             None => (tile, corner),
@@ -489,43 +489,49 @@ impl Tile {
         }
     }
 
-    pub fn across(&self, side: usize) -> Across {
-        let Some(core) = self.neighbours.get(side) else {
-            return self.border_neighbours[side - self.neighbours.len()];
+    pub fn twin(&self, half_edge: usize) -> Twin {
+        let Some(core) = self.neighbours.get(half_edge) else {
+            return self.border_neighbours[half_edge - self.neighbours.len()];
         };
         match core {
-            Some(other) => Across::Side(*other),
+            Some(other) => Twin::HalfEdge(*other),
             None => self
                 .core_links
                 .iter()
-                .find(|l| l.0 == side)
-                .map_or(Across::Hull, |l| Across::Side(l.1)),
+                .find(|l| l.0 == half_edge)
+                .map_or(Twin::Hull, |l| Twin::HalfEdge(l.1)),
         }
     }
 
-    pub fn side_leaving(&self, vertex: usize) -> Option<usize> {
-        let in_border = self.border_vertex_sides.iter().find(|s| s.0 == vertex);
-        self.vertex_sides[vertex].or(in_border.map(|s| s.1))
+    pub fn half_edge_leaving(&self, vertex: usize) -> Option<usize> {
+        let in_border = self.border_vertex_half_edges.iter().find(|s| s.0 == vertex);
+        self.vertex_half_edges[vertex].or(in_border.map(|s| s.1))
     }
 
-    /// Numbers and codes of the sources of an edge of a file without triangles.
+    /// Returns numbers and codes of the sources of an edge in a file without triangles.
     pub fn sources_of_edge(&self, edge: usize) -> Vec<(u64, u8)> {
         let list = self.edge_sources[1].iter().filter(|entry| entry.0 == edge);
         list.map(|&(_, number, code)| (number, code)).collect()
     }
 
-    /// Numbers and codes of the sources of a side's edge, as seen along the side.
-    pub fn sources(&self, side: usize) -> Vec<(u64, u8)> {
-        let core_sides = 3 * self.core_triangles;
-        let other = match self.across(side) {
-            Across::Side(other) => other,
-            Across::Hull | Across::Elsewhere => side,
+    /// Returns numbers and codes of the sources of a half-edge's edge, as seen along the half-edge.
+    pub fn sources(&self, half_edge: usize) -> Vec<(u64, u8)> {
+        let core_half_edges = 3 * self.core_triangles;
+        let other = match self.twin(half_edge) {
+            Twin::HalfEdge(other) => other,
+            Twin::Hull | Twin::Elsewhere => half_edge,
         };
-        let in_core = other != side && side.max(other) < core_sides;
-        let entered = side.min(other);
+        let in_core = other != half_edge && half_edge.max(other) < core_half_edges;
+        let entered = half_edge.min(other);
         let list = self.edge_sources[usize::from(!in_core)].iter();
-        let of_side = list.filter(|entry| entry.0 == entered);
-        let turned = |code: u8| if side != entered && code >= 2 { 5 - code } else { code };
-        of_side.map(|&(_, number, code)| (number, turned(code))).collect()
+        let of_half_edge = list.filter(|entry| entry.0 == entered);
+        let turned = |code: u8| {
+            if half_edge != entered && code >= 2 {
+                5 - code
+            } else {
+                code
+            }
+        };
+        of_half_edge.map(|&(_, number, code)| (number, turned(code))).collect()
     }
 }

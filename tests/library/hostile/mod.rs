@@ -1,5 +1,5 @@
-//! The promise: a damaged or hostile file gives an error or the same answer, never a panic, a hang, a huge allocation or a
-//! wrong answer.
+//! The promise: a damaged or hostile file gives an error or the same answer, never a panic, a hang,
+//! a huge allocation or a wrong answer.
 
 mod surgery;
 mod town;
@@ -26,7 +26,7 @@ fn options() -> BuildOptions {
     BuildOptions::default().tile_vertices(8).threads(2)
 }
 
-/// A grid, uniform points, and uniform points with z, in tiles of 8.
+/// Builds a grid, uniform points, and uniform points with z, in tiles of 8.
 fn patients() -> Vec<Patient> {
     patients_of(8)
 }
@@ -71,7 +71,7 @@ impl ReadAt for Flipped {
     }
 }
 
-/// What a file answers: its digest, where all of it can be read and verified.
+/// Reads and verifies all of a file, and returns its digest.
 async fn digest_of(bytes: Vec<u8>) -> Result<Digest, String> {
     digest_of_source(MemoryFile::new(bytes)).await
 }
@@ -79,30 +79,30 @@ async fn digest_of(bytes: Vec<u8>) -> Result<Digest, String> {
 async fn digest_of_source(source: impl ReadAt + 'static) -> Result<Digest, String> {
     let all = async {
         let opened = TileReader::open_source(source, "file", OpenOptions::default()).await;
-        let reader = opened.map_err(told)?;
+        let reader = opened.map_err(message)?;
         let mut tiles = reader.tiles();
         while let Some(tile) = tiles.next().await {
-            tile.map_err(told)?;
+            tile.map_err(message)?;
         }
         reader.verify(true).await.map_err(|error| match error {
-            VerifyError::Read(error) => told(error),
+            VerifyError::Read(error) => message(error),
             other => other.to_string(),
         })?;
-        reader.digest().await.map_err(told)
+        reader.digest().await.map_err(message)
     };
     tokio::time::timeout(LONGEST, all)
         .await
         .expect("no file takes that long")
 }
 
-/// The text of an error. Nobody cancels here: that would be a panic in disguise.
-fn told(error: ReadError) -> String {
+/// Returns the text of an error. Nobody cancels here, so a cancelled task would be a hidden panic.
+fn message(error: ReadError) -> String {
     assert!(!matches!(error, ReadError::Cancelled), "a task panicked");
     error.to_string()
 }
 
 #[test]
-fn cut_off_anywhere() {
+fn a_file_cut_off_at_any_length_is_refused() {
     for patient in patients() {
         let bytes = &patient.bytes;
         // Every length near the ends of parts, and every 61st elsewhere.
@@ -130,7 +130,7 @@ fn cut_off_anywhere() {
 }
 
 #[test]
-fn bits_flipped_one_by_one() {
+fn a_flipped_bit_gives_an_error_or_the_same_answer() {
     let mut flips = 0;
     for patient in patients_of(5).into_iter().step_by(2) {
         runtime().block_on(async {
@@ -168,7 +168,7 @@ fn bits_flipped_one_by_one() {
 }
 
 #[test]
-fn gaps_carry_no_meaning() {
+fn bytes_in_gaps_and_after_the_end_do_not_change_the_answer() {
     for patient in patients() {
         runtime().block_on(async {
             let right = digest_of(patient.bytes.clone()).await.unwrap();
@@ -192,7 +192,7 @@ fn gaps_carry_no_meaning() {
 }
 
 #[test]
-fn one_superblock_is_enough() {
+fn a_file_with_one_damaged_superblock_is_read() {
     let patient = &patients()[0];
     runtime().block_on(async {
         let right = digest_of(patient.bytes.clone()).await;
@@ -208,9 +208,9 @@ fn one_superblock_is_enough() {
     });
 }
 
-/// How a part is changed.
+/// Changes a few bytes of `part`.
 fn mutate(random: &mut Random, part: &mut [u8]) {
-    /// Numbers that are likely to hurt.
+    /// Numbers that are likely to cause errors.
     const AWFUL: [u64; 12] = [
         0,
         1,
@@ -242,9 +242,10 @@ fn mutate(random: &mut Random, part: &mut [u8]) {
     }
 }
 
-/// Uses everything that a service would. Only what `verify` passes must be right.
+/// Runs everything that a service would run. The answers must be right only if `verify` accepts the
+/// file.
 async fn use_all(bytes: Vec<u8>, right: &Digest, story: &str) -> Outcome {
-    let Ok(reader) = open_bytes(bytes).await.map_err(told) else {
+    let Ok(reader) = open_bytes(bytes).await.map_err(message) else {
         return Outcome::Refused;
     };
     let all = async {
@@ -255,28 +256,29 @@ async fn use_all(bytes: Vec<u8>, right: &Digest, story: &str) -> Outcome {
             match tile {
                 Ok(tile) => points.extend(tile.points()),
                 Err(error) => {
-                    told(error);
+                    message(error);
                     whole = false;
                 }
             }
         }
         for (x, y) in [(0.5, 0.25), (3.0, 3.0), (0.75, 0.125), (6.5, 2.0), (1e30, 0.0)] {
-            let _ = reader.locate(x, y).await.map_err(told);
+            let _ = reader.locate(x, y).await.map_err(message);
         }
         let found: Result<Vec<_>, _> = reader.triangles_in(Rect::PLANE).try_collect().await;
-        whole &= found.map_err(told).is_ok();
-        let digest = reader.digest().await.map_err(told);
+        whole &= found.map_err(message).is_ok();
+        let digest = reader.digest().await.map_err(message);
         let shallow = reader.verify(false).await;
         let deep = reader.verify(true).await;
         for verified in [&shallow, &deep] {
             if let Err(VerifyError::Read(error)) = verified {
-                told(error.clone());
+                message(error.clone());
             }
         }
         if let Ok(report) = deep {
             assert!(whole && shallow.is_ok(), "{story}");
             let digest = digest.unwrap();
-            // Another place of a vertex may be right for other points, but then it must be right for those.
+            // A moved vertex may be valid, but then the triangulation must be that of the moved
+            // points.
             assert_eq!(digest, reference(EngineKind::Native, &points), "{story}");
             assert_eq!(
                 (report.vertices, report.triangles),
@@ -317,7 +319,7 @@ enum Outcome {
 }
 
 #[test]
-fn nonsense_with_right_checksums() {
+fn changed_bytes_with_right_checksums_never_give_a_wrong_answer() {
     let mut outcomes = [0; 4];
     for (number, patient) in patients().into_iter().enumerate() {
         let right = runtime().block_on(digest_of(patient.bytes.clone())).unwrap();
@@ -344,7 +346,7 @@ fn nonsense_with_right_checksums() {
 }
 
 #[test]
-fn nonsense_in_superblocks() {
+fn changed_superblocks_with_right_checksums_never_give_a_wrong_answer() {
     let patient = &patients()[1];
     let right = runtime().block_on(digest_of(patient.bytes.clone())).unwrap();
     let runtime = runtime();
@@ -357,9 +359,9 @@ fn nonsense_in_superblocks() {
     }
 }
 
-/// Counts in the directory are believed by those who allocate by them, so they must be bounded by the file.
+/// Readers allocate by the counts in the directory, so the file's length must bound them.
 #[test]
-fn counts_beyond_the_file_are_refused() {
+fn counts_that_exceed_the_file_are_refused() {
     let patient = &patients()[1];
     runtime().block_on(async {
         // vertices; core, border and owned triangles.
@@ -390,7 +392,7 @@ fn counts_beyond_the_file_are_refused() {
     });
 }
 
-/// Makes the root's sums of vertices and triangles those of the entries.
+/// Sets the root's sums of vertices and triangles to those of the entries.
 fn fix_sums(patient: &mut Patient) {
     let sum = |field: usize| -> u64 {
         patient
@@ -401,12 +403,12 @@ fn fix_sums(patient: &mut Patient) {
     };
     let (vertices, triangles) = (sum(40), sum(52));
     let root = support::flat::Table::root(&patient.bytes[patient.root.at..]);
-    let places = [2, 3].map(|slot| patient.root.at + root.field(slot).unwrap());
-    patient.put(places[0], &vertices.to_le_bytes());
-    patient.put(places[1], &triangles.to_le_bytes());
+    let offsets = [2, 3].map(|slot| patient.root.at + root.field(slot).unwrap());
+    patient.put(offsets[0], &vertices.to_le_bytes());
+    patient.put(offsets[1], &triangles.to_le_bytes());
 }
 
-/// A service's cache is shared by files of several origins; the id is the key of a file's tiles in it.
+/// Files of several origins may share a service's cache, whose keys contain the file's id.
 #[test]
 fn a_file_cannot_pass_for_another_in_a_shared_cache() {
     let [one, other, _] = patients().try_into().ok().unwrap();
@@ -421,11 +423,12 @@ fn a_file_cannot_pass_for_another_in_a_shared_cache() {
 }
 
 #[test]
-fn no_zero_is_negative() {
+fn a_negative_zero_coordinate_is_refused() {
     let patient = &patients()[0];
     let at = patient.cores[0].at;
     let zero = [0u8; 16];
-    // The grid has its corner at the origin; its coordinates are sixteen zero bytes, aligned to eight.
+    // The grid has a corner at the origin; its coordinates are sixteen zero bytes, aligned to
+    // eight.
     let core = &patient.bytes[at..at + patient.cores[0].length];
     let (first, count) = support::flat::Table::root(core).vector(2).unwrap();
     let vertex = (0..count / 2).find(|v| core[first + 16 * v..][..16] == zero).unwrap();
@@ -436,7 +439,7 @@ fn no_zero_is_negative() {
 }
 
 #[test]
-fn what_is_no_tile_file() {
+fn files_that_are_no_tile_files_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("file");
     let mut random = Random(5);

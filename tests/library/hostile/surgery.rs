@@ -1,17 +1,18 @@
-//! Cuts into a file and makes its checksums right again.
+//! Changes bytes of a file and makes its checksums right again.
 
 use crc32c::crc32c;
 use xxhash_rust::xxh3::xxh3_128;
 
 use super::support::flat::{Table, u32_at, u64_at};
 
-/// Places of fields that `schema/FORMAT.md` names; `tests/format` holds them to the code.
+/// Slots of fields that `schema/FORMAT.md` names; the tests in `format` compare that page with the
+/// code.
 const PAGES: usize = 13;
 const ENTRIES: usize = 1;
 
-/// A part of a file: where it lies, and where its checksum stands.
+/// A part of a file: its offset and length, and the offset of its checksum.
 #[derive(Clone, Copy, Debug)]
-pub struct Part {
+pub struct FilePart {
     pub at: usize,
     pub length: usize,
     crc: usize,
@@ -21,26 +22,26 @@ pub struct Part {
 #[derive(Clone)]
 pub struct Patient {
     pub bytes: Vec<u8>,
-    pub root: Part,
-    pub pages: Vec<Part>,
-    /// Where the entry of each tile lies.
+    pub root: FilePart,
+    pub pages: Vec<FilePart>,
+    /// The offset of each tile's entry.
     pub entries: Vec<usize>,
-    pub cores: Vec<Part>,
-    pub borders: Vec<Part>,
+    pub cores: Vec<FilePart>,
+    pub borders: Vec<FilePart>,
 }
 
 impl Patient {
     pub fn new(bytes: Vec<u8>) -> Self {
         let start = u64_at(&bytes, 48) as usize;
-        let root = Part {
+        let root = FilePart {
             at: start,
             length: u32_at(&bytes, 64) as usize,
             crc: 68,
         };
         let (first, count) = Table::root(&bytes[start..]).vector(PAGES).unwrap();
-        let pages: Vec<Part> = (0..count)
+        let pages: Vec<FilePart> = (0..count)
             .map(|i| start + first + 16 * i)
-            .map(|extent| Part {
+            .map(|extent| FilePart {
                 at: start + u64_at(&bytes, extent) as usize,
                 length: u32_at(&bytes, extent + 8) as usize,
                 crc: extent + 12,
@@ -53,7 +54,7 @@ impl Patient {
                 (0..count).map(move |i| page.at + first + 88 * i)
             })
             .collect();
-        let part = |entry: &usize, which: usize| Part {
+        let part = |entry: &usize, which: usize| FilePart {
             at: u64_at(&bytes, entry + 8 * which) as usize,
             length: u32_at(&bytes, entry + 16 + 4 * which) as usize,
             crc: entry + 24 + 4 * which,
@@ -87,7 +88,7 @@ impl Patient {
         self.sew_superblocks();
     }
 
-    /// Makes the superblocks right, the second a copy of the first.
+    /// Makes the superblocks right; the second becomes a copy of the first.
     pub fn sew_superblocks(&mut self) {
         let start = u64_at(&self.bytes, 48) as usize;
         let length = u64_at(&self.bytes, 56) as usize;

@@ -1,4 +1,5 @@
-//! Files with walls, holes, sites and regions, and of lines without any triangle, damaged in the same ways.
+//! Files with walls, holes, sites and regions, and files of lines without triangles, damaged in the
+//! same ways.
 
 use bytes::Bytes;
 use delaunay_tiles::Builder;
@@ -9,15 +10,15 @@ use delaunay_tiles::store::{Digest, EdgeSource, LineKind, TileReader};
 use futures::stream::StreamExt;
 
 use super::surgery::Patient;
-use super::{Flipped, LONGEST, digest_of, digest_of_source, mutate, options, told};
+use super::{Flipped, LONGEST, digest_of, digest_of_source, message, mutate, options};
 use crate::support::{Random, Scratch, batches, open_bytes, runtime, verify_lines};
 
-type Line = ([Point; 2], EdgeSource);
+type SourcedSegment = ([Point; 2], EdgeSource);
 
-/// What a file is built from.
+/// The input of a file.
 struct Town {
     points: Vec<Point>,
-    lines: Vec<Line>,
+    lines: Vec<SourcedSegment>,
     sites: Vec<(Point, &'static str)>,
     seeds: Vec<Point>,
 }
@@ -26,12 +27,13 @@ fn at([x, y]: [f64; 2]) -> Point {
     Point::new(x, y)
 }
 
-fn chain(kind: LineKind, number: u64, corners: &[[f64; 2]]) -> Vec<Line> {
+fn chain(kind: LineKind, number: u64, corners: &[[f64; 2]]) -> Vec<SourcedSegment> {
     let segments = corners.windows(2).map(|ends| [at(ends[0]), at(ends[1])]);
     segments.map(|ends| (ends, EdgeSource::new(kind, number))).collect()
 }
 
-/// A house with a court, a wall, a path along a part of it, a walled garden with a hole point, and shops.
+/// A house with a court, a wall, a path along a part of it, a walled garden with a hole point, and
+/// shops.
 fn town() -> Town {
     let square = |a: f64, b: f64| [[a, a], [b, a], [b, b], [a, b], [a, a]];
     let mut court = square(2.0, 3.0);
@@ -55,7 +57,7 @@ fn town() -> Town {
     }
 }
 
-/// Points in line, without triangles.
+/// Collinear points, without triangles.
 fn street() -> Town {
     let on = |i: u32| at([f64::from(i), 9.0 - 2.0 * f64::from(i)]);
     let between = |a, b, kind, number| ([on(a), on(b)], EdgeSource::new(kind, number));
@@ -100,39 +102,39 @@ impl Town {
         }
     }
 
-    /// Whether a file is of these lines and sites.
+    /// Returns whether a file has exactly these lines and sites.
     async fn is_in(&self, reader: &TileReader) -> bool {
         let mut sites = Some(self.sites());
         let sites = reader.verify_sites(|batch| Ok::<_, String>(sites.take().map(|all| *batch = all).is_some()));
         sites.await.is_ok() && verify_lines(reader, self.lines.clone()).await.is_ok()
     }
 
-    /// Uses all that a file says of lines, regions and sites. Whether it is proven, and is of these lines and sites; then it must
-    /// be right.
+    /// Reads all that a file stores of lines, regions and sites. Returns whether the file verifies
+    /// and has these lines and sites; if so, its content must be right.
     async fn use_all(&self, bytes: Vec<u8>, right: &Digest, story: &str) -> Option<bool> {
-        let reader = open_bytes(bytes).await.map_err(told).ok()?;
+        let reader = open_bytes(bytes).await.map_err(message).ok()?;
         let all = async {
             let mut tiles = reader.tiles();
             while let Some(tile) = tiles.next().await {
-                let Ok(tile) = tile.map_err(told) else { continue };
-                for side in tile.owned_constraints() {
-                    assert!(tile.ends(side).iter().all(|end| end.point.is_valid()), "{story}");
-                    assert!(tile.edge_sources(side).count() < 1 << 20, "{story}");
-                    let _ = (tile.is_constraint(side), tile.is_wall(side));
+                let Ok(tile) = tile.map_err(message) else { continue };
+                for edge in tile.owned_constraints() {
+                    assert!(tile.ends(edge).iter().all(|end| end.point.is_valid()), "{story}");
+                    assert!(tile.edge_sources(edge).count() < 1 << 20, "{story}");
+                    let _ = (tile.is_constraint(edge), tile.is_wall(edge));
                 }
                 for triangle in tile.triangle_ids() {
                     let _ = (tile.region(triangle), tile.depth(triangle), tile.is_hole(triangle));
                 }
                 assert!(tile.sites().all(|site| tile.is_site(site.vertex)), "{story}");
             }
-            let _ = reader.locate(3.0, 3.0).await.map_err(told);
+            let _ = reader.locate(3.0, 3.0).await.map_err(message);
             let mut found = reader.triangles_in(Rect::PLANE);
             while let Some(triangle) = found.next().await {
-                if triangle.map_err(told).is_err() {
+                if triangle.map_err(message).is_err() {
                     break;
                 }
             }
-            // Walks end without a budget, whatever the triangles contradict.
+            // Searches end without a budget, even if the triangles contradict each other.
             let options = || QueryOptions::default().certified();
             for from in [[0.5, 0.4], [6.5, -2.0], [7.5, 9.0]].map(at) {
                 let mut sites = reader.nearest_sites(from, options());
@@ -143,12 +145,12 @@ impl Town {
                     let _ = reader.shortest_path(from, at([6.5, 7.5]), options().mode(mode)).await;
                 }
             }
-            let digest = reader.digest().await.map_err(told);
+            let digest = reader.digest().await.map_err(message);
             let is_proven = reader.verify(true).await.is_ok();
             let is_same = self.is_in(&reader).await;
             if is_proven && is_same {
                 let digest = digest.unwrap();
-                // Vertices may lie elsewhere, and holes may come of other hole points.
+                // Vertices may have moved, and other hole points may give other holes.
                 if digest.vertices == right.vertices && reader.directory().metadata.seeds == self.seeds {
                     assert_eq!(digest, *right, "{story}");
                 }
@@ -163,7 +165,7 @@ impl Town {
 }
 
 #[test]
-fn towns_with_nonsense_and_right_checksums() {
+fn changed_bytes_of_towns_with_right_checksums_never_give_a_wrong_answer() {
     for (number, town) in [town(), street()].into_iter().enumerate() {
         let mut outcomes = [0; 3];
         let runtime = runtime();
@@ -193,7 +195,7 @@ fn towns_with_nonsense_and_right_checksums() {
 }
 
 #[test]
-fn towns_with_flipped_bits() {
+fn a_flipped_bit_of_a_town_is_detected() {
     for town in [town(), street()] {
         runtime().block_on(async {
             let patient = town.build().await;

@@ -1,4 +1,4 @@
-//! What a source tells before it is read.
+//! What a point source reports before it is read.
 
 use crate::input::{bits, drain};
 use delaunay_tiles::geometry::Point;
@@ -11,7 +11,7 @@ fn doubles(numbers: impl IntoIterator<Item = f64>) -> Vec<u8> {
     numbers.into_iter().flat_map(f64::to_le_bytes).collect()
 }
 
-/// Points of which x counts from `first`.
+/// Returns `n` points whose x counts up from `first`.
 fn counted(first: u32, n: u32) -> Vec<u8> {
     doubles((first..first + n).flat_map(|n| [f64::from(n), 1.0]))
 }
@@ -25,7 +25,7 @@ fn write(dir: &Path, files: &[(&str, &[u8])]) -> Vec<PathBuf> {
     files.iter().map(write).collect()
 }
 
-/// A source of these files, and their folder.
+/// Opens a source of these files; returns it with their folder.
 fn source(files: &[(&str, &[u8])], options: &InputOptions) -> (PointSource, tempfile::TempDir) {
     let dir = tempfile::tempdir().unwrap();
     let source = PointSource::open(&write(dir.path(), files), options).unwrap();
@@ -42,7 +42,7 @@ fn xs(points: &[Point]) -> Vec<f64> {
 }
 
 #[test]
-fn expected_points() {
+fn a_source_reports_the_number_of_points_left() {
     let raw = counted(0, 10_000);
     let node: &[u8] = b"2 2 0 0\n0 1 2\n1 3 4\n";
     let (mut all, _dir) = source(
@@ -70,7 +70,7 @@ fn expected_points() {
 }
 
 #[test]
-fn inputs_that_tell_nothing() {
+fn streams_text_and_gzip_have_no_expected_points_and_no_sample() {
     let raw = counted(0, 100);
     let source_of = |files: &[(&str, &[u8])]| source(files, &InputOptions::default());
     let stream = of_bytes(&raw, Format::F64);
@@ -90,9 +90,9 @@ fn inputs_that_tell_nothing() {
     }
 }
 
-/// Where there are no more points than wanted, the sample is all of them.
+/// If a source has no more points than wanted, the sample is all of them.
 #[test]
-fn a_sample_of_few_points() {
+fn a_sample_of_few_points_has_all_of_them_or_about_the_wanted_number() {
     let files: [(&str, &[u8]); 4] = [
         ("a.f64", &counted(0, 37)),
         ("b.f64", &[]),
@@ -112,9 +112,10 @@ fn a_sample_of_few_points() {
     assert_eq!(of_none.sample(10).unwrap(), []);
 }
 
-/// Every part of the inputs is in the sample as much as it is long, and the stream does not notice.
+/// Each part of the inputs contributes to the sample in proportion to its length, and sampling does
+/// not disturb the stream.
 #[test]
-fn a_sample_of_many_points() {
+fn a_sample_is_spread_evenly_over_many_points() {
     let files: [(&str, &[u8]); 3] = [
         ("a.f64", &counted(0, 300_000)),
         ("b.f64", &counted(300_000, 10)),
@@ -129,8 +130,8 @@ fn a_sample_of_many_points() {
         let (from, to) = (f64::from(part) * 10_000.0, f64::from(part + 1) * 10_000.0);
         assert_eq!(numbers.iter().filter(|x| (from..to).contains(*x)).count(), 80);
     }
-    let places: std::collections::BTreeSet<u64> = numbers.iter().map(|x| *x as u64 % 2000).collect();
-    assert!(places.len() > 1000, "always the same places in the parts");
+    let positions: std::collections::BTreeSet<u64> = numbers.iter().map(|x| *x as u64 % 2000).collect();
+    assert!(positions.len() > 1000, "always the same positions in the parts");
 
     let most = many.sample(usize::MAX).unwrap();
     assert_eq!(most.len(), 4 << 20 >> 4);
@@ -177,7 +178,7 @@ fn invalid_points_are_not_in_a_sample() {
 }
 
 #[test]
-fn identities() {
+fn any_change_of_files_order_options_or_times_changes_the_identity() {
     let dir = tempfile::tempdir().unwrap();
     let paths = write(dir.path(), &[("a.f64", &counted(0, 5)), ("b.f64", &counted(0, 5))]);
     let identity = |paths: &[PathBuf], options: &InputOptions| {
@@ -198,7 +199,7 @@ fn identities() {
         identity(&paths[1..], &default),
         identity(&[], &default),
     ];
-    // Before 1970 too.
+    // Also times before 1970.
     for microseconds in [1, 1_000_001] {
         for time in [
             UNIX_EPOCH + Duration::from_micros(microseconds),
@@ -219,7 +220,7 @@ fn identities() {
 
 #[cfg(feature = "las")]
 #[test]
-fn lidar() {
+fn las_files_report_expected_points_and_samples() {
     use crate::input::data;
     let open = |name: &str, options: &InputOptions| PointSource::open(&[data(name)], options).unwrap();
     let chosen = InputOptions::default().classes(vec![1, 2]);

@@ -1,8 +1,8 @@
 //! Files that change while they are read.
 //!
-//! A raw file that was cut off behind the points that were read gave a file of those points and
-//! exit code 0, and so did text: no reader compared what it read with what the file was at opening.
-//! All files of all sources are compared now.
+//! A raw file that was cut off behind the points read so far once gave a file of those points and
+//! exit code 0, and so did text: no reader compared what it read with the file's state at opening.
+//! Now all files of all sources are compared.
 
 use crate::input::data;
 use delaunay_tiles::input::{
@@ -14,7 +14,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// What an error says of a file, and what changes it.
+/// What the error says of a changed file, and the function that changes it.
 type Change = (&'static str, fn(&Path));
 
 /// Ways in which a file changes.
@@ -33,22 +33,22 @@ const CHANGES: [Change; 4] = [
         let mut file = File::options().write(true).open(path).unwrap();
         file.write_all(&bytes).unwrap();
     }),
-    // It was empty for a moment.
+    // The file was empty for a moment.
     ("it was written to", |path| {
         let bytes = fs::read(path).unwrap();
         fs::write(path, bytes).unwrap();
     }),
 ];
 
-/// Another file of the same bytes takes its place.
+/// Replaces the file with another file of the same bytes.
 fn replace(path: &Path) {
     let other = path.with_extension("other");
     fs::copy(path, &other).unwrap();
     fs::rename(other, path).unwrap();
 }
 
-/// Writes a file that nobody has touched for a while: the system's clock for such times has a
-/// grain.
+/// Writes a file whose modification time is some seconds ago, since the system's clock for such
+/// times is coarse.
 fn write(path: &Path, bytes: &[u8]) {
     fs::write(path, bytes).unwrap();
     let file = File::options().write(true).open(path).unwrap();
@@ -72,7 +72,7 @@ fn line_strings(count: u32) -> Vec<u8> {
     rows(count, line)
 }
 
-/// A source of any kind: batches of it until the file is at its end.
+/// A source of any kind. Each call reads a batch; it returns `false` at the end of the files.
 type Drain = Box<dyn FnMut() -> Result<bool, InputError>>;
 
 fn points(paths: &[PathBuf]) -> Drain {
@@ -180,7 +180,7 @@ fn says(result: Result<u32, InputError>, path: &Path, what: &str) {
 }
 
 #[test]
-fn no_file_can_change_unnoticed_while_any_reader_reads_it() {
+fn every_reader_detects_a_file_that_changes_while_it_is_read() {
     let dir = tempfile::tempdir().unwrap();
     for (name, bytes, open) in cases() {
         let path = dir.path().join(name);
@@ -189,7 +189,8 @@ fn no_file_can_change_unnoticed_while_any_reader_reads_it() {
         let all = drain(open(&paths)).unwrap();
         assert!(all > 0, "{name}: what nobody changes is read");
         for (what, change) in CHANGES {
-            // When it was opened, and, unless that was all, behind its first batch.
+            // The file changes when it was just opened, and, if it has several batches, after the
+            // first batch.
             for batches in [0, 1] {
                 write(&path, &bytes);
                 let mut next = open(&paths);
@@ -204,7 +205,7 @@ fn no_file_can_change_unnoticed_while_any_reader_reads_it() {
 }
 
 #[test]
-fn a_file_that_waits_for_its_turn_cannot_be_replaced() {
+fn replacing_a_file_that_is_not_yet_open_is_detected() {
     let dir = tempfile::tempdir().unwrap();
     for (name, bytes, open) in cases() {
         let first = dir.path().join(format!("first {name}"));
@@ -218,7 +219,7 @@ fn a_file_that_waits_for_its_turn_cannot_be_replaced() {
         let next = open(&paths);
         replace(&path);
         says(drain(next), &path, "another file has taken its place");
-        // The first one is open: another file of its name is no concern of its reader.
+        // The first file is open already, so its reader does not depend on its name.
         let next = open(&paths);
         replace(&first);
         drain(next).unwrap();
@@ -226,7 +227,7 @@ fn a_file_that_waits_for_its_turn_cannot_be_replaced() {
 }
 
 #[test]
-fn a_stream_has_no_length_that_it_must_keep() {
+fn a_named_pipe_is_read_without_an_error_for_its_length() {
     let dir = tempfile::tempdir().unwrap();
     let fifo = dir.path().join("points.f64");
     let made = std::process::Command::new("mkfifo").arg(&fifo).status();
@@ -245,9 +246,9 @@ fn a_stream_has_no_length_that_it_must_keep() {
 }
 
 #[test]
-fn a_source_that_is_stopped_ends_in_the_middle_of_a_stretch_without_records() {
-    // 1.5 GB of blank lines in a small gzip kept the tool busy: nobody could end it, or see an end
-    // of it.
+fn a_stopped_source_ends_within_a_long_run_of_blank_lines() {
+    // 1.5 GB of blank lines in a small gzip kept the tool busy; nobody could stop it or see when it
+    // would end.
     if !cfg!(feature = "text") {
         return;
     }

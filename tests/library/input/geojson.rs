@@ -8,7 +8,7 @@ fn read(text: &str) -> Result<crate::input::Read, delaunay_tiles::input::InputEr
 }
 
 #[test]
-fn every_geometry() {
+fn every_geometry_type_gives_its_positions() {
     let cases: [(&str, &[(f64, f64)]); 9] = [
         (r#"{"type":"Point","coordinates":[1,2]}"#, &[(1.0, 2.0)]),
         (
@@ -44,9 +44,10 @@ fn every_geometry() {
     }
 }
 
-/// A `bbox` and a `crs` before `features`, members in any order, escapes in names, and a mark at the beginning.
+/// A `bbox` and a `crs` before `features`, members in any order, escapes in names, and a byte-order
+/// mark.
 #[test]
-fn a_collection_with_all_sorts_of_members() {
+fn foreign_members_in_any_order_do_not_change_the_points() {
     let text = "\u{feff}".to_owned()
         + r#"{"bbox":[0,0,9,9],"crs":{"type":"name","properties":{"name":"urn:ogc:def:crs:EPSG::25832"}},
         "n\u0061me":"a \"b\" \ud83d\ude00 \\","features":[
@@ -57,12 +58,12 @@ fn a_collection_with_all_sorts_of_members() {
     let read = file("a.geojson", text, &InputOptions::default()).unwrap();
     assert_eq!(read.points, [(1.5, -20.0), (0.0, 4.0)]);
     assert_eq!(read.source.crs(), Some("urn:ogc:def:crs:EPSG::25832"));
-    // z goes by the first position.
+    // The first position decides whether the source has z.
     assert!(!read.source.has_z());
 }
 
 #[test]
-fn elevations() {
+fn a_position_without_z_is_refused_or_gets_zero() {
     let text = r#"{"type":"LineString","coordinates":[[1,2,3],[4,5],[6,7,8,9]]}"#;
     assert_says(
         file("a.json", text, &InputOptions::default()),
@@ -80,19 +81,19 @@ fn elevations() {
 }
 
 #[test]
-fn one_after_the_other() {
+fn concatenated_features_are_read_one_after_the_other() {
     let feature = r#"{"type":"Feature","properties":{},"geometry":{"type":"Point","coordinates":[1,2]}}"#;
     for between in ["\n", "\r\n", "", "\n\u{1e}"] {
         let text = [feature, feature, feature].join(between);
         let read = file("a.geojsonl", &text, &InputOptions::default()).unwrap();
         assert_eq!(read.records, [0, 1, 2]);
-        // A stream without a name is known by its brace.
+        // A stream without a name is recognized by its first brace.
         assert_eq!(stream(&text, &InputOptions::default()).unwrap().points, read.points);
     }
 }
 
 #[test]
-fn invalid_positions() {
+fn invalid_positions_are_refused_or_skipped() {
     let text = r#"{"type":"MultiPoint","coordinates":[[1,2],[3],[],[null,4],["5",6],[1e999,7],[1e100,8],[9,10]]}"#;
     let all = read(text);
     assert_says(
@@ -109,7 +110,7 @@ fn invalid_positions() {
 }
 
 #[test]
-fn broken_documents() {
+fn a_broken_document_is_refused_with_its_byte_and_reason() {
     for (text, parts) in [
         ("", &["byte 0: the file is empty"][..]),
         (" \n", &["the file is empty"]),
@@ -237,12 +238,12 @@ fn broken_documents() {
     assert_eq!(read(&long).unwrap().points, [(1.0, 2.0)]);
 }
 
-/// The same coordinates in the same order as by the crate `geojson`.
+/// The crate `geojson` gives the same coordinates in the same order.
 #[test]
-fn indonesia() {
+fn positions_of_a_map_equal_those_of_the_geojson_crate() {
     let path = data("indonesia/indonesia_ne10m.geojson");
     let read = drain(PointSource::open(std::slice::from_ref(&path), &InputOptions::default()).unwrap()).unwrap();
-    // 23,541 vertices, and in each of 339 rings the first one again.
+    // 23,541 vertices; each of 339 rings repeats its first position at its end.
     assert_eq!(read.points.len(), 23_541 + 339);
     let mut distinct: Vec<_> = read.points.iter().map(|p| (p.0.to_bits(), p.1.to_bits())).collect();
     distinct.sort_unstable();
@@ -270,7 +271,7 @@ fn indonesia() {
 }
 
 #[test]
-fn cut_short_at_every_length() {
+fn a_document_cut_short_at_any_length_is_refused() {
     let text = r#"{"type":"FeatureCollection","features":[{"type":"Feature","properties":{"a":"b\n\u0041","c":[true,null]},
         "geometry":{"type":"LineString","coordinates":[[1.5e2,2],[3,4,5]]}}]}"#;
     for length in 0..text.len() {

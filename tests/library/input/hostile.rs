@@ -1,6 +1,6 @@
-//! Damaged files and noise, of every format: points or an error, never a panic.
+//! Damaged files and noise in every format give points or an error, never a panic.
 //!
-//! All randomness is by a fixed seed.
+//! All randomness comes from fixed seeds.
 
 use crate::input::{drain, with_format};
 use delaunay_tiles::input::{Format, InputError, PointSource};
@@ -24,7 +24,7 @@ impl Random {
     }
 }
 
-/// Reads a file, with and without invalid records, and gives whether the latter went well.
+/// Reads a file without and with skipping of invalid records. Returns whether the former succeeded.
 fn survives(path: &Path, bytes: &[u8], format: Format) -> bool {
     std::fs::write(path, bytes).unwrap();
     let read = |skip_invalid| -> Result<(), InputError> {
@@ -51,7 +51,7 @@ const FORMATS: [Format; 6] = [
 ];
 
 #[test]
-fn noise() {
+fn noise_gives_points_or_an_error() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("hostile");
     let mut random = Random(1);
@@ -82,7 +82,7 @@ fn noise() {
 }
 
 #[test]
-fn damaged_text() {
+fn damaged_text_json_and_raw_files_give_points_or_an_error() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("hostile");
     let mut random = Random(2);
@@ -112,9 +112,9 @@ fn damaged_text() {
 
 #[cfg(feature = "las")]
 #[test]
-fn damaged_lidar() {
+fn damaged_las_files_give_points_or_an_error() {
     use std::time::Instant;
-    // The decoder's panics are caught; the messages that they print are of no use here.
+    // The decoder's panics are caught; the messages that they print have no use here.
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("hostile");
     let mut random = Random(3);
@@ -131,13 +131,14 @@ fn damaged_lidar() {
         let mut read = 0;
         let mut failed = 0;
         let mut count = |good: bool| if good { read += 1 } else { failed += 1 };
-        // Up to the points at every length, behind at some.
+        // Every length up to the start of the points, and some lengths behind it.
         let begin = Instant::now();
         let step = 1 + whole.len() / 150;
         for length in (0..start.min(500)).chain((start..whole.len()).step_by(step)) {
             count(survives(&path, &whole[..length], Format::Las));
         }
-        // Every bit of the header (of the larger files one of every byte), then some of the rest, then several at once.
+        // Each bit of the header (in larger files one bit of each byte), then some bits of the
+        // rest, then several bytes at once.
         let header = usize::from(u16::from_le_bytes([whole[94], whole[95]]));
         let rest = (0..200).map(|_| (header + random.below(whole.len() - header), 1 << random.below(8)));
         let flips: Vec<(usize, u8)> = (0..header)

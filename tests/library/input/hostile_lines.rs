@@ -1,14 +1,14 @@
-//! Damaged files and noise for the sources of segments, obstacles, sites and `.poly`: what they hold or an error, never a
-//! panic.
+//! Damaged files and noise give the sources of segments, obstacles, sites and `.poly` their records
+//! or an error, never a panic.
 //!
-//! All randomness is by a fixed seed.
+//! All randomness comes from fixed seeds.
 
 use crate::input::hostile::Random;
 use crate::input::{poly, segments, sites};
 use delaunay_tiles::input::{InputError, SegmentSource, SiteSource};
 use std::path::Path;
 
-/// A suffix, and a reader of such files.
+/// A suffix, and a reader of files with this suffix.
 type Reader = (&'static str, fn(&Path) -> Result<(), InputError>);
 
 fn lines(path: &Path) -> Result<(), InputError> {
@@ -51,7 +51,7 @@ const READERS: [Reader; 9] = [
     ("poly", poly),
 ];
 
-/// Reads a file by all readers of its suffix, and gives how many of them took it.
+/// Reads a file with all readers of its suffix. Returns the number of readers that accepted it.
 fn readers_of(folder: &Path, bytes: &[u8], suffix: &str) -> usize {
     let path = folder.join("hostile").with_extension(suffix);
     std::fs::write(&path, bytes).unwrap();
@@ -86,10 +86,11 @@ const SAMPLES: [(&str, &[u8]); 5] = [
 ];
 
 #[test]
-fn cut_at_every_byte() {
+fn a_json_or_poly_document_cut_short_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     for (suffix, sample) in SAMPLES {
-        // Documents must be whole; rows may end anywhere, as regions may, and numbers may lose digits.
+        // A JSON document must be whole. Rows may end anywhere; so may the regions of `.poly`, and
+        // numbers may lose digits.
         let shortest = match suffix {
             "geojson" => sample.len(),
             "poly" => sample.windows(5).position(|window| window == b"2.5 2").unwrap() + 5,
@@ -104,7 +105,7 @@ fn cut_at_every_byte() {
 }
 
 #[test]
-fn damaged_bytes() {
+fn damaged_bytes_give_records_or_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let mut random = Random(4);
     for (suffix, sample) in SAMPLES {
@@ -120,7 +121,7 @@ fn damaged_bytes() {
 }
 
 #[test]
-fn noise() {
+fn noise_gives_records_or_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let mut random = Random(5);
     let heads: [&[u8]; 7] = [

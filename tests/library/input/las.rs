@@ -8,7 +8,7 @@ fn open(path: &Path, options: &InputOptions) -> Result<Read, InputError> {
     PointSource::open(&[path.to_owned()], options).and_then(drain)
 }
 
-/// What the crate `las` itself reads: x, y, z, class, return number, number of returns, withheld.
+/// Returns all points as the crate `las` itself reads them.
 fn expected(path: &Path) -> Vec<las::Point> {
     let mut reader = las::Reader::from_path(path).unwrap();
     reader.read_all().unwrap().points().map(Result::unwrap).collect()
@@ -23,7 +23,7 @@ const FILES: [&str; 5] = [
 ];
 
 #[test]
-fn the_same_points_as_by_the_crate() {
+fn points_equal_those_of_the_las_crate() {
     for name in FILES {
         let path = data(name);
         let read = open(&path, &InputOptions::default()).unwrap();
@@ -46,7 +46,7 @@ fn the_same_points_as_by_the_crate() {
 }
 
 #[test]
-fn classes_and_returns() {
+fn classes_and_returns_filter_the_points() {
     for name in FILES {
         let path = data(name);
         let all = expected(&path);
@@ -70,7 +70,7 @@ fn classes_and_returns() {
 }
 
 #[test]
-fn reference_systems() {
+fn reference_systems_are_read_from_the_header() {
     let crs = |name: &str| {
         let source = PointSource::open(&[data(name)], &InputOptions::default()).unwrap();
         source.crs().map(str::to_owned)
@@ -84,7 +84,7 @@ fn reference_systems() {
 }
 
 #[test]
-fn a_larger_file() {
+fn all_110_000_points_of_a_larger_file_are_read() {
     let Some(path) = shared("lidar/autzen_trim.laz") else {
         return;
     };
@@ -97,7 +97,7 @@ fn a_larger_file() {
 }
 
 #[test]
-fn what_is_no_las_file() {
+fn files_and_streams_that_are_no_las_file_are_refused() {
     let bytes = std::fs::read(data("las/autzen.las")).unwrap();
     assert_says(
         stream(&bytes, &with_format(Format::Las)),
@@ -115,7 +115,8 @@ fn what_is_no_las_file() {
     }
 }
 
-/// Changes the bytes of `autzen.las` (version 1.2, format 1) from an offset on.
+/// Returns the bytes of a file, with each change written at its offset. (`autzen.las` has version
+/// 1.2 and format 1.)
 fn changed(name: &str, changes: &[(usize, &[u8])]) -> Vec<u8> {
     let mut bytes = std::fs::read(data(name)).unwrap();
     for (at, change) in changes {
@@ -125,7 +126,7 @@ fn changed(name: &str, changes: &[(usize, &[u8])]) -> Vec<u8> {
 }
 
 #[test]
-fn headers_that_lie() {
+fn headers_with_false_values_are_refused() {
     let las = |changes: &[(usize, &[u8])]| file("a.las", changed("las/autzen.las", changes), &InputOptions::default());
     assert_says(
         las(&[(107, &[0xff; 4])]),
@@ -151,12 +152,12 @@ fn headers_that_lie() {
         las(&[(131, &f64::NAN.to_le_bytes())]),
         &["the scale or the offset", "not finite"],
     );
-    // A scale that makes all points too large is a matter of records.
+    // A scale that makes all coordinates too large is an error of the records.
     assert_says(
         las(&[(131, &1e300f64.to_le_bytes())]),
         &["record 0 (point 0): x is", "2^200"],
     );
-    // Compressed by the header alone.
+    // The file is compressed according to the header only.
     assert_says(
         las(&[(104, &[0x81])]),
         &["compressed points, but no record that tells how"],
@@ -164,7 +165,7 @@ fn headers_that_lie() {
 }
 
 #[test]
-fn cut_short() {
+fn a_file_cut_short_is_refused() {
     let bytes = std::fs::read(data("las/autzen.las")).unwrap();
     assert_says(
         file("a.las", &bytes[..bytes.len() - 1], &InputOptions::default()),
@@ -172,10 +173,10 @@ fn cut_short() {
     );
 }
 
-/// The number of chunks and the sizes of layers are believed by the crate `laz`: 16 bytes for each chunk, and
-/// as many bytes as a layer claims.
+/// The crate `laz` trusts the number of chunks and the sizes of layers: it allocates 16 bytes for
+/// each chunk, and the claimed size of a layer.
 #[test]
-fn claims_within_compressed_points() {
+fn claims_within_compressed_points_that_exceed_the_file_are_refused() {
     let name = "las/autzen.copc.laz";
     let bytes = std::fs::read(data(name)).unwrap();
     let u32_at = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
@@ -200,8 +201,8 @@ fn claims_within_compressed_points() {
     );
 }
 
-/// The crate `laz` panicked at the size of chunks that such files have, though they have none, and
-/// the panic was printed.
+/// The crate `laz` panicked at the chunk size of such files, which have no chunks, and printed the
+/// panic.
 #[test]
 fn a_file_of_the_old_compressor_without_chunks_is_read() {
     let path = data("las/pointwise-1.2.laz");
@@ -225,7 +226,7 @@ fn a_file_of_the_old_compressor_without_chunks_is_read() {
 }
 
 #[test]
-fn a_panic_of_the_decoder_is_known_to_be_caught() {
+fn panic_is_caught_is_true_during_each_panic_of_the_decoder() {
     let path = data("las/autzen.laz");
     let whole = std::fs::read(&path).unwrap();
     let start = u32::from_le_bytes(whole[96..100].try_into().unwrap()) as usize;

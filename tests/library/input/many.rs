@@ -1,13 +1,13 @@
-//! Files of more records than a batch takes, in every format that a program may write.
+//! Files with more records than a batch, in every format that a program may write.
 
 use crate::input::file;
 use delaunay_tiles::input::InputOptions;
 use std::fmt::Write;
 
-/// Four batches and a rest.
+/// Four batches and a remainder.
 const N: u32 = 4 * 8192 + 77;
 
-/// Points with coordinates that two decimals tell.
+/// Returns points whose coordinates have two decimals.
 fn points() -> Vec<(f64, f64, f64)> {
     let point = |n: u32| {
         let (a, b) = (n.wrapping_mul(0x9e37_79b9), n.wrapping_mul(0x85eb_ca6b));
@@ -22,7 +22,7 @@ fn points() -> Vec<(f64, f64, f64)> {
 }
 
 #[test]
-fn every_format_gives_the_same_points_batch_after_batch() {
+fn every_format_gives_the_same_points_over_several_batches() {
     let (mut blanks, mut csv, mut raw) = (String::new(), String::from("id,lon,lat,name\n"), Vec::new());
     let (mut node, mut features) = (format!("{N} 2 0 0\n"), Vec::new());
     let points = points();

@@ -1,4 +1,5 @@
-//! The readers: what a file holds comes out, numbered and checked, or an error tells what is wrong with it.
+//! The readers: they return what a file contains, numbered and checked, or an error that says what
+//! is wrong.
 
 mod ahead;
 mod changed;
@@ -26,13 +27,13 @@ mod sites;
 #[cfg(feature = "text")]
 mod text;
 
-use crate::support::places::{data, shared};
+use crate::support::test_data::{data, shared};
 use delaunay_tiles::input::{Format, InputError, InputOptions, PointBatch, PointSource};
 use std::error::Error;
 use std::io::Cursor;
 use std::path::PathBuf;
 
-/// All that a source gives.
+/// Everything that a source returns.
 #[derive(Debug)]
 struct Read {
     points: Vec<(f64, f64)>,
@@ -91,7 +92,7 @@ fn stream(bytes: impl AsRef<[u8]>, options: &InputOptions) -> Result<Read, Input
     PointSource::from_reader("stream", Box::new(bytes), options).and_then(drain)
 }
 
-/// Reads bytes as a file of this name.
+/// Reads bytes as a file named `name`.
 fn file(name: &str, bytes: impl AsRef<[u8]>, options: &InputOptions) -> Result<Read, InputError> {
     files(&[(name, bytes.as_ref())], options)
 }
@@ -121,7 +122,7 @@ fn skipping() -> InputOptions {
     InputOptions::default().skip_invalid(true)
 }
 
-/// The message of an error and of what caused it.
+/// Returns the message of an error, followed by those of its causes.
 #[track_caller]
 fn message(result: Result<Read, InputError>) -> String {
     let error = result
@@ -136,7 +137,7 @@ fn message(result: Result<Read, InputError>) -> String {
     text
 }
 
-/// Asserts that a message has these parts.
+/// Asserts that the error's message contains `parts`.
 #[track_caller]
 fn assert_says(result: Result<Read, InputError>, parts: &[&str]) {
     let message = message(result);

@@ -1,10 +1,10 @@
-//! Triangle's and TetGen's `.node`.
+//! The `.node` files of Triangle and TetGen.
 
 use crate::input::{assert_says, file, skipping};
 use delaunay_tiles::input::InputOptions;
 
 #[test]
-fn both_bases() {
+fn indices_may_start_at_zero_or_one() {
     for text in [
         "# points\n3 2 0 0\n0 1 2\n1 3 4 # here\n\n2 5 6\n",
         "3  2  0  1\n1  1 2  0\n  2  3 4  1\r\n3  5 6  0\n# made by hand",
@@ -18,7 +18,7 @@ fn both_bases() {
 }
 
 #[test]
-fn attributes_and_three_dimensions() {
+fn a_node_file_gives_z_and_ignores_attributes() {
     let read = file("a.node", "1 2 2 0\n1 1 2 8 9\n", &InputOptions::default()).unwrap();
     assert_eq!(read.points, [(1.0, 2.0)]);
     assert!(read.source.notes()[0].ends_with("a.node: 2 attributes per point are not read"));
@@ -31,7 +31,7 @@ fn attributes_and_three_dimensions() {
 }
 
 #[test]
-fn wrong_first_lines() {
+fn a_wrong_first_line_is_quoted_in_the_error() {
     for (text, found) in [
         ("", "nothing"),
         ("# none\n", "nothing"),
@@ -47,7 +47,7 @@ fn wrong_first_lines() {
 }
 
 #[test]
-fn counts_that_lie() {
+fn false_counts_and_indices_are_refused_with_their_line() {
     let default = InputOptions::default();
     assert_says(
         file("a.node", "18446744073709551615 2 0 0\n0 1 2\n1 3 4\n", &default),
@@ -72,7 +72,7 @@ fn counts_that_lie() {
 }
 
 #[test]
-fn broken_rows() {
+fn a_broken_row_is_refused_or_skipped() {
     let text = "4 2 0 0\n1 1 2\n2 1 up\n3 1\n4 inf 4\n";
     assert_says(
         file("a.node", text, &InputOptions::default()),

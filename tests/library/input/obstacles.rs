@@ -1,4 +1,4 @@
-//! Polygons of GeoJSON: what comes out of them, and what is refused.
+//! Polygons of GeoJSON: the segments that they give, and what is refused.
 
 use crate::input::segments::{Segments, open};
 use delaunay_tiles::input::{InputError, RecordKind, SegmentSource};
@@ -7,18 +7,18 @@ fn read(text: &str) -> Result<Segments, InputError> {
     open(&[("town.geojson", text.as_bytes())], SegmentSource::open_obstacles)
 }
 
-/// A polygon from its rings.
+/// Returns the GeoJSON polygon with these rings.
 pub fn polygon(rings: &[&[[f64; 2]]]) -> String {
     format!(r#"{{"type":"Polygon","coordinates":{rings:?}}}"#)
 }
 
-/// The segments of a polygon from its rings.
+/// Returns the segments of the polygon with these rings.
 #[track_caller]
 fn ends(rings: &[&[[f64; 2]]]) -> Vec<[f64; 4]> {
     read(&polygon(rings)).unwrap().ends
 }
 
-/// The ring's segments, as they are to come.
+/// Returns the expected segments of a ring.
 fn ring(vertices: &[[f64; 2]]) -> Vec<[f64; 4]> {
     let next = vertices.iter().cycle().skip(1);
     vertices
@@ -38,9 +38,10 @@ fn assert_same(mut found: Vec<[f64; 4]>, mut expected: Vec<[f64; 4]>) {
 const SQUARE: [[f64; 2]; 4] = [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]];
 const COURT: [[f64; 2]; 3] = [[2.0, 2.0], [3.0, 7.0], [7.0, 2.0]];
 
-/// Outer rings counter-clockwise, inner ones clockwise, closed or not, from any winding.
+/// Outer rings become counter-clockwise and inner rings clockwise, whatever their winding, and
+/// whether they are closed or not.
 #[test]
-fn either_winding() {
+fn rings_of_either_winding_give_the_same_segments() {
     let expected = [ring(&SQUARE), ring(&COURT)].concat();
     for turned in 0..4 {
         for closed in [false, true] {
@@ -66,37 +67,37 @@ fn either_winding() {
 }
 
 #[test]
-fn repeated_positions_make_no_segment() {
+fn repeated_positions_give_no_segment() {
     let [a, b, c, d] = SQUARE;
     let all = read(&polygon(&[&[a, a, d, d, d, c, b, a, a]])).unwrap();
     assert_same(all.ends, ring(&SQUARE));
     assert!(all.source.notes().is_empty());
-    // 0 and -0 are one place.
+    // 0 and -0 are the same coordinate.
     let signed = r#"{"type":"Polygon","coordinates":[[[0,0],[9,-0.0],[9,0],[9,9],[0,9],[-0.0,0.0]]]}"#;
     assert_same(read(signed).unwrap().ends, ring(&SQUARE));
 }
 
-/// What goes there and back comes as it is, and cancels out by itself.
+/// Segments that run out and back are returned unchanged; they cancel out.
 #[test]
-fn spikes_and_bridges() {
+fn spikes_and_bridges_keep_their_segments() {
     let spike = [[0.0, 0.0], [9.0, 0.0], [20.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]];
     let mut turned = spike;
     turned.reverse();
     assert_same(ends(&[&spike]), ring(&spike));
     assert_same(ends(&[&turned]), ring(&spike));
-    // An extreme vertex that is the tip of a spike has no turn; the area has a sign all the same.
+    // An extreme vertex at the tip of a spike has no turn, but the area has a sign.
     let tip = [[-5.0, -5.0], [0.0, 0.0], [0.0, 9.0], [9.0, 9.0], [9.0, 0.0], [0.0, 0.0]];
     let mut counter_clockwise = tip;
     counter_clockwise.reverse();
     assert_same(ends(&[&tip]), ring(&counter_clockwise));
-    // A court joined to the outer ring by a bridge.
+    // A court connected to the outer ring by a bridge.
     let keyhole = [&SQUARE[..], &SQUARE[..1], &COURT[..], &COURT[..1]].concat();
     assert_same(ends(&[&keyhole]), ring(&keyhole));
 }
 
-/// The direction that counts is that of the whole area, not that of a corner.
+/// The sign of the whole area decides the direction, not the turn at a corner.
 #[test]
-fn lobes_that_touch() {
+fn the_whole_area_decides_the_direction_of_touching_lobes() {
     let small_lobe_turned = [[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0], [-9.0, 0.0], [0.0, -9.0]];
     assert_same(ends(&[&small_lobe_turned]), ring(&small_lobe_turned));
     let mut turned = small_lobe_turned;
@@ -106,7 +107,7 @@ fn lobes_that_touch() {
 
 /// Rings that enclose nothing block the way from both sides.
 #[test]
-fn rings_without_area() {
+fn rings_without_area_give_segments_in_both_directions() {
     let both_ways = |vertices: &[[f64; 2]]| {
         let there = ring(vertices);
         let back = there.iter().map(|[a, b, c, d]| [*c, *d, *a, *b]);
@@ -115,7 +116,7 @@ fn rings_without_area() {
     let collinear = [[0.0, 0.0], [3.0, 3.0], [9.0, 9.0], [6.0, 6.0]];
     let wall = [[0.0, 0.0], [9.0, 1.0]];
     let cancelling = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.0], [-1.0, 0.0], [-1.0, 1.0]];
-    // No three of its sums in floating point agree on the sign.
+    // No three of the sums of this ring in floating point agree on the sign.
     let tenths = [[0.1, 0.1], [0.2, 0.2], [0.7, 0.7]];
     for flat in [&collinear[..], &wall, &tenths] {
         let closed = [flat, &flat[..1]].concat();
@@ -124,14 +125,15 @@ fn rings_without_area() {
         assert_eq!(all.source.notes().len(), 1);
         let note = &all.source.notes()[0];
         assert!(note.contains("town.geojson: 1 rings enclose nothing"), "{note}");
-        // A court in nothing is no court.
+        // A court in a ring that encloses nothing is not a court.
         let all = read(&polygon(&[&closed, &[COURT[0], COURT[1], COURT[2], COURT[0]]])).unwrap();
         assert_same(all.ends, [both_ways(flat), both_ways(&COURT)].concat());
         assert!(all.source.notes()[0].contains("2 rings enclose nothing"));
-        // In something, it takes nothing away.
+        // A ring without area within a polygon takes no area away.
         assert_same(ends(&[&SQUARE, flat]), [ring(&SQUARE), both_ways(flat)].concat());
     }
-    // Two lobes that cancel out are something, one of them inside out: they come as they are, and so does a court of theirs.
+    // Two lobes that cancel out do enclose area, one of them inside out: they are returned
+    // unchanged, and so is their court.
     let closed = [&cancelling[..], &cancelling[..1]].concat();
     let court = [COURT[0], COURT[1], COURT[2], COURT[0]];
     let all = read(&polygon(&[&closed, &court])).unwrap();
@@ -156,9 +158,10 @@ fn rings_without_area() {
     }
 }
 
-/// The largest and the smallest coordinates that are valid, and slivers that floating point takes for lines.
+/// The largest and the smallest valid coordinates, and slivers that are collinear in floating
+/// point.
 #[test]
-fn huge_and_tiny_coordinates() {
+fn huge_and_tiny_rings_get_the_right_direction() {
     let (most, least) = (2f64.powi(200), 2f64.powi(-142));
     let far = 2f64.powi(52);
     for counter_clockwise in [
@@ -180,9 +183,9 @@ fn huge_and_tiny_coordinates() {
     }
 }
 
-/// All rings of a feature are one line; each polygon of several has its own outer ring.
+/// All rings of a feature form one line; each polygon of a MultiPolygon has its own outer ring.
 #[test]
-fn features_are_the_lines() {
+fn each_feature_is_one_line() {
     let text = r#"{"type":"FeatureCollection","features":[
         {"type":"Feature","geometry":null},
         {"type":"Feature","geometry":{"coordinates":[[[[0,0],[0,9],[9,9],[0,0]],[[2,4],[2,5],[3,5],[2,4]]],[],[[[20,0],[29,0],[29,9],[20,0]]]],
@@ -208,9 +211,10 @@ fn features_are_the_lines() {
     );
 }
 
-/// Empty rings hide which ring is the outer one, where no position came before; they do not shift the others.
+/// An empty ring first in its polygon hides which ring is the outer one, if no position came
+/// before. Empty rings do not shift the others.
 #[test]
-fn empty_rings_keep_their_places() {
+fn empty_rings_keep_their_index_among_the_rings() {
     let text = r#"{"type":"MultiPolygon","coordinates":[[[]],[[],[[0,0],[9,0],[0,9],[0,0]]]]}"#;
     let all = read(text).unwrap();
     assert_eq!(all.ends.len(), 6);
@@ -224,7 +228,7 @@ fn empty_rings_keep_their_places() {
 }
 
 #[test]
-fn z_goes_with_its_vertex() {
+fn a_reversed_ring_keeps_the_z_of_its_vertices() {
     let text = r#"{"type":"Polygon","coordinates":[[[0,0,1],[0,9,2],[9,9,3],[0,0,1]]]}"#;
     let all = read(text).unwrap();
     assert_eq!(all.ends, ring(&[[0.0, 0.0], [9.0, 9.0], [0.0, 9.0]]));
@@ -232,7 +236,7 @@ fn z_goes_with_its_vertex() {
 }
 
 #[test]
-fn a_ring_larger_than_a_batch() {
+fn a_ring_larger_than_a_batch_is_reversed_as_a_whole() {
     let circle: Vec<[f64; 2]> = (0..20_000)
         .map(|n| f64::from(n) * (std::f64::consts::TAU / 20_000.0))
         .map(|angle| [angle.cos(), angle.sin()])
@@ -243,7 +247,7 @@ fn a_ring_larger_than_a_batch() {
 }
 
 #[test]
-fn what_is_no_polygon() {
+fn geometries_that_are_no_polygons_are_refused() {
     let good = r#"{"type":"Polygon","coordinates":[[[0,0],[9,0],[0,9],[0,0]]]}"#;
     for (geometry, kind) in [
         (r#"{"type":"LineString","coordinates":[[0,0],[1,0]]}"#, "LineString"),
@@ -311,9 +315,9 @@ fn what_is_no_polygon() {
     }
 }
 
-/// An error ends the stream, and says which obstacle over all files.
+/// An error ends the stream, and counts obstacles over all files.
 #[test]
-fn an_error_in_the_second_file() {
+fn an_error_in_the_second_file_counts_obstacles_over_both_files() {
     let good = polygon(&[&SQUARE]);
     let bad = format!("{good}{}", r#"{"type":"Point","coordinates":[0,0]}"#);
     let files: [(&str, &[u8]); 2] = [("good.json", good.as_bytes()), ("bad.json", bad.as_bytes())];

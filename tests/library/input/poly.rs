@@ -1,4 +1,4 @@
-//! Triangle's `.poly`: points by [`PointSource`], segments and holes by [`PolySource`].
+//! The `.poly` files of Triangle: points by [`PointSource`], segments and holes by [`PolySource`].
 
 use crate::input::{data, drain, message, shared};
 use delaunay_tiles::geometry::Point;
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 type Read = (Vec<[u64; 2]>, Vec<Point>);
 
-/// The segments and the holes.
+/// Reads the segments and the holes.
 pub fn read(path: &Path) -> Result<Read, InputError> {
     let mut source = PolySource::open(path)?;
     let (mut batch, mut segments) = (SegmentBatch::default(), Vec::new());
@@ -46,12 +46,12 @@ fn write(folder: &tempfile::TempDir, name: &str, text: impl AsRef<[u8]>) -> Path
     path
 }
 
-/// A square with two diagonals of holes, numbered from 1.
+/// A square with a diagonal and two holes, numbered from 1.
 const SQUARE: &str = "# a square\n4 2 1 1\n1 0 0 7 1\n 2 1 0 7 1 # here\n3 1 1 7 1\n4 0 1 7 1\n\n5 1\n1 1 2 1\n2 2 3 1\n3 3 4 1\n4 4 1 1\n\
                       9 1 3\n# holes\n2\n1 0.25 0.5\n2 0.75 -0.0\n";
 
 #[test]
-fn both_bases() {
+fn indices_may_start_at_zero_or_one() {
     let folder = tempfile::tempdir().unwrap();
     let from_one = SQUARE.to_owned();
     let from_zero =
@@ -74,7 +74,7 @@ fn both_bases() {
 }
 
 #[test]
-fn points_in_the_file_beside_it() {
+fn points_are_read_from_the_node_file_beside_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = write(&folder, "a.poly", "0 2 0 0\n2 0\n1 1 2\n2 2 3\n0\n");
     let node = write(&folder, "a.node", "3 2 0 0\n1 5 6\n2 7 8\n3 9 1\n");
@@ -82,7 +82,7 @@ fn points_in_the_file_beside_it() {
     assert_eq!(found.points, [(5.0, 6.0), (7.0, 8.0), (9.0, 1.0)]);
     assert_eq!(found.source.sources(), [("a.node".to_owned(), 3)]);
     assert_eq!(read(&path).unwrap(), (vec![[0, 1], [1, 2]], Vec::new()));
-    // A change of either file is a change.
+    // A change of either file changes the identity.
     let identity = || {
         PointSource::open(std::slice::from_ref(&path), &InputOptions::default())
             .unwrap()
@@ -101,7 +101,7 @@ fn points_in_the_file_beside_it() {
     );
     fs::write(&path, "0 2 0 0\n1 0\n1 1 2\n0\n").unwrap();
     assert_ne!(identity().unwrap(), before);
-    // Records go on over the other inputs.
+    // Record numbers continue over the other inputs.
     let first = write(&folder, "first.node", "1 2\n0 1 1\n");
     let both = PointSource::open(&[first, path.clone()], &InputOptions::default())
         .and_then(drain)
@@ -130,7 +130,7 @@ fn points_in_the_file_beside_it() {
 
 #[cfg(feature = "text")]
 #[test]
-fn zipped() {
+fn gzipped_poly_and_node_files_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = write(&folder, "a.POLY.gz", crate::input::gzip(b"0 2 0 0\n1 0\n1 1 2\n0\n"));
     write(&folder, "a.node.gz", crate::input::gzip(b"2 2 0 0\n1 5 6\n2 7 8\n"));
@@ -138,9 +138,9 @@ fn zipped() {
     assert_eq!(read(&path).unwrap().0, [[0, 1]]);
 }
 
-/// The map of a game: 112 points and as many segments, in closed rings, and a point in each of 5 holes.
+/// The map of a game: 112 points and 112 segments, in closed rings, and a point in each of 5 holes.
 #[test]
-fn arena() {
+fn the_map_of_a_game_has_closed_rings_and_five_holes() {
     let path = data("arena/arena.poly");
     let found = points(&path).unwrap().points;
     assert_eq!(found.len(), 112);
@@ -157,9 +157,9 @@ fn arena() {
     assert_eq!(holes[0], Point::new(24.5, 9.0));
 }
 
-/// Islands with a hole point in each, if they are beside the project.
+/// Islands with a hole point in each, if the data is beside the project.
 #[test]
-fn islands() {
+fn a_map_of_islands_has_all_points_segments_and_holes() {
     let Some(path) = shared("indonesia/group1_dense_small.poly") else {
         return;
     };
@@ -169,7 +169,7 @@ fn islands() {
 }
 
 #[test]
-fn more_segments_than_a_batch() {
+fn segments_over_several_batches_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let rows: String = (0..20_000)
         .map(|n| format!("{n} {} {}\n", n % 3, (n + 1) % 3))
@@ -177,12 +177,12 @@ fn more_segments_than_a_batch() {
     let path = write(&folder, "a.poly", format!("3 2\n0 0 0\n1 1 0\n2 0 1\n20000\n{rows}0\n"));
     let (segments, _) = read(&path).unwrap();
     assert!(segments.iter().copied().eq((0..20_000).map(|n| [n % 3, (n + 1) % 3])));
-    // Whoever wants the holes alone gets them.
+    // The holes can be read without the segments.
     assert_eq!(PolySource::open(&path).unwrap().holes().unwrap(), []);
 }
 
 #[test]
-fn broken_files() {
+fn a_broken_poly_file_is_refused_with_its_line_and_reason() {
     let folder = tempfile::tempdir().unwrap();
     let start = "2 2 0 0\n1 0 0\n2 1 0\n";
     for (rest, parts) in [
@@ -274,7 +274,7 @@ fn broken_files() {
         let path = write(&folder, "a.poly", text);
         let error = message(points(&path));
         assert!(error.contains(part), "`{part}` is not in: {error}");
-        // A coordinate is the business of whoever reads the points.
+        // An error in a coordinate appears only when the points are read.
         assert!(read(&path).is_err() || part.starts_with("record"), "{text}");
     }
     let missing = PolySource::open(&folder.path().join("no.poly"))

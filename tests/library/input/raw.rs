@@ -13,7 +13,7 @@ fn with_dims(dims: u8) -> InputOptions {
 }
 
 #[test]
-fn pairs_and_triples() {
+fn numbers_are_read_as_pairs_or_triples() {
     let numbers = bytes(&[1.0, 2.0, -0.0, 4.0, 5.0, 6.0]);
     let pairs = file("a.f64", &numbers, &InputOptions::default()).unwrap();
     assert_eq!(pairs.points, [(1.0, 2.0), (0.0, 4.0), (5.0, 6.0)]);
@@ -29,7 +29,7 @@ fn pairs_and_triples() {
 }
 
 #[test]
-fn many() {
+fn many_triples_are_read_in_order() {
     let numbers: Vec<f64> = (0..150_000).map(f64::from).collect();
     let read = stream(bytes(&numbers), &with_dims(3)).unwrap();
     assert_eq!(read.points.len(), 50_000);
@@ -40,7 +40,7 @@ fn many() {
 }
 
 #[test]
-fn invalid_numbers() {
+fn invalid_numbers_are_refused_or_skipped() {
     let numbers = bytes(&[1.0, 2.0, f64::NAN, 1.0, 3.0, f64::NEG_INFINITY, 7.0, 8.0]);
     assert_says(
         file("a.f64", &numbers, &InputOptions::default()),
@@ -55,9 +55,9 @@ fn invalid_numbers() {
     assert_eq!(read.source.counts().invalid, 2);
 }
 
-/// Batches are checked as a whole, and an invalid record is found in its batch all the same.
+/// Batches are checked as a whole, but the error names the invalid record.
 #[test]
-fn invalid_numbers_far_into_a_file() {
+fn invalid_numbers_in_later_batches_are_named_or_skipped() {
     const INVALID: [usize; 3] = [9_000, 9_001, 20_000];
     let mut numbers: Vec<f64> = (0..75_000).map(f64::from).collect();
     numbers[3 * INVALID[0] + 2] = f64::INFINITY;
@@ -78,9 +78,9 @@ fn invalid_numbers_far_into_a_file() {
     }
 }
 
-/// A reader that gives bytes as it likes, as pipes do.
+/// A reader that returns short and interrupted reads, as pipes do.
 #[test]
-fn short_and_interrupted_reads() {
+fn short_and_interrupted_reads_lose_no_numbers() {
     struct Drip(Cursor<Vec<u8>>, usize);
     impl Read for Drip {
         fn read(&mut self, buf: &mut [u8]) -> std::io::Result<usize> {
@@ -101,7 +101,7 @@ fn short_and_interrupted_reads() {
 }
 
 #[test]
-fn a_rest() {
+fn bytes_after_the_last_whole_point_are_refused_or_skipped() {
     let numbers = bytes(&[1.0, 2.0, 3.0]);
     let parts = [
         "byte 16: 8 bytes are left over behind the last whole point of 16 bytes",
@@ -114,9 +114,9 @@ fn a_rest() {
     assert_eq!(read.source.counts().invalid, 1);
 }
 
-/// Bytes that begin like gzip are numbers, unless the name says gzip.
+/// Bytes that begin like gzip are numbers, unless the file name says gzip.
 #[test]
-fn magic_is_a_number() {
+fn raw_numbers_that_begin_like_gzip_are_read_as_numbers() {
     let number = f64::from_le_bytes([0x1f, 0x8b, 8, 0, 0, 0, 0, 0x40]);
     let numbers = bytes(&[number, 1.0]);
     assert_eq!(

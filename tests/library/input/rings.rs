@@ -1,6 +1,6 @@
-//! The direction of rings against what a person would call inside: by counting how often a ray crosses a ring.
+//! The directions of rings, compared with the inside that counting a ray's crossings gives.
 //!
-//! All randomness is by a fixed seed.
+//! All randomness comes from fixed seeds.
 
 use crate::input::obstacles::polygon;
 use crate::input::segments::{drain, open};
@@ -11,7 +11,8 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use std::path::PathBuf;
 
-/// How often segments go around a point, counter-clockwise; `None` if it is on one.
+/// Returns the winding number of segments around a point, counter-clockwise; `None` if the point is
+/// on a segment.
 fn winding(segments: &[[f64; 4]], p: Point) -> Option<i64> {
     let mut winding = 0;
     for &[x1, y1, x2, y2] in segments {
@@ -33,7 +34,7 @@ fn segments_of(ring: &[[f64; 2]]) -> Vec<[f64; 4]> {
     ring.iter().zip(next).map(|(a, b)| [a[0], a[1], b[0], b[1]]).collect()
 }
 
-/// Points near the vertices, where an error shows, and all over the place.
+/// Returns points near the vertices, where an error shows, and points all over.
 fn samples(rings: &[Vec<[f64; 2]>]) -> Vec<Point> {
     let vertices: Vec<[f64; 2]> = rings.concat();
     let near = vertices
@@ -46,8 +47,9 @@ fn samples(rings: &[Vec<[f64; 2]>]) -> Vec<Point> {
     all.iter().step_by(step).map(|&[x, y]| Point::new(x, y)).collect()
 }
 
-/// A polygon of earcutr: what comes out goes around a point once where an odd number of rings has it in, and else not at
-/// all. This holds for degenerate ones too, as long as no ring crosses itself.
+/// Checks a polygon of earcutr: the segments wind around a point once if an odd number of rings
+/// contains it, and else not at all. This holds for degenerate polygons too, as long as no ring
+/// crosses itself.
 fn check_fixture(path: &std::path::Path) {
     let text = std::fs::read_to_string(path).unwrap();
     let rings: Vec<Vec<[f64; 2]>> = serde_json::from_str(&text).unwrap();
@@ -71,14 +73,15 @@ fn check_fixture(path: &std::path::Path) {
 }
 
 #[test]
-fn earcut_fixtures() {
+fn segments_of_earcut_fixtures_wind_once_around_inner_points() {
     let mut paths: Vec<PathBuf> = std::fs::read_dir(data("earcutr"))
         .unwrap()
         .map(|entry| entry.unwrap().path())
         .filter(|path| path.extension().is_some_and(|suffix| suffix == "json"))
         .collect();
     assert_eq!(paths.len(), 30);
-    // The large ones are beside the project, if at all; the rings of water-huge and water-huge2 cross themselves.
+    // The large polygons are beside the project, if at all. The rings of water-huge and water-huge2
+    // cross themselves.
     let large = ["eberly-6", "water", "water2"];
     paths.extend(
         large
@@ -90,32 +93,35 @@ fn earcut_fixtures() {
 
 /// Islands that do not overlap: every point is in one of them, or in none.
 #[test]
-fn an_archipelago() {
+fn segments_of_islands_have_the_inside_on_their_left() {
     let source = SegmentSource::open_obstacles(&[data("indonesia/indonesia_ne10m.geojson")]).unwrap();
     let all = drain(source).unwrap();
     let lines = all.lines.iter().max().unwrap() + 1;
     assert_eq!(all.source.sources()[0].1, lines);
     let mut depths = [0; 2];
     for (n, segment) in all.ends.iter().enumerate().step_by(90) {
-        // To the left of a segment, by a little, and to its right.
+        // A little to the left of a segment, and to its right.
         let [x1, y1, x2, y2] = *segment;
-        for side in [1e-7, -1e-7] {
-            let p = Point::new(0.5 * (x1 + x2) - side * (y2 - y1), 0.5 * (y1 + y2) + side * (x2 - x1));
+        for offset in [1e-7, -1e-7] {
+            let p = Point::new(
+                0.5 * (x1 + x2) - offset * (y2 - y1),
+                0.5 * (y1 + y2) + offset * (x2 - x1),
+            );
             let depth = winding(&all.ends, p).expect("it is beside the segment");
-            assert_eq!(depth, i64::from(side > 0.0), "segment {n}");
+            assert_eq!(depth, i64::from(offset > 0.0), "segment {n}");
             depths[depth as usize] += 1;
         }
     }
     assert!(depths.iter().all(|&points| points > 100), "{depths:?}");
 }
 
-/// Twice the area of closed segments with small whole coordinates.
+/// Returns twice the area of closed segments with small integer coordinates.
 fn double_area(segments: &[[f64; 4]]) -> i64 {
     let cross = segments.iter().map(|[x1, y1, x2, y2]| x1 * y2 - x2 * y1);
     cross.map(|cross| cross as i64).sum()
 }
 
-/// Whether closed segments lie on one line, or come as often in either direction.
+/// Returns whether closed segments are collinear, or occur equally often in both directions.
 fn is_flat(segments: &[[f64; 4]]) -> bool {
     let on_line = |[x1, y1, x2, y2]: &[f64; 4]| {
         let mut turns = segments
@@ -141,9 +147,9 @@ fn undirected(segments: &[[f64; 4]]) -> Vec<[i64; 4]> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// Any rings at all: their area counts as it should, and every segment of theirs is there.
+    /// Any rings at all: the result has the right area, and has every segment of the rings.
     #[test]
-    fn any_rings(rings in vec(vec((0..5, 0..5), 0..9), 1..4)) {
+    fn any_rings_keep_their_segments_and_area(rings in vec(vec((0..5, 0..5), 0..9), 1..4)) {
         let rings: Vec<Vec<[f64; 2]>> = rings
             .into_iter()
             .map(|ring| ring.into_iter().map(|(x, y)| [f64::from(x), f64::from(y)]).collect())
@@ -157,7 +163,7 @@ proptest! {
             segments.retain(|[x1, y1, x2, y2]| [x1, y1] != [x2, y2]);
             let of_ring = double_area(&segments).abs();
             if n == 0 && of_ring == 0 && has_area {
-                // Its lobes cancel out: it comes as it is.
+                // The lobes cancel out: the ring is returned unchanged.
             } else if !has_area || of_ring == 0 {
                 segments.extend(segments.clone());
             } else {
@@ -167,12 +173,12 @@ proptest! {
         }
         prop_assert_eq!(double_area(&found), area);
         prop_assert_eq!(undirected(&found), undirected(&expected));
-        // As many segments come to a vertex as leave it.
+        // Equal numbers of segments enter and leave each vertex.
         let mut ends: Vec<[[f64; 2]; 2]> = found.iter().map(|[a, b, c, d]| [[*a, *b], [*c, *d]]).collect();
-        let mut sides = [0, 1].map(|side| ends.iter().map(|ends| ends[side]).collect::<Vec<_>>());
-        sides.iter_mut().for_each(|side| side.sort_by(|a, b| a.partial_cmp(b).unwrap()));
-        prop_assert_eq!(&sides[0], &sides[1]);
-        // Where a polygon encloses nothing, every segment has one that goes back.
+        let mut vertices = [0, 1].map(|end| ends.iter().map(|ends| ends[end]).collect::<Vec<_>>());
+        vertices.iter_mut().for_each(|ends| ends.sort_by(|a, b| a.partial_cmp(b).unwrap()));
+        prop_assert_eq!(&vertices[0], &vertices[1]);
+        // If a polygon encloses nothing, every segment has a reverse.
         if !has_area {
             ends.sort_by(|a, b| a.partial_cmp(b).unwrap());
             let mut back: Vec<[[f64; 2]; 2]> = ends.iter().map(|[a, b]| [*b, *a]).collect();

@@ -4,7 +4,7 @@ use delaunay_tiles::input::{InputError, RecordKind, SegmentBatch, SegmentSource}
 use std::fs;
 use std::path::PathBuf;
 
-/// All that a source gives.
+/// Everything that a source returns.
 #[derive(Debug)]
 pub struct Segments {
     pub ends: Vec<[f64; 4]>,
@@ -47,7 +47,7 @@ pub fn drain(mut source: SegmentSource) -> Result<Segments, InputError> {
     })
 }
 
-/// Writes files, and opens them.
+/// Writes files, and opens and reads them.
 pub fn open(
     files: &[(&str, &[u8])],
     open: fn(&[PathBuf]) -> Result<SegmentSource, InputError>,
@@ -66,7 +66,7 @@ fn read(files: &[(&str, &[u8])]) -> Result<Segments, InputError> {
 
 #[cfg(feature = "geojson")]
 #[test]
-fn lines_and_rings_of_geojson() {
+fn line_strings_and_rings_of_geojson_give_segments() {
     let document = r#"{"type":"FeatureCollection","features":[
         {"type":"Feature","properties":{},"geometry":{"type":"Point","coordinates":[9,9]}},
         {"type":"Feature","properties":{},"geometry":{"type":"MultiPoint","coordinates":[[8,8],[7,7]]}},
@@ -100,7 +100,7 @@ fn lines_and_rings_of_geojson() {
     }
 }
 
-/// A feature is a line, whatever is in it; so is a geometry outside of all.
+/// A feature is a line, whatever its geometry; so is a geometry outside of any feature.
 #[cfg(feature = "geojson")]
 #[test]
 fn lines_are_numbered_over_all_files() {
@@ -140,7 +140,7 @@ fn lines_are_numbered_over_all_files() {
 
 #[cfg(all(feature = "geojson", feature = "text"))]
 #[test]
-fn z_for_all_ends_or_for_none() {
+fn z_is_kept_for_all_ends_or_for_none() {
     let high = r#"{"type":"LineString","coordinates":[[0,0,5],[1,0],[2,0,-0.0]]}"#;
     let flat = r#"{"type":"LineString","coordinates":[[0,1],[1,1,7]]}"#;
     let mixed = read(&[
@@ -181,10 +181,10 @@ fn z_for_all_ends_or_for_none() {
     );
 }
 
-/// Batches are bounded, also where a geometry is not.
+/// Batches are bounded, even if a geometry is not.
 #[cfg(feature = "geojson")]
 #[test]
-fn one_long_line() {
+fn a_line_longer_than_a_batch_keeps_its_segments() {
     let positions: Vec<String> = (0..30_000).map(|x| format!("[{x},{}]", x % 7)).collect();
     let text = format!(r#"{{"coordinates":[{}],"type":"LineString"}}"#, positions.join(","));
     let all = read(&[("long.json", text.as_bytes())]).unwrap();
@@ -197,7 +197,7 @@ fn one_long_line() {
 
 #[cfg(feature = "text")]
 #[test]
-fn rows_with_and_without_a_header() {
+fn rows_with_and_without_a_header_give_the_same_segments() {
     let expected = [[0.0, 1.0, 2.0, 3.0], [4.0, 5.0, -6.5, 7.0]];
     for text in [
         "0,1,2,3\n4,5,-6.5,7\n",
@@ -231,7 +231,7 @@ fn rows_with_and_without_a_header() {
 }
 
 #[test]
-fn pairs_of_record_numbers_over_several_files() {
+fn pairs_of_record_numbers_are_read_over_several_files() {
     let small: Vec<u8> = (0..40_000u32).flat_map(u32::to_le_bytes).collect();
     let large: Vec<u8> = [1u64 << 40, 3].into_iter().flat_map(u64::to_le_bytes).collect();
     let all = read(&[("a.u32", &small), ("empty.u32", &[]), ("b.u64", &large)]).unwrap();
@@ -257,10 +257,10 @@ fn pairs_of_record_numbers_over_several_files() {
     assert!(matches!(missing, Err(InputError::Open { .. })), "{missing:?}");
 }
 
-/// A named pipe can be read only once, so that it stays open from open on.
+/// A named pipe can be read only once, so it stays open from the first open on.
 #[cfg(unix)]
 #[test]
-fn pipes() {
+fn a_named_pipe_among_files_is_read() {
     let folder = tempfile::tempdir().unwrap();
     let [file, pipe] = ["first.u32", "second.u32"].map(|name| folder.path().join(name));
     fs::write(&file, [1u32, 2].map(u32::to_le_bytes).concat()).unwrap();

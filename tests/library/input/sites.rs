@@ -5,7 +5,7 @@ use delaunay_tiles::input::{InputError, RecordKind, SiteBatch, SiteId, SiteSourc
 use std::fs;
 use std::path::PathBuf;
 
-/// All that a source gives.
+/// Everything that a source returns.
 #[derive(Debug)]
 pub struct Sites {
     pub points: Vec<(f64, f64)>,
@@ -48,7 +48,7 @@ fn text(name: &str) -> SiteId {
     SiteId::Text(name.to_owned())
 }
 
-/// The ids of a file with these bytes.
+/// Returns the ids of a file with this content.
 #[track_caller]
 fn ids(name: &str, content: &str, id_field: Option<&str>) -> Vec<SiteId> {
     read(&[(name, content.as_bytes())], id_field).unwrap().ids
@@ -63,24 +63,24 @@ fn assert_says(result: Result<Sites, InputError>, parts: &[&str]) {
 }
 
 #[test]
-fn rows_and_where_their_ids_are() {
+fn ids_of_rows_are_taken_from_the_named_or_third_column() {
     use SiteId::Number;
-    let by_place = [text("a b"), Number(7), text("007"), text("-7"), text("7.0")];
+    let expected = [text("a b"), Number(7), text("007"), text("-7"), text("7.0")];
     let rows = "1,2,a b\n3,4,7\n# none\n5,6,007\n7,8,-7\n9,10,7.0\n";
     let all = read(&[("a.csv", rows.as_bytes())], None).unwrap();
-    assert_eq!(all.ids, by_place);
+    assert_eq!(all.ids, expected);
     assert_eq!(
         all.points,
         [(1.0, 2.0), (3.0, 4.0), (5.0, 6.0), (7.0, 8.0), (9.0, 10.0)]
     );
     assert!(!all.source.has_z());
-    // Neither a header nor a third column, or a third one that has another name.
+    // No header and no third column, or a third column with another name.
     assert_eq!(ids("a.txt", "1 2\n3 4\n", None), [Number(0), Number(1)]);
     assert_eq!(ids("a.csv", "x,y,name\n1,2,a\n3,4,b\n", None), [Number(0), Number(1)]);
-    // A header that names it, wherever it is, or leaves the third field empty.
+    // A header with a column `id` at any position, or with an empty third name.
     assert_eq!(ids("a.csv", "ID;lat;lon\n5;1;2\n6;3;4\n", None), [Number(5), Number(6)]);
     assert_eq!(ids("a.csv", "x,y,\n1,2,five\n", None), [text("five")]);
-    // A field that is chosen, by name or by number.
+    // A column that is chosen by name or by number.
     let named = "lon,lat,Name,id\n1,2,a,3\n";
     assert_eq!(ids("a.csv", named, Some("name")), [text("a")]);
     assert_eq!(ids("a.csv", named, Some("id")), [Number(3)]);
@@ -99,7 +99,7 @@ fn rows_and_where_their_ids_are() {
 }
 
 #[test]
-fn rows_that_are_no_sites() {
+fn rows_without_valid_position_or_id_are_refused() {
     let one = |content: &str, id_field| read(&[("a.csv", content.as_bytes())], id_field);
     assert_says(
         one("1,2,a\n3,4\n", None),
@@ -157,7 +157,7 @@ const FEATURES: &str = r#"{"type":"FeatureCollection","id":"none","properties":{
         {"coordinates":[[9,9],[9,8]],"type":"LineString"},{"type":"MultiPoint","coordinates":[[9,10]]}]}}]}"#;
 
 #[test]
-fn points_of_geojson() {
+fn points_of_geojson_give_sites_with_their_ids() {
     use SiteId::Number;
     let all = read(&[("a.geojson", FEATURES.as_bytes())], None).unwrap();
     assert_eq!(
@@ -171,7 +171,7 @@ fn points_of_geojson() {
         ids("a.geojson", FEATURES, Some("rank")),
         [Number(1), Number(2), Number(2), text("3.5"), text("3.5")]
     );
-    // The member `id` where no property of that name is.
+    // The member `id` is used if there is no property of that name.
     assert_eq!(
         ids("a.geojson", FEATURES, Some("id")),
         [text("first"), Number(5), Number(5), text("own"), text("own")]
@@ -181,7 +181,7 @@ fn points_of_geojson() {
 }
 
 #[test]
-fn features_without_an_id() {
+fn features_without_the_wanted_id_are_refused() {
     let point = r#""geometry":{"type":"Point","coordinates":[1,2]}"#;
     for (members, parts) in [
         ("", &["there is no property `name`, which the id is to come from"][..]),
@@ -206,7 +206,7 @@ fn features_without_an_id() {
     }
     let bare = read(&[("a.json", br#"{"type":"Point","coordinates":[1,2]}"#)], Some("name"));
     assert_says(bare, &["a.json: site 0 (byte 0): there is no property `name`"]);
-    // A feature without points needs none.
+    // A feature without points needs no id.
     let none = r#"{"type":"Feature","geometry":null}{"type":"Feature","geometry":{"type":"LineString","coordinates":[[0,0],[1,1]]}}"#;
     assert_eq!(ids("a.json", none, Some("name")), []);
     let long = format!(r#"{{"type":"Feature","id":"{}",{point}}}"#, "n".repeat(1025));
@@ -227,7 +227,7 @@ fn features_without_an_id() {
 }
 
 #[test]
-fn several_files_and_z() {
+fn sites_of_several_files_share_z_and_numbers() {
     let line = r#"{"type":"MultiPoint","coordinates":[[1,2],[3,4,5]]}"#;
     let zipped = gzip(b"x,y,z\n5,6,7\n");
     let files: [(&str, &[u8]); 3] = [("a.csv", b"8,9\n"), ("b.csv.gz", &zipped), ("c.json", line.as_bytes())];
@@ -268,9 +268,9 @@ fn several_files_and_z() {
     );
 }
 
-/// Batches are bounded, also where a feature is not.
+/// Batches are bounded, even if a feature is not.
 #[test]
-fn many() {
+fn more_sites_than_a_batch_are_read() {
     let positions: Vec<String> = (0..20_000).map(|n| format!("[{n},1]")).collect();
     let content = format!(
         r#"{{"type":"Feature","geometry":{{"type":"MultiPoint","coordinates":[{}]}},"id":"all"}}"#,

@@ -12,7 +12,7 @@ fn is_send<T: Send>(_: &T) {}
 fn is_error<T: std::error::Error + Send + Sync + 'static>() {}
 
 #[test]
-fn records_go_on_over_all_inputs() {
+fn record_numbers_continue_over_all_inputs() {
     let options = InputOptions::default().skip_invalid(true);
     let raw = doubles(&[1.0, 2.0, f64::NAN, 0.0, 3.0, 4.0]);
     let inputs: [(&str, &[u8]); 3] = [
@@ -33,7 +33,7 @@ fn records_go_on_over_all_inputs() {
 }
 
 #[test]
-fn z_is_known_at_open_and_for_all() {
+fn one_input_with_z_requires_z_of_all() {
     let raw = doubles(&[1.0, 2.0]);
     let both: [(&str, &[u8]); 2] = [("a.f64", &raw), ("b.node", b"1 3 0 0\n0 3 4 5\n")];
     assert_says(
@@ -51,7 +51,7 @@ fn z_is_known_at_open_and_for_all() {
 }
 
 #[test]
-fn formats_by_name() {
+fn the_file_name_decides_the_format() {
     for (name, format) in [
         ("a.csv", Some(Format::Text)),
         ("dir.las/a.CSV.gz", Some(Format::Text)),
@@ -91,7 +91,7 @@ fn formats_by_name() {
 }
 
 #[test]
-fn inputs_that_cannot_be_opened() {
+fn inputs_that_cannot_be_opened_are_named_in_the_error() {
     let open = |path: &str| PointSource::open(&[PathBuf::from(path)], &InputOptions::default()).and_then(drain);
     assert_says(open("no/such.f64"), &["no/such.f64: cannot be opened"]);
     assert_says(
@@ -117,7 +117,7 @@ fn inputs_that_cannot_be_opened() {
 
 #[cfg(not(any(feature = "text", feature = "geojson", feature = "las")))]
 #[test]
-fn absent_features_are_named() {
+fn the_error_names_the_feature_that_is_not_compiled_in() {
     for (name, feature) in [("a.csv", "text"), ("a.geojson", "geojson"), ("a.laz", "las")] {
         let part = format!("built without the feature `{feature}`");
         assert_says(files(&[(name, b"")], &InputOptions::default()), &[name, &part]);
@@ -129,7 +129,7 @@ fn absent_features_are_named() {
     );
 }
 
-/// After an error there is nothing more, and progress never passes the total.
+/// After an error there are no more points, and the progress never exceeds the total.
 #[test]
 fn an_error_ends_the_stream() {
     let dir = tempfile::tempdir().unwrap();
@@ -148,10 +148,10 @@ fn an_error_ends_the_stream() {
     assert!(!source.next_batch(&mut batch).unwrap());
 }
 
-/// A named pipe can be read only once, so that it stays open from open on.
+/// A named pipe can be read only once, so it stays open from the first open on.
 #[cfg(unix)]
 #[test]
-fn pipes() {
+fn a_named_pipe_among_files_is_read() {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("first.f64");
     std::fs::write(&file, doubles(&[7.0, 8.0])).unwrap();

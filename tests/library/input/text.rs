@@ -10,7 +10,7 @@ fn columns(text: &str) -> InputOptions {
 }
 
 #[test]
-fn every_delimiter() {
+fn every_delimiter_gives_the_same_points() {
     for text in [
         "1.5,-2\n3,4e2\n",
         "1.5;-2\n3;4e2\n",
@@ -31,7 +31,7 @@ fn every_delimiter() {
 }
 
 #[test]
-fn headers_by_name() {
+fn headers_name_the_columns_of_x_y_and_z() {
     for text in [
         "x,y\n1.5,-2\n3,4e2\n",
         "Y;X\n-2;1.5\n4e2;3\n",
@@ -50,7 +50,7 @@ fn headers_by_name() {
 }
 
 #[test]
-fn z_without_a_header() {
+fn without_a_header_the_third_column_is_z_in_xyz_files_and_rows_of_three_numbers() {
     let read = stream("1.5 -2 9\n3 4e2 8\n", &InputOptions::default()).unwrap();
     assert_eq!(read.z, [9.0, 8.0]);
     let xyz = file("a.XYZ", "1.5 -2 9 255 0\n3 4e2 8 0 0\n", &InputOptions::default()).unwrap();
@@ -67,7 +67,7 @@ fn z_without_a_header() {
 }
 
 #[test]
-fn chosen_columns() {
+fn chosen_columns_are_read() {
     let rows = "id,a,b,c\n0,1.5,-2,9\n1,3,4e2,8\n";
     for (chosen, z) in [("2,3", false), ("a,b", false), ("A,3,c", true), ("2,3,4", true)] {
         let read = stream(rows, &columns(chosen)).unwrap();
@@ -98,7 +98,7 @@ fn chosen_columns() {
 }
 
 #[test]
-fn quoted_fields_may_have_anything_in_them() {
+fn quoted_fields_may_contain_delimiters_quotes_and_line_breaks() {
     let text = "name,x,y\n\"a, b\",1.5,-2\n\"say \"\"no\"\",\nthen\n\n1,2,3\n\",\"3\",4e2\n5\" pipe,5,6\nlast,7,oops\n";
     let read = stream(text, &skipping()).unwrap();
     assert_eq!(read.points, [(1.5, -2.0), (3.0, 4e2), (5.0, 6.0)]);
@@ -115,13 +115,13 @@ fn quoted_fields_may_have_anything_in_them() {
 }
 
 #[test]
-fn quotes_in_comments_mean_nothing() {
+fn quotes_in_comments_are_ignored() {
     let text = "# \"so\n1.5 -2\n# \"it\n # \"is\n3 4e2\n";
     assert_eq!(stream(text, &InputOptions::default()).unwrap().points, TWO);
 }
 
 #[test]
-fn broken_rows() {
+fn a_broken_row_is_refused_or_skipped() {
     let default = InputOptions::default();
     let cases: [(&str, &[&str]); 9] = [
         (
@@ -162,7 +162,7 @@ fn skipped_rows_keep_their_numbers() {
 }
 
 #[test]
-fn no_rows_are_no_points() {
+fn files_without_rows_give_no_points() {
     for text in ["", "\n\n", "# nothing\n", "\u{feff}", "x,y\n", "x,y,z"] {
         assert_eq!(
             file("a.csv", text, &InputOptions::default()).unwrap().points,
@@ -173,7 +173,7 @@ fn no_rows_are_no_points() {
 }
 
 #[test]
-fn gzip_by_name_and_by_magic() {
+fn gzip_is_recognized_by_name_and_by_content() {
     let members = [gzip(b"x,y\n1.5,-2\n"), gzip(b"3,4e2\n")].concat();
     for name in ["a.csv.gz", "a.CSV.GZ", "a.csv"] {
         assert_eq!(
@@ -197,7 +197,7 @@ fn gzip_by_name_and_by_magic() {
 }
 
 #[test]
-fn what_is_no_text() {
+fn utf_16_and_overlong_rows_are_refused() {
     let default = InputOptions::default();
     assert_says(
         stream(b"\xff\xfex\0,\0y\0", &default),
@@ -215,7 +215,7 @@ fn what_is_no_text() {
 }
 
 #[test]
-fn rows_across_buffers() {
+fn rows_across_buffer_ends_are_read_whole() {
     let mut text = String::from("x y z\n");
     for n in 0..200_000 {
         text.push_str(&format!("{n} {}.5 {}\n", n * 2, n % 7));

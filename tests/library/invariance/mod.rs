@@ -1,5 +1,5 @@
-//! The promise: the same triangles whatever the tile size, the fan-out, the threads, the engine and the order of the
-//! points, and the same as in core; and `verify` proves them.
+//! The promise: the triangles are those of an in-core triangulation. They do not depend on the tile
+//! size, the fan-out, the threads, the engine or the order of the points. `verify` proves them.
 
 use crate::support::{built, points_of, reference, runtime};
 use delaunay_tiles::BuildOptions;
@@ -17,7 +17,7 @@ fn options(tile_vertices: usize, merge_vertices: usize, threads: usize, engine: 
         .engine(engine)
 }
 
-/// Builds in many ways and compares the digests with the in-core reference.
+/// Builds in all `ways`, and compares the digests with the in-core reference.
 fn check(points: &[Point], ways: &[(usize, usize, usize, EngineKind)]) {
     let expected = reference(EngineKind::Native, points);
     runtime().block_on(async {
@@ -33,7 +33,7 @@ fn check(points: &[Point], ways: &[(usize, usize, usize, EngineKind)]) {
 }
 
 #[test]
-fn every_distribution_has_one_triangulation() {
+fn every_distribution_gives_one_triangulation_in_any_tiles_threads_and_engine() {
     let spade = EngineKind::Spade;
     let native = EngineKind::Native;
     for kind in Kind::ALL {
@@ -55,7 +55,7 @@ fn every_distribution_has_one_triangulation() {
 }
 
 #[test]
-fn shuffled_input_gives_the_same_digest() {
+fn reordered_input_gives_the_same_digest() {
     let mut points = points_of(Kind::Grid, 2500, 1);
     let expected = reference(EngineKind::Native, &points);
     points.reverse();
@@ -67,7 +67,7 @@ fn shuffled_input_gives_the_same_digest() {
 }
 
 #[test]
-fn small_degenerate_sets_in_small_tiles() {
+fn small_degenerate_sets_in_small_tiles_equal_the_in_core_triangulation() {
     let config = ProptestConfig {
         cases: 60,
         failure_persistence: None,

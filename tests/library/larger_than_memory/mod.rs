@@ -1,4 +1,5 @@
-//! The promise: points that outgrow the memory give the same triangles, and a build that was stopped goes on.
+//! The promise: points that exceed the memory give the same triangles, and a stopped build can be
+//! resumed.
 
 use std::fs;
 use std::path::Path;
@@ -16,7 +17,8 @@ use delaunay_tiles::{
 };
 use distributions::Kind;
 
-/// Too little memory for 100 000 points, which take 2 MB, but enough for two threads with tiles of 1000 vertices.
+/// Too little memory for 100,000 points, which take 2 MB, but enough for two threads with tiles of
+/// 1000 vertices.
 const LITTLE: u64 = 1_500_000;
 
 fn options(memory: u64, threads: usize) -> BuildOptions {
@@ -26,7 +28,7 @@ fn options(memory: u64, threads: usize) -> BuildOptions {
         .threads(threads)
 }
 
-/// A build that can be resumed.
+/// Returns options of a build that can be resumed; with `resume`, of one that resumes.
 fn resumable(resume: bool) -> BuildOptions {
     options(2_500_000, 2)
         .resumable(Some("points: 1\nothers: 2".to_owned()))
@@ -41,7 +43,7 @@ async fn digest_of(scratch: &Scratch) -> Digest {
     reader.digest().await.unwrap()
 }
 
-/// What lies in the folder beside the file.
+/// Returns the names in the file's folder, sorted.
 fn left(scratch: &Scratch) -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir(scratch.folder.path())
         .unwrap()
@@ -52,7 +54,7 @@ fn left(scratch: &Scratch) -> Vec<String> {
 }
 
 #[test]
-fn every_distribution_has_one_triangulation_in_any_memory() {
+fn every_distribution_gives_one_triangulation_in_any_memory() {
     runtime().block_on(async {
         for kind in Kind::ALL {
             let points = points_of(kind, 100_000, 3);
@@ -61,7 +63,8 @@ fn every_distribution_has_one_triangulation_in_any_memory() {
                 let scratch = Scratch::new();
                 let built = build_batches(&scratch.path, &batches(&points, &[]), options(memory, threads)).await;
                 let summary = match built {
-                    // Every point of these is in every seam. What they need is another test's matter.
+                    // Every point of this distribution is in every seam. Another test checks the
+                    // memory that it needs.
                     Err(BuildError::Memory(MemoryShortage {
                         of: MemoryUse::Seams, ..
                     })) if memory < 64 << 20 => continue,
@@ -78,9 +81,10 @@ fn every_distribution_has_one_triangulation_in_any_memory() {
     });
 }
 
-/// A stream whose beginning tells nothing of the rest: the runs of its last cells must be split again.
+/// The beginning of the stream says nothing of the rest, so the runs of its last cells must be
+/// split again.
 #[test]
-fn sorted_points_and_others_that_deceive() {
+fn sorted_points_and_false_expectations_give_the_same_triangulation() {
     let mut points = points_of(Kind::Uniform, 150_000, 1);
     points.sort_unstable_by(|a, b| a.lex_cmp(*b));
     let expected = reference(EngineKind::Native, &points);
@@ -97,7 +101,7 @@ fn sorted_points_and_others_that_deceive() {
         );
         assert_eq!(digest_of(&scratch).await, expected);
 
-        // A sample that has nothing to do with the points, and a number that is wrong.
+        // A sample that is unrelated to the points, and a wrong number of points.
         for (count, sample) in [(1 << 40, vec![far; 5]), (125_000, vec![far, Point::new(0.5, 0.5)])] {
             let scratch = Scratch::new();
             let mut builder = Builder::new(&scratch.path, options(LITTLE, 2)).unwrap();
@@ -114,13 +118,13 @@ fn sorted_points_and_others_that_deceive() {
     });
 }
 
-/// More records at one place than a block may have.
+/// More records at one point than a block may have.
 #[test]
-fn runs_of_equal_points_are_merged() {
+fn equal_points_in_runs_on_disk_become_one_vertex() {
     let mut random = Random(5);
-    let places = [Point::new(0.25, 0.75), Point::new(0.5, 0.5)];
+    let repeated = [Point::new(0.25, 0.75), Point::new(0.5, 0.5)];
     let mut points = points_of(Kind::Uniform, 3000, 1);
-    points.extend((0..120_000).map(|i| places[i % 2]));
+    points.extend((0..120_000).map(|i| repeated[i % 2]));
     random.shuffle(&mut points);
     let z: Vec<f64> = points.iter().map(|_| (random.unit() * 1000.0).floor()).collect();
     let expected = reference(EngineKind::Native, &points);
@@ -147,16 +151,16 @@ fn runs_of_equal_points_are_merged() {
             }
         }
         let error = options(LITTLE, 2).duplicates(Duplicates::Error);
-        let second = |place: Point| {
+        let second = |point: Point| {
             points
                 .iter()
                 .enumerate()
-                .filter(move |(_, p)| **p == place)
+                .filter(move |(_, p)| **p == point)
                 .nth(1)
                 .unwrap()
                 .0
         };
-        let first = places.into_iter().map(second).min().unwrap() as u64;
+        let first = repeated.into_iter().map(second).min().unwrap() as u64;
         let scratch = Scratch::new();
         let built = build_batches(&scratch.path, &batches(&points, &z), error).await;
         assert!(
@@ -168,7 +172,7 @@ fn runs_of_equal_points_are_merged() {
 }
 
 #[test]
-fn records_beyond_32_bits_and_z_survive_runs() {
+fn runs_on_disk_keep_z_and_records_beyond_32_bits() {
     let points = points_of(Kind::Uniform, 100_000, 4);
     let z: Vec<f64> = (0..100_000).map(f64::from).collect();
     for with_z in [false, true] {
@@ -179,7 +183,7 @@ fn records_beyond_32_bits_and_z_survive_runs() {
             .flat_map(|batch| &mut batch.records)
             .for_each(|record| *record += shift);
         if with_z {
-            // z may come late; points before have 0.
+            // z may come late; earlier points get 0.
             input[..10].iter_mut().for_each(|batch| batch.z.clear());
         }
         runtime().block_on(async {
@@ -212,13 +216,14 @@ fn records_beyond_32_bits_and_z_survive_runs() {
     }
 }
 
-/// On a curve every point is in every seam: that is known early.
+/// On a curve every point is in every seam; the build detects this early.
 #[test]
-fn points_whose_root_cannot_fit() {
+fn a_seam_larger_than_the_memory_is_refused_early_with_the_memory_needed() {
     let points = points_of(Kind::Parabola, 200_000, 1);
     runtime().block_on(async {
         let scratch = Scratch::new();
-        // One thread: with several, some go on conquering while another merges what tells.
+        // With several threads, some continue to conquer while another one runs the merge that
+        // detects it.
         let options = options(2_500_000, 1);
         let progress = Arc::clone(&options.progress);
         let built = build_batches(&scratch.path, &batches(&points, &[]), options.clone()).await;
@@ -235,7 +240,7 @@ fn points_whose_root_cannot_fit() {
         assert_eq!(phase, Phase::Conquer);
         assert!(done <= 200_000 / 10, "{done} points were conquered first");
         assert_eq!(left(&scratch), [""; 0]);
-        // With as much as it said it is done.
+        // With the memory that the error asked for, the build succeeds.
         let more = options.memory(needed + (2 << 20)).progress(Arc::default());
         build_batches(&scratch.path, &batches(&points, &[]), more)
             .await
@@ -244,7 +249,8 @@ fn points_whose_root_cannot_fit() {
     });
 }
 
-/// Builds, and is cancelled once so many points were conquered. Points are pushed only if that is needed.
+/// Builds, and cancels the build once `until` points were conquered. Points are pushed only if they
+/// are needed.
 async fn build_until(
     scratch: &Scratch,
     points: &[Point],
@@ -278,7 +284,7 @@ async fn build_until(
 }
 
 #[test]
-fn a_build_that_was_cancelled_goes_on() {
+fn a_cancelled_build_resumes_and_gives_the_same_bytes() {
     let points = points_of(Kind::Kuzmin, 200_000, 2);
     let expected = reference(EngineKind::Native, &points);
     runtime().block_on(async {
@@ -295,7 +301,7 @@ fn a_build_that_was_cancelled_goes_on() {
             }
             assert!(matches!(cancelled, Err(BuildError::Cancelled)), "{cancelled:?}");
             assert_eq!(left(&scratch), ["test.tiles.partial"]);
-            // Twice interrupted.
+            // Interrupted for the second time.
             let again = resumable(true).threads(1);
             let _ = build_until(&scratch, &points, again, until + 20_000).await;
             if !scratch.path.exists() {
@@ -313,9 +319,9 @@ fn a_build_that_was_cancelled_goes_on() {
     });
 }
 
-/// A caller that stops waiting, as a service does that ends, loses nothing.
+/// A caller that drops its future, as a service does at shutdown, loses no work.
 #[test]
-fn a_build_that_was_dropped_goes_on() {
+fn a_dropped_build_resumes() {
     let points = points_of(Kind::Uniform, 200_000, 5);
     let expected = reference(EngineKind::Native, &points);
     runtime().block_on(async {
@@ -336,7 +342,7 @@ fn a_build_that_was_dropped_goes_on() {
             () = far => {}
         }
         assert_eq!(left(&scratch), ["test.tiles.partial"]);
-        // Its threads hold the lock until they have ended.
+        // The threads of the build hold the lock until they have ended.
         let mut again = Builder::new(&scratch.path, resumable(true));
         for _ in 0..500 {
             if !matches!(again, Err(BuildError::Locked(_))) {
@@ -353,9 +359,9 @@ fn a_build_that_was_dropped_goes_on() {
     });
 }
 
-/// As if it had been killed after it gave the file its name: there is nothing to go on from.
+/// As if the build was killed after it gave the file its name: there is nothing to resume.
 #[test]
-fn what_a_published_build_left_is_cleared_away() {
+fn a_resume_clears_what_a_published_build_left() {
     let points = points_of(Kind::Uniform, 200_000, 6);
     runtime().block_on(async {
         let scratch = Scratch::new();
@@ -376,7 +382,7 @@ fn what_a_published_build_left_is_cleared_away() {
 }
 
 #[test]
-fn what_cannot_be_resumed() {
+fn other_options_other_inputs_or_too_little_memory_cannot_resume_a_build() {
     let points = points_of(Kind::Uniform, 200_000, 2);
     runtime().block_on(async {
         let scratch = Scratch::new();
@@ -408,7 +414,7 @@ fn what_cannot_be_resumed() {
             "{result:?}"
         );
 
-        // Points are not wanted twice.
+        // A resumed build does not accept points again.
         let scratch = Scratch::new();
         let cancelled = build_until(&scratch, &points, resumable(false), 100_000).await;
         assert!(matches!(cancelled, Err(BuildError::Cancelled)), "{cancelled:?}");
@@ -416,7 +422,7 @@ fn what_cannot_be_resumed() {
         let pushed = builder.push(&batches(&points, &[])[0]).await;
         assert!(matches!(pushed, Err(BuildError::PointsComplete)), "{pushed:?}");
         drop(builder);
-        // Without resuming, what was left goes away.
+        // A build without `resume` removes the old work.
         build_batches(&scratch.path, &batches(&points, &[]), resumable(false))
             .await
             .unwrap();
@@ -424,9 +430,9 @@ fn what_cannot_be_resumed() {
     });
 }
 
-/// Bits of runs, log and journal that changed give an error, or the same file.
+/// Changed bits in runs, log and journal give an error or the same file.
 #[test]
-fn damaged_work_is_noticed() {
+fn damaged_work_gives_an_error_or_the_same_file() {
     let points = points_of(Kind::Uniform, 200_000, 2);
     let expected = reference(EngineKind::Native, &points);
     let mut random = Random(1);
@@ -448,7 +454,7 @@ fn damaged_work_is_noticed() {
             for name in &names {
                 fs::copy(folder.join(name), work.join(name)).unwrap();
             }
-            // The finished file is checked as a whole by who reads it: its extents have checksums of their own.
+            // Readers check the finished file as a whole; its extents have checksums of their own.
             let mut bytes = fs::read(folder.join(name)).unwrap();
             if name == "tiles" || bytes.is_empty() {
                 continue;

@@ -1,4 +1,5 @@
-//! Polygons that are not as they should be: taken as they are meant where that is clear, else an error that says which and where.
+//! Invalid polygons: they are taken as they are meant if that is clear; otherwise an error says
+//! which polygon is wrong, and where.
 
 use std::error::Error;
 use std::fs;
@@ -10,14 +11,15 @@ use super::{Built, Input, Way};
 
 const WAYS: [Way; 3] = [(4, 1), (9, 2), (1 << 16, 1)];
 
-/// A good polygon far from all others, so that these are not the first, and there are triangles in any case.
+/// A valid polygon far from all others. It makes them not the first, and there are triangles in any
+/// case.
 const CHURCH: &str = "[[[90,90],[96,90],[94,97],[90,90]]]";
 const CHURCH_AREA: f64 = 21.0;
 
-/// Builds from the coordinates of polygons behind those of a good one.
+/// Builds from the coordinates of `polygons`, after the valid one.
 fn build(polygons: &[&str], crossings: Crossings) -> Result<Built, Box<dyn Error>> {
     let features = [CHURCH].iter().chain(polygons).map(|coordinates| {
-        // A MultiPolygon has an array more.
+        // A MultiPolygon has one more array level.
         let kind = if coordinates.starts_with("[[[[") {
             "MultiPolygon"
         } else {
@@ -37,7 +39,7 @@ fn build(polygons: &[&str], crossings: Crossings) -> Result<Built, Box<dyn Error
     Input::obstacles(path).build(&options, &WAYS)
 }
 
-/// Builds from polygons that are no mistake.
+/// Builds from polygons that must be accepted.
 #[track_caller]
 fn accepted(polygons: &[&str]) -> Built {
     match build(polygons, Crossings::Error) {
@@ -47,7 +49,7 @@ fn accepted(polygons: &[&str]) -> Built {
 }
 
 impl Built {
-    /// The area of holes, and how many regions they are, without the good polygon.
+    /// Returns the area of the holes and the number of hole regions, without the valid polygon.
     fn covered(&self) -> (f64, u64) {
         (self.holes().area - CHURCH_AREA, self.summary.hole_regions - 1)
     }
@@ -60,7 +62,8 @@ impl Built {
     }
 }
 
-/// Lines of these numbers cross at this place, and no others; that is an error, and can be split.
+/// Checks that exactly the `expected` lines cross, at the expected points; that is an error, and
+/// the lines can be split. Returns the build with the lines split.
 #[track_caller]
 fn crosses(polygons: &[&str], expected: &[(u64, u64, [f64; 2])]) -> Built {
     let error = build(polygons, Crossings::Error).unwrap_err();
@@ -90,7 +93,7 @@ fn crosses(polygons: &[&str], expected: &[(u64, u64, [f64; 2])]) -> Built {
 const SQUARE: &str = "[[[0,0],[8,0],[8,8],[0,8],[0,0]]]";
 
 #[test]
-fn rings_that_are_written_carelessly() {
+fn unclosed_reversed_and_repeated_positions_do_not_change_the_holes() {
     let square = accepted(&[SQUARE]);
     assert_eq!(square.covered(), (64.0, 1));
     for same in [
@@ -113,8 +116,8 @@ fn rings_that_are_written_carelessly() {
 }
 
 #[test]
-fn rings_that_cross() {
-    // A bow-tie; its larger lobe tells on which side its interior is.
+fn rings_that_cross_are_refused_or_split() {
+    // A bow-tie; its larger lobe decides on which side its interior is.
     let built = crosses(
         &["[[[0,0],[8,8],[8,0],[0,4],[0,0]]]"],
         &[(1, 1, [8.0 / 3.0, 8.0 / 3.0])],
@@ -126,15 +129,16 @@ fn rings_that_cross() {
     assert_eq!(built.summary.inverted_regions, 1);
     let first = built.summary.first_inverted.map(|first| (first.obstacle, first.point));
     assert_eq!(first, Some((1, Point::new(0.0, 0.0))));
-    // The polygon is named by its place in the file.
+    // The error names the polygon by its index in the file.
     let bow_tie = "[[[20,0],[28,4],[28,0],[20,12],[20,0]]]";
     crosses(&[SQUARE, bow_tie], &[(2, 2, [26.0, 3.0])]);
-    // Lobes that cancel out are a wall from both sides, whose segments cross several times at one place: told of once.
+    // Lobes that cancel out are a wall from both sides, whose segments cross several times at one
+    // point. The error reports that point once.
     let error = build(&["[[[0,0],[8,4],[8,0],[0,4],[0,0]]]"], Crossings::Error).unwrap_err();
     let text = error.to_string();
     assert!(text.contains(": obstacle 1 and obstacle 1 at (4, 2);"), "{text}");
     assert!(!text.contains("more"), "{text}");
-    // Two that overlap.
+    // Two polygons that overlap.
     let built = crosses(
         &[SQUARE, "[[[4,4],[12,4],[12,12],[4,12],[4,4]]]"],
         &[(1, 2, [4.0, 8.0]), (1, 2, [8.0, 4.0])],
@@ -151,7 +155,7 @@ fn rings_that_cross() {
 }
 
 #[test]
-fn polygons_that_lie_on_each_other() {
+fn overlapping_polygons_cover_the_union_of_their_areas() {
     let twice = accepted(&[SQUARE, SQUARE]);
     assert_eq!(twice.covered(), (64.0, 1));
     assert_eq!(twice.depths(), [0, 1, 2]);
@@ -159,7 +163,7 @@ fn polygons_that_lie_on_each_other() {
     let within = accepted(&[SQUARE, "[[[2,2],[6,2],[6,6],[2,6],[2,2]]]"]);
     assert_eq!(within.covered(), (64.0, 2));
     assert_eq!(within.depths(), [0, 1, 2]);
-    // In the court of another there is room.
+    // A polygon in the court of another one overlaps nothing.
     let in_court = accepted(&[
         "[[[0,0],[8,0],[8,8],[0,8],[0,0]],[[2,2],[2,6],[6,6],[6,2],[2,2]]]",
         "[[[2,2],[6,2],[6,6],[2,6],[2,2]]]",
@@ -169,8 +173,8 @@ fn polygons_that_lie_on_each_other() {
 }
 
 #[test]
-fn polygons_that_touch() {
-    // Along a part of a wall, in a corner, with a corner on a wall.
+fn polygons_that_touch_stay_two_regions() {
+    // They touch along a part of a wall, in a corner, and with a corner on a wall.
     for (other, edges, area) in [
         ("[[[8,2],[12,2],[12,5],[8,5],[8,2]]]", 9, 12.0),
         ("[[[8,8],[10,8],[10,10],[8,10],[8,8]]]", 8, 4.0),
@@ -180,7 +184,7 @@ fn polygons_that_touch() {
         let built = accepted(&[SQUARE, other]);
         assert_eq!(built.covered(), (64.0 + area, 2), "{other}");
         assert_eq!(built.summary.constraint_edges, edges + 3, "{other}");
-        // As one polygon of two parts it is the same, though no valid one.
+        // One polygon of two parts gives the same result, though it is invalid.
         let (one, other) = (&SQUARE, &other);
         let parts = accepted(&[&format!("[{one},{other}]")]);
         assert_eq!(parts.digest, built.digest, "{other}");
@@ -189,7 +193,7 @@ fn polygons_that_touch() {
 }
 
 #[test]
-fn polygons_that_enclose_nothing() {
+fn polygons_without_area_cover_nothing() {
     for (nothing, edges, note) in [
         ("[[[0,0],[8,0],[4,0],[0,0]]]", 2, Some("1 rings enclose nothing")),
         ("[[[0,0],[8,8],[0,0]]]", 1, Some("1 rings enclose nothing")),
@@ -214,8 +218,9 @@ fn polygons_that_enclose_nothing() {
     }
 }
 
-/// So many polygons are inside out in so many parts; that is an error which says which is the first one and where, and such parts are
-/// covered where lines that cross are split.
+/// Checks that `count` polygons are inside out, in `parts` parts. That is an error that names the
+/// first polygon and a point; if crossing lines are split instead, such parts are covered. Returns
+/// the build with the lines split.
 #[track_caller]
 fn is_inside_out(polygons: &[&str], count: u64, parts: u64, obstacle: u64, [x, y]: [f64; 2]) -> Built {
     let expected = Inverted {
@@ -241,7 +246,7 @@ fn is_inside_out(polygons: &[&str], count: u64, parts: u64, obstacle: u64, [x, y
 }
 
 #[test]
-fn rings_that_are_nested_wrongly() {
+fn wrongly_nested_rings_are_refused_as_inside_out() {
     let hole_outside = "[[[0,0],[8,0],[8,8],[0,8],[0,0]],[[10,2],[14,2],[14,6],[10,6],[10,2]]]";
     let built = is_inside_out(&[hole_outside], 1, 1, 1, [10.0, 2.0]);
     assert_eq!(built.covered(), (64.0 + 16.0, 2));
@@ -249,15 +254,16 @@ fn rings_that_are_nested_wrongly() {
     let hole_in_hole =
         "[[[0,0],[8,0],[8,8],[0,8],[0,0]],[[1,1],[7,1],[7,7],[1,7],[1,1]],[[3,3],[5,3],[5,5],[3,5],[3,3]]]";
     let built = is_inside_out(&[SQUARE, hole_outside, hole_in_hole], 2, 2, 2, [10.0, 2.0]);
-    // The hole that lies in a hole is covered by another polygon; it is inside out all the same.
+    // The hole in a hole is covered by another polygon, but it is inside out nevertheless.
     assert_eq!(built.covered(), (64.0 + 16.0, 4));
     let built = is_inside_out(&[hole_in_hole], 1, 1, 1, [3.0, 3.0]);
     assert_eq!(built.covered(), (64.0 - 36.0 + 4.0, 2));
-    // Twice as deep, and the wall of one that may have the hole there.
+    // A part two levels too deep, and the wall of a polygon that may have the hole there.
     let twice = "[[[10,0],[18,0],[18,8],[10,8]],[[2,2],[6,2],[6,6],[2,6]],[[3,3],[5,3],[5,5],[3,5]]]";
     let built = is_inside_out(&[twice, "[[[2,2],[2,0],[3,0],[2,2]]]"], 1, 2, 1, [2.0, 2.0]);
     assert_eq!(built.depths(), [0, 1]);
-    // A bow-tie that has a corner where it crosses itself; its lobes are covered if both run the same way.
+    // A bow-tie with a vertex where it crosses itself; its lobes are covered if both have the same
+    // direction.
     is_inside_out(
         &["[[[0,0],[4,4],[8,12],[0,12],[4,4],[8,0],[0,0]]]"],
         1,
@@ -273,10 +279,11 @@ fn rings_that_are_nested_wrongly() {
     );
 }
 
-/// Depths were sums over all polygons, so what is inside out freed what another polygon covers, without a word.
+/// Depths were sums over all polygons. So a part that was inside out silently freed what another
+/// polygon covers.
 #[test]
-fn what_is_inside_out_frees_nothing_that_another_polygon_covers() {
-    // The lobe to the right of (3, 3) runs round the wrong way, under a valid polygon.
+fn a_part_that_is_inside_out_frees_nothing_that_another_polygon_covers() {
+    // The lobe to the right of (3, 3) has the wrong direction, under a valid polygon.
     let bow = "[[[0,0],[0,6],[3,3],[5,1],[5,5],[3,3],[0,0]]]";
     let valid = "[[[3,3],[3,0],[6,0],[6,6],[3,6],[3,3]]]";
     let built = is_inside_out(&[bow, valid], 1, 1, 1, [3.0, 3.0]);
@@ -284,13 +291,13 @@ fn what_is_inside_out_frees_nothing_that_another_polygon_covers() {
     assert_eq!(built.depths(), [0, 1, 2]);
     is_inside_out(&[valid, bow], 1, 1, 2, [3.0, 3.0]);
     is_inside_out(&[bow], 1, 1, 1, [3.0, 3.0]);
-    // In one feature, too.
+    // The same in one feature.
     let parts = format!("[{bow},{valid}]");
     assert_eq!(is_inside_out(&[&parts], 1, 1, 1, [3.0, 3.0]).covered(), built.covered());
-    // Two that are inside out at the same place: -1 - 1 + 2.
+    // Two polygons that are inside out at the same place: -1 - 1 + 2.
     let built = is_inside_out(&[bow, bow, valid, valid], 2, 2, 1, [3.0, 3.0]);
     assert_eq!(built.depths(), [0, 1, 2, 4]);
-    // A hole beside its polygon, in another one, and one as large as another one.
+    // A hole beside its polygon, within another polygon, and one as large as another polygon.
     let beside = "[[[0,0],[8,0],[8,8],[0,8]],[[10,2],[14,2],[14,6],[10,6]]]";
     let around = "[[[9,1],[15,1],[15,7],[9,7]]]";
     let same = "[[[10,2],[14,2],[14,6],[10,6]]]";
@@ -312,9 +319,9 @@ fn what_is_inside_out_frees_nothing_that_another_polygon_covers() {
     );
 }
 
-/// A ring without area whose lobes cancel out was taken for one that encloses nothing.
+/// A ring whose lobes cancel out was once treated as one that encloses nothing.
 #[test]
-fn lobes_of_equal_size_are_covered_both() {
+fn two_lobes_of_equal_size_are_both_covered() {
     let bow = "[[[0,0],[0,4],[2,2],[4,0],[4,4],[2,2]]]";
     let turned = "[[[2,2],[4,4],[4,0],[2,2],[0,4],[0,0]]]";
     for bow in [bow, turned] {
@@ -327,9 +334,10 @@ fn lobes_of_equal_size_are_covered_both() {
     assert_eq!((crossing.covered(), crossing.summary.inverted_regions), ((8.0, 2), 1));
 }
 
-/// Where a ring crosses itself in a vertex of something else nothing crosses, and nothing told that it was inside out.
+/// If a ring crosses itself in a vertex of another polygon, no segments cross, so that check did
+/// not detect that the ring is inside out.
 #[test]
-fn a_ring_that_crosses_itself_in_the_corner_of_another_polygon_is_inside_out() {
+fn a_ring_that_crosses_itself_in_the_corner_of_another_polygon_is_refused_as_inside_out() {
     let bow = "[[[0,0],[8,8],[8,0],[2,6],[0,0]]]";
     let error = build(&[bow], Crossings::Error).unwrap_err();
     assert!(
@@ -340,9 +348,10 @@ fn a_ring_that_crosses_itself_in_the_corner_of_another_polygon_is_inside_out() {
     assert_eq!(built.covered(), (16.0 + 8.0 + 32.0, 3));
 }
 
-/// What is wrong with a polygon alone is told first, as it is known before all others have come.
+/// An error of a single polygon is reported first, since it is known before all other polygons were
+/// read.
 #[test]
-fn a_polygon_that_is_inside_out_comes_before_lines_that_cross() {
+fn a_polygon_that_is_inside_out_is_reported_before_crossings() {
     let crossing = ["[[[0,0],[8,0],[8,8],[0,8]]]", "[[[4,4],[12,4],[12,12],[4,12]]]"];
     let beside = "[[[20,0],[28,0],[28,8],[20,8]],[[30,2],[34,2],[34,6],[30,6]]]";
     let error = build(&[crossing[0], crossing[1], beside], Crossings::Error).unwrap_err();

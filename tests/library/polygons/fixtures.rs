@@ -1,4 +1,4 @@
-//! Polygons of others' tests, many of them degenerate: as obstacles.
+//! Polygons from the tests of other projects, many of them degenerate, as obstacles.
 
 use std::fs;
 use std::path::Path;
@@ -9,11 +9,12 @@ use delaunay_tiles::{BuildError, BuildOptions, Crossings};
 
 use super::rings::{self, Flaw, Polygon};
 use super::{Input, WAYS, assert_same_area};
-use crate::support::places::{data, shared};
+use crate::support::test_data::{data, shared};
 
 use Flaw::{Crosses, Flat, Misnested, Touches};
 
-/// Those of earcutr, and why the triangles of some cannot be told by their numbers of vertices and rings.
+/// The polygons of earcutr, each with the flaws that keep its numbers of vertices and rings from
+/// telling its number of triangles.
 const EARCUTR: [(&str, &[Flaw]); 35] = [
     ("bad-diagonals", &[Touches]),
     ("bad-hole", &[Crosses, Touches, Misnested]),
@@ -52,7 +53,7 @@ const EARCUTR: [(&str, &[Flaw]); 35] = [
     ("water4", &[Touches]),
 ];
 
-/// Those of poly2tri; the last two are random points, which as a ring cross everywhere.
+/// The polygons of poly2tri. The last two are random points, which cross everywhere as a ring.
 const POLY2TRI: [(&str, &[Flaw]); 4] = [
     ("bird.dat", &[]),
     ("nazca_heron.dat", &[]),
@@ -62,7 +63,7 @@ const POLY2TRI: [(&str, &[Flaw]); 4] = [
 
 type Ring = Vec<[f64; 2]>;
 
-/// Builds from the rings of a polygon, which has these flaws.
+/// Builds from the rings of a polygon, and checks that it has these flaws.
 fn check(name: &str, rings: &[Ring], flaws: &[Flaw]) {
     println!("{name}");
     let polygon = Polygon::new(rings);
@@ -90,7 +91,8 @@ fn check(name: &str, rings: &[Ring], flaws: &[Flaw]) {
         Ok(built) => built,
         Err(error) => panic!("{name}: {error}"),
     };
-    // What is covered twice counts twice. If a ring has anything on its wrong side, all that the rings go round counts once.
+    // An area that is covered twice counts twice. If a ring has area on its wrong side, everything
+    // that the rings wind around counts once.
     let covered = built.triangles.iter().map(|triangle| {
         let area = rings::area(&triangle.corners);
         f64::from(triangle.depth) * area
@@ -121,7 +123,7 @@ fn check(name: &str, rings: &[Ring], flaws: &[Flaw]) {
 }
 
 #[test]
-fn polygons_of_earcutr() {
+fn polygons_of_earcutr_give_holes_of_their_area_and_depth() {
     let mut checked = 0;
     for (name, flaws) in EARCUTR {
         let shipped = data(&format!("earcutr/{name}.json"));
@@ -137,7 +139,7 @@ fn polygons_of_earcutr() {
 }
 
 #[test]
-fn polygons_of_poly2tri() {
+fn polygons_of_poly2tri_give_holes_of_their_area_and_depth() {
     let row = |line: &str| -> [f64; 2] {
         let numbers = line.split_whitespace().map(|number| number.parse().unwrap());
         numbers.collect::<Vec<_>>().try_into().unwrap()

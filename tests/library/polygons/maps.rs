@@ -3,21 +3,21 @@
 use delaunay_tiles::{BuildOptions, MissingZ};
 
 use super::rings::{Polygon, area, polygons_of};
-use super::{Input, Part, WAYS, assert_same_area};
-use crate::support::places::{data, shared};
+use super::{Input, TriangleTotals, WAYS, assert_same_area};
+use crate::support::test_data::{data, shared};
 
 fn whole_area(polygons: &[Polygon]) -> f64 {
     polygons.iter().map(Polygon::area).sum()
 }
 
 #[test]
-fn islands() {
+fn each_island_becomes_a_hole_of_its_area() {
     let path = data("indonesia/indonesia_ne10m.geojson");
     let polygons = polygons_of(&path);
     let built = Input::obstacles(path).build(&BuildOptions::default(), &WAYS).unwrap();
     assert_eq!(built.summary.constraint_edges, 23_541);
     assert_eq!(built.summary.hole_regions, 339);
-    // A simple polygon has two triangles less than vertices.
+    // A simple polygon of n vertices has n - 2 triangles.
     assert_eq!(built.holes().triangles, 23_541 - 2 * 339);
     assert_same_area(built.holes().area, whole_area(&polygons));
     assert!(built.check_depths(&polygons, 40) > 1000);
@@ -25,7 +25,7 @@ fn islands() {
 
 /// The same islands as polygons, and as segments with a point in each.
 #[test]
-fn islands_by_hole_points() {
+fn hole_points_and_polygons_of_islands_give_the_same_file() {
     let (Some(poly), Some(geojson)) = (
         shared("indonesia/group1_dense_small.poly"),
         shared("indonesia/group1_dense_small.geojson"),
@@ -53,7 +53,7 @@ fn islands_by_hole_points() {
 }
 
 #[test]
-fn the_free_space_of_a_game() {
+fn the_free_space_of_a_game_has_the_area_within_its_rings() {
     let input = Input {
         poly: Some(data("arena/arena.poly")),
         ..Input::default()
@@ -67,7 +67,7 @@ fn the_free_space_of_a_game() {
     let expected = 2.0 * outer - areas.iter().sum::<f64>();
     assert_eq!(inside.free().triangles, 112 - 2 + 2 * 5);
     assert_same_area(inside.free().area, expected);
-    // Without, the exterior is free too.
+    // Without `exterior_is_hole` the exterior is free too.
     let all = input.build(&BuildOptions::default(), &WAYS).unwrap();
     assert_eq!(all.summary.hole_regions, 5);
     assert_same_area(all.holes().area, areas.iter().sum::<f64>() - outer);
@@ -76,14 +76,14 @@ fn the_free_space_of_a_game() {
 
 /// Houses that share walls and corners.
 #[test]
-fn houses() {
+fn houses_that_share_walls_give_holes_of_their_area() {
     let Some(path) = shared("obstacles/bubenec_buildings.geojson") else {
         return;
     };
     let polygons = polygons_of(&path);
     let built = Input::obstacles(path).build(&BuildOptions::default(), &WAYS).unwrap();
     assert_eq!(built.check_depths(&polygons, 1), built.triangles.len());
-    // None lies on another, so all together are as large as each by itself.
+    // No house overlaps another, so their union has the sum of their areas.
     assert!(built.triangles.iter().all(|triangle| [0, 1].contains(&triangle.depth)));
     assert_same_area(built.holes().area, whole_area(&polygons));
     assert_eq!(built.summary.hole_regions, 144);
@@ -95,7 +95,7 @@ fn houses() {
 /// Lake shores in a survey: edges that keep the heights of the points, and no holes.
 #[cfg(feature = "las")]
 #[test]
-fn lake_shores_as_break_lines() {
+fn lake_shores_as_break_lines_keep_heights_and_make_no_holes() {
     use std::collections::HashMap;
 
     use delaunay_tiles::geometry::Point;
@@ -116,23 +116,24 @@ fn lake_shores_as_break_lines() {
     };
     let options = BuildOptions::default().missing_z(MissingZ::Zero);
     let built = input.build(&options, &WAYS[1..]).unwrap();
-    assert_eq!(built.holes(), Part::default());
+    assert_eq!(built.holes(), TriangleTotals::default());
     assert_eq!(built.summary.regions, 2);
     for (_, sources) in &built.edges {
         assert_eq!(sources.len(), 1);
         assert_eq!((sources[0].kind(), sources[0].number()), (LineKind::BreakLine, 0));
     }
-    // The edges are all of the shore, and nothing else.
+    // The edges are the whole shore, and nothing else.
     let length = |[a, b]: &[Point; 2]| (b.x - a.x).hypot(b.y - a.y);
     let shore: f64 = polygons[0].segments().map(|segment| length(&segment)).sum();
     assert_same_area(built.edges.iter().map(|(ends, _)| length(ends)).sum(), shore);
-    // Of every point the first record is there, with its z; corners of the shore have none.
+    // Each point has its first record, with that record's z. Other vertices are corners of the
+    // shore, which have no z.
     let mut points = PointSource::open(&[survey], &InputOptions::default()).unwrap();
     let (mut batch, mut heights) = (PointBatch::default(), HashMap::new());
     while points.next_batch(&mut batch).unwrap() {
         for ((point, z), record) in batch.points.iter().zip(&batch.z).zip(&batch.records) {
-            let place = [point.x, point.y].map(f64::to_bits);
-            heights.entry(place).or_insert((Some(*z), *record));
+            let key = [point.x, point.y].map(f64::to_bits);
+            heights.entry(key).or_insert((Some(*z), *record));
         }
     }
     let mut ends = 0;

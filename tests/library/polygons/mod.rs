@@ -1,7 +1,8 @@
-//! The promise: polygons of maps, of others' bug reports, and broken ones become the holes that a person would draw, whatever
-//! the tiles, or an error says which polygon is wrong, and where.
+//! The promise: polygons of maps and of others' bug reports, and broken polygons, become the holes
+//! that a person would draw, in tiles of any size; or an error says which polygon is wrong, and
+//! where.
 //!
-//! All goes from files through the readers and the build to the tiles, as in the tool.
+//! All input passes from files through the readers and the build to the tiles, as in the tool.
 
 mod bad;
 mod fixtures;
@@ -20,11 +21,11 @@ use delaunay_tiles::store::{Digest, EdgeSource, LineKind, TileReader};
 use delaunay_tiles::{BuildOptions, BuildSummary, Builder};
 use futures::TryStreamExt;
 
-/// The files of a build.
+/// The input files of a build.
 #[derive(Clone, Debug, Default)]
 struct Input {
     points: Vec<PathBuf>,
-    /// Of which the points are read too.
+    /// A `.poly` file; its points are read too.
     poly: Option<PathBuf>,
     segments: Vec<PathBuf>,
     obstacles: Vec<PathBuf>,
@@ -46,7 +47,7 @@ struct Vertex {
     record: u64,
 }
 
-/// What a build made.
+/// The result of a build.
 #[derive(Debug)]
 struct Built {
     summary: BuildSummary,
@@ -58,9 +59,9 @@ struct Built {
     notes: Vec<String>,
 }
 
-/// Triangles, and how large they are together.
+/// The number of some triangles, and the sum of their areas.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Part {
+struct TriangleTotals {
     triangles: u64,
     area: f64,
 }
@@ -78,7 +79,7 @@ impl Input {
         }
     }
 
-    /// Builds in several ways; all must give the same, or the same error.
+    /// Builds in several ways; all must give the same result, or the same error.
     fn build(&self, options: &BuildOptions, ways: &[Way]) -> Result<Built, Box<dyn Error>> {
         let mut all = Vec::new();
         for &(tile_vertices, threads) in ways {
@@ -169,9 +170,9 @@ impl Built {
                 z: tile.z(vertex),
                 record: tile.record(vertex),
             }));
-            let edges = tile.owned_constraints().map(|side| {
-                let ends = tile.ends(side).map(|end| end.point);
-                (ends, tile.edge_sources(side).collect())
+            let edges = tile.owned_constraints().map(|edge| {
+                let ends = tile.ends(edge).map(|end| end.point);
+                (ends, tile.edge_sources(edge).collect())
             });
             this.edges.extend(edges);
         }
@@ -185,7 +186,7 @@ impl Built {
         this
     }
 
-    /// What no tile size may change.
+    /// Returns counts that do not depend on the tile size.
     fn counts(&self) -> [u64; 7] {
         let s = &self.summary;
         [
@@ -199,23 +200,23 @@ impl Built {
         ]
     }
 
-    fn part(&self, is_hole: bool) -> Part {
+    fn part(&self, is_hole: bool) -> TriangleTotals {
         let triangles = self.triangles.iter().filter(|triangle| triangle.is_hole == is_hole);
-        triangles.fold(Part::default(), |part, triangle| Part {
+        triangles.fold(TriangleTotals::default(), |part, triangle| TriangleTotals {
             triangles: part.triangles + 1,
             area: part.area + rings::area(&triangle.corners),
         })
     }
 
-    fn holes(&self) -> Part {
+    fn holes(&self) -> TriangleTotals {
         self.part(true)
     }
 
-    fn free(&self) -> Part {
+    fn free(&self) -> TriangleTotals {
         self.part(false)
     }
 
-    /// The rings that the constraint edges make, if each vertex has two of them or none.
+    /// Returns the rings that the constraint edges form, if each vertex has two edges or none.
     fn rings(&self) -> Vec<Vec<Point>> {
         let bits = |p: Point| [p.x, p.y].map(f64::to_bits);
         let mut neighbours: HashMap<_, Vec<Point>> = HashMap::new();
@@ -237,8 +238,8 @@ impl Built {
         rings
     }
 
-    /// Asserts that every triangle is as deep as often the polygons go round its centroid, of every so many triangles. Returns
-    /// how many were looked at.
+    /// Asserts for every `step`-th triangle that its depth is the winding number of the polygons
+    /// around its centroid. Returns the number of triangles checked.
     fn check_depths(&self, polygons: &[Polygon], step: usize) -> usize {
         let segments: Vec<[Point; 2]> = polygons.iter().flat_map(|polygon| polygon.segments()).collect();
         let mut checked = 0;
@@ -246,7 +247,7 @@ impl Built {
             let [a, b, c] = triangle.corners;
             let centroid = Point::new((a.x + b.x + c.x) / 3.0, (a.y + b.y + c.y) / 3.0);
             let is_left = |from, to| orient2d(from, to, centroid) == Orientation::CounterClockwise;
-            // Of a sliver it may round to the outside.
+            // The centroid of a sliver may round to a point outside of it.
             if is_left(a, b) && is_left(b, c) && is_left(c, a) {
                 assert_eq!(triangle.depth, rings::winding(&segments, centroid), "{triangle:?}");
                 assert_eq!(triangle.is_hole, triangle.depth != 0, "{triangle:?}");

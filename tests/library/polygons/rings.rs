@@ -1,4 +1,4 @@
-//! Polygons as their files have them, without the library's readers: the oracle.
+//! The oracle: polygons as their files have them, read without the library's readers.
 
 use std::fs;
 use std::path::Path;
@@ -6,14 +6,16 @@ use std::path::Path;
 use delaunay_tiles::geometry::{Orientation, Point, orient2d, segments_cross};
 use serde_json::Value;
 
-/// A polygon: the outer ring counter-clockwise, holes clockwise; no ring repeats its first position at its end.
+/// A polygon. The outer ring is counter-clockwise, holes are clockwise; no ring repeats its first
+/// position at its end.
 #[derive(Clone, Debug)]
 pub(crate) struct Polygon {
     pub(crate) rings: Vec<Vec<Point>>,
 }
 
 impl Polygon {
-    /// From rings in any winding, closed or not. Positions that repeat the one before are left out, and so are rings of one.
+    /// Creates a polygon from rings of any winding, closed or not. Leaves out positions that repeat
+    /// the one before, and rings of one position.
     pub(crate) fn new(rings: &[Vec<[f64; 2]>]) -> Self {
         let directed = rings.iter().enumerate().map(|(number, ring)| {
             let mut ring: Vec<Point> = ring.iter().map(|&[x, y]| Point::new(x, y).normalized()).collect();
@@ -32,7 +34,7 @@ impl Polygon {
     }
 
     pub(crate) fn segments(&self) -> impl Iterator<Item = [Point; 2]> {
-        self.rings.iter().flat_map(|ring| sides(ring))
+        self.rings.iter().flat_map(|ring| edges(ring))
     }
 
     pub(crate) fn vertices(&self) -> usize {
@@ -43,15 +45,16 @@ impl Polygon {
         self.rings.iter().map(|ring| area(ring)).sum()
     }
 
-    /// What keeps it from being one piece of the plane in which no vertex lies on another or on a side.
+    /// Returns what keeps it from being one connected area in which no vertex is on another vertex
+    /// or edge.
     pub(crate) fn flaws(&self) -> Vec<Flaw> {
         let segments: Vec<[Point; 2]> = self.segments().collect();
-        // A vertex lies on the two sides that it ends.
+        // A vertex is on the two edges that end in it.
         let touches = |p: Point| segments.iter().filter(|[a, b]| lies_on(p, *a, *b)).count() > 2;
-        // As far as vertices tell that lie on nothing else.
+        // Only vertices that touch nothing else decide.
         let is_nested = |(number, hole): (usize, &Vec<Point>)| {
             let others = self.rings.iter().enumerate().filter(|(other, _)| *other != number);
-            let others: Vec<[Point; 2]> = others.flat_map(|(_, ring)| sides(ring)).collect();
+            let others: Vec<[Point; 2]> = others.flat_map(|(_, ring)| edges(ring)).collect();
             let mut free = hole.iter().filter(|p| !touches(**p));
             free.all(|p| winding(&others, *p) == 1)
         };
@@ -70,25 +73,25 @@ impl Polygon {
     }
 }
 
-fn sides(ring: &[Point]) -> impl Iterator<Item = [Point; 2]> {
+fn edges(ring: &[Point]) -> impl Iterator<Item = [Point; 2]> {
     let next = ring.iter().cycle().skip(1);
     ring.iter().zip(next).map(|(a, b)| [*a, *b])
 }
 
-/// What may be wrong with a polygon.
+/// A flaw of a polygon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Flaw {
     /// A ring has no area.
     Flat,
-    /// Sides cross each other.
+    /// Edges cross each other.
     Crosses,
-    /// A vertex lies on another or on a side.
+    /// A vertex is on another vertex or on an edge.
     Touches,
-    /// A hole lies outside of the outer ring, or in a hole.
+    /// A hole is outside of the outer ring, or in a hole.
     Misnested,
 }
 
-/// The area of a ring, negative if it is clockwise.
+/// Returns the area of a ring, negative if it is clockwise.
 pub(crate) fn area(ring: &[Point]) -> f64 {
     let Some((&o, rest)) = ring.split_first() else {
         return 0.0;
@@ -100,7 +103,7 @@ pub(crate) fn area(ring: &[Point]) -> f64 {
     doubled.sum::<f64>() / 2.0
 }
 
-/// How many pairs of segments cross, by brute force.
+/// Returns the number of pairs of segments that cross, by brute force.
 pub(crate) fn crossings(segments: &[[Point; 2]]) -> u64 {
     let low = |s: &[Point; 2]| (s[0].x.min(s[1].x), s[0].y.min(s[1].y));
     let high = |s: &[Point; 2]| (s[0].x.max(s[1].x), s[0].y.max(s[1].y));
@@ -124,7 +127,7 @@ fn lies_on(p: Point, a: Point, b: Point) -> bool {
     between(p.x, a.x, b.x) && between(p.y, a.y, b.y) && orient2d(a, b, p) == Orientation::Collinear
 }
 
-/// How often segments go round a point, counter-clockwise.
+/// Returns the winding number of segments around a point, counter-clockwise.
 pub(crate) fn winding(segments: &[[Point; 2]], p: Point) -> i32 {
     let mut winding = 0;
     for &[from, to] in segments {
@@ -139,7 +142,7 @@ pub(crate) fn winding(segments: &[[Point; 2]], p: Point) -> i32 {
     winding
 }
 
-/// The polygons of a FeatureCollection of such.
+/// Returns the polygons of a FeatureCollection of polygons.
 pub(crate) fn polygons_of(path: &Path) -> Vec<Polygon> {
     let mut document: Value = serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap();
     let features = document["features"].as_array_mut().unwrap();

@@ -1,4 +1,5 @@
-//! Tiles that are asked for ahead: the same answers, few tiles more, and none where the cache or the options have no room.
+//! Tiles that are requested ahead: the answers stay the same, few more tiles are read, and none
+//! ahead if the cache or the options have no room.
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::QueryOptions;
@@ -17,9 +18,10 @@ async fn nearest(reader: &TileReader, from: Point, options: QueryOptions) -> Vec
         .unwrap()
 }
 
-/// Where the front of a wave goes through more tiles than the cache holds, each tile is read a few times, and not once for each thing in it.
+/// If the front of a wavefront passes through more tiles than the cache holds, each tile is read a
+/// few times, and not once for each thing in it.
 #[test]
-fn a_front_that_the_cache_does_not_hold() {
+fn a_front_larger_than_the_cache_reads_each_tile_a_few_times() {
     let mut random = Random(8);
     let mut scene = Scene::town_with_sites(6, 120, &mut random);
     scene
@@ -33,8 +35,8 @@ fn a_front_that_the_cache_does_not_hold() {
         let all = |reader: TileReader| async move {
             let sites = reader.nearest_sites(from, QueryOptions::default());
             let found: Vec<_> = sites.try_collect().await.unwrap();
-            let told = found.into_iter().map(|site| (site.number, site.distance.value));
-            (told.collect::<Vec<_>>(), reader.cache().statistics().misses)
+            let answer = found.into_iter().map(|site| (site.number, site.distance.value));
+            (answer.collect::<Vec<_>>(), reader.cache().statistics().misses)
         };
         let (expected, once) = all(open(&scratch, 1 << 26).await).await;
         assert!(once <= tiles && expected.len() > 100);
@@ -45,7 +47,7 @@ fn a_front_that_the_cache_does_not_hold() {
 }
 
 #[test]
-fn the_same_answers_and_few_tiles_more() {
+fn reading_ahead_gives_the_same_answers_with_few_more_tiles() {
     let mut random = Random(3);
     let scene = Scene::town_with_sites(8, 200, &mut random);
     runtime().block_on(async {
@@ -53,7 +55,8 @@ fn the_same_answers_and_few_tiles_more() {
         let (mut ahead, mut alone) = (0, 0);
         for _ in 0..30 {
             let from = Point::new(5.0 * random.below(9) as f64 + 0.25, 42.0 * random.unit());
-            // Cold each: with room in the cache, without, and with a limit, which is never passed.
+            // Each query starts with an empty cache: one with room, one without, and one with a
+            // limit of tiles, which is never exceeded.
             let roomy = open(&scratch, 1 << 24).await;
             let found = nearest(&roomy, from, QueryOptions::default()).await;
             let poor = open(&scratch, 0).await;

@@ -1,4 +1,5 @@
-//! The nearest sites along a line: at every place those that a search from there finds, and no interval more than it takes.
+//! The nearest sites along a line: at every point they are those of a search from there, and there
+//! are no more intervals than necessary.
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{AlongInterval, QueryError, QueryOptions};
@@ -16,7 +17,8 @@ fn on(line: [Point; 2], t: f64) -> Point {
     Point::new(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y))
 }
 
-/// The distances of all sites that can be reached from a point, and their order; none if it is not free.
+/// Returns the walk to each site, and the sorted lengths of the walks to those that can be reached;
+/// `None` if `from` is not free.
 fn truth(oracle: &Oracle, sites: &[Point], from: Point) -> Option<(Vec<Walk>, Vec<f64>)> {
     if !oracle.is_free(from) {
         return None;
@@ -26,9 +28,9 @@ fn truth(oracle: &Oracle, sites: &[Point], from: Point) -> Option<(Vec<Walk>, Ve
     Some((walks, lengths))
 }
 
-/// Compares an interval with the truth at a place in it.
-fn compare_at(interval: &AlongInterval, k: usize, sites: &[Point], oracle: &Oracle, from: Point, place: &str) {
-    let context = || format!("{from:?}, {place} of {interval:?}");
+/// Compares an interval with the truth at one of its points.
+fn compare_at(interval: &AlongInterval, k: usize, sites: &[Point], oracle: &Oracle, from: Point, position: &str) {
+    let context = || format!("{from:?}, {position} of {interval:?}");
     let Some((walks, lengths)) = truth(oracle, sites, from) else {
         assert!(interval.sites.is_none(), "not free: {}", context());
         return;
@@ -36,10 +38,10 @@ fn compare_at(interval: &AlongInterval, k: usize, sites: &[Point], oracle: &Orac
     let found = interval.sites.as_ref().unwrap_or_else(|| panic!("free: {}", context()));
     assert_eq!(found.len(), k.min(lengths.len()), "{}", context());
     for (site, length) in found.iter().zip(lengths) {
-        let its = walks[site.number as usize];
+        let walk = walks[site.number as usize];
         assert!(
-            same(its, Walk::Length(length)) || its == Walk::Length(length),
-            "{its:?}, not {length}: {}",
+            same(walk, Walk::Length(length)) || walk == Walk::Length(length),
+            "{walk:?}, not {length}: {}",
             context()
         );
         assert_eq!(site.vertex.point, sites[site.number as usize]);
@@ -73,11 +75,11 @@ async fn check(reader: &TileReader, oracle: &Oracle, sites: &[Point], line: [Poi
         compare_at(interval, k, sites, oracle, on(line, middle), "middle");
         let any = interval.from_t + random.unit() * width;
         compare_at(interval, k, sites, oracle, on(line, any), "somewhere");
-        // As near to the ends as a wrong one would show.
+        // Near enough to the ends that a wrong end shows.
         let inset = (1e-8f64).min(width / 4.0);
         let ends = [interval.from_t + inset, interval.to_t - inset];
-        for (place, t) in ["start", "end"].into_iter().zip(ends) {
-            compare_at(interval, k, sites, oracle, on(line, t), place);
+        for (position, t) in ["start", "end"].into_iter().zip(ends) {
+            compare_at(interval, k, sites, oracle, on(line, t), position);
         }
         for (end, t) in ends.into_iter().enumerate() {
             for site in interval.sites.iter().flatten() {
@@ -94,7 +96,7 @@ async fn check(reader: &TileReader, oracle: &Oracle, sites: &[Point], line: [Poi
     }
 }
 
-/// Lines through, along and beside what is in the way, and out of the hull.
+/// Lines through, along and beside obstacles, and out of the hull.
 fn lines() -> Vec<[Point; 2]> {
     let half = |x: i32, y: i32| Point::new(f64::from(x) / 2.0, f64::from(y) / 2.0);
     vec![
@@ -113,7 +115,7 @@ fn lines() -> Vec<[Point; 2]> {
 }
 
 #[test]
-fn scenes_by_hand() {
+fn intervals_in_scenes_by_hand_agree_with_the_oracle() {
     for (name, mut scene) in [
         ("nothing in the way", Scene::in_room(10, vec![])),
         ("one wall", Scene::in_room(10, vec![wall(&[(5, 2), (5, 8)])])),
@@ -181,7 +183,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn blocks_and_walls(seed in any::<u64>(), is_dense in any::<bool>(), exterior_is_hole in prop::bool::weighted(0.2)) {
+    fn intervals_among_random_blocks_and_walls_agree_with_the_oracle(seed in any::<u64>(), is_dense in any::<bool>(), exterior_is_hole in prop::bool::weighted(0.2)) {
         let mut random = Random(seed);
         let mut scene = Scene::few_blocks(&mut random, is_dense);
         scene.exterior_is_hole = exterior_is_hole;
@@ -199,9 +201,10 @@ proptest! {
     }
 }
 
-/// Among many sites: the lists are those of searches from points of the line, and the search stays near it.
+/// Among many sites the lists are those of searches from points of the line, and the search stays
+/// near the line.
 #[test]
-fn a_long_line_among_many_sites() {
+fn intervals_of_a_long_line_agree_with_searches_and_stay_valid_under_budgets() {
     let mut random = Random(4);
     let scene = Scene::town_with_sites(7, 250, &mut random);
     runtime().block_on(async {
@@ -260,7 +263,7 @@ fn a_long_line_among_many_sites() {
 }
 
 #[test]
-fn points_no_sites_and_none_asked_for() {
+fn a_line_of_length_zero_and_zero_sites_give_exact_intervals() {
     runtime().block_on(async {
         let mut scene = Scene::on_grid(6, 6, vec![block([2, 2], [2, 2])]);
         scene.sites = vec![at(0, 0), at(0, 0), at(5, 5)];

@@ -1,4 +1,5 @@
-//! The area within a walking distance: what is in it is that near, and what is not is not.
+//! The area within a walking distance: points in it are that near, and points outside of it are
+//! not.
 
 use std::f64::consts::PI;
 
@@ -18,7 +19,7 @@ async fn pieces(reader: &TileReader, from: Point, radius: f64) -> Vec<AreaPiece>
     pieces.try_collect().await.unwrap()
 }
 
-/// The area of a piece, its arcs as lines.
+/// Returns the area of a piece, with its arcs approximated by lines.
 fn area(piece: &AreaPiece) -> f64 {
     let outline = piece.outline(1e-7);
     let around = outline.iter().zip(outline.iter().cycle().skip(1));
@@ -31,10 +32,10 @@ fn area(piece: &AreaPiece) -> f64 {
         .sum()
 }
 
-/// On open ground a search goes through each triangle a few times, however many there are: the cones on both sides of a vertex are one
-/// again behind it.
+/// In a scene without obstacles a search passes each triangle a few times, however many triangles
+/// there are: windows that a vertex divided are merged behind it.
 #[test]
-fn open_ground_is_gone_through_a_few_times() {
+fn a_scene_without_obstacles_is_traversed_a_few_times() {
     let mut random = Random(6);
     let mut scene = Scene::in_room(10, vec![]);
     let any = |random: &mut Random| Point::new(10.0 * random.unit(), 10.0 * random.unit());
@@ -50,9 +51,10 @@ fn open_ground_is_gone_through_a_few_times() {
     });
 }
 
-/// Without obstacles the pieces make up a disc, of which no part comes twice, inside and outside the hull.
+/// Without obstacles the pieces form a disc, inside and outside the hull, and no two of them
+/// overlap.
 #[test]
-fn a_disc_where_nothing_is_in_the_way() {
+fn without_obstacles_the_area_is_a_disc() {
     let mut random = Random(5);
     let mut scene = Scene::in_room(10, vec![]);
     let any = |random: &mut Random| Point::new(10.0 * random.unit(), 10.0 * random.unit());
@@ -76,7 +78,7 @@ fn a_disc_where_nothing_is_in_the_way() {
                     let own = pieces.iter().filter(|piece| piece.root == from);
                     let sum: f64 = own.map(area).sum();
                     let disc = PI * radius * radius;
-                    // A shadow of the hull is no obstacle, but seen from its vertices.
+                    // The hull's shadow is no obstacle, but it is seen from the hull's vertices.
                     let is_whole = (0.0..=10.0).contains(&from.x) && (0.0..=10.0).contains(&from.y);
                     assert!(sum <= disc * (1.0 + 1e-9), "{from:?} {radius}: {sum} of {disc}");
                     assert!(
@@ -89,29 +91,29 @@ fn a_disc_where_nothing_is_in_the_way() {
     });
 }
 
-/// Compares places all over with their distances.
+/// Compares points all over with their distances.
 async fn check(reader: &TileReader, oracle: &Oracle, from: Point, radius: f64, random: &mut Random) {
     let pieces = pieces(reader, from, radius).await;
-    let places: Vec<Point> = (0..60)
+    let points: Vec<Point> = (0..60)
         .map(|_| Point::new(16.0 * random.unit() - 3.0, 16.0 * random.unit() - 3.0))
         .collect();
-    for (&place, walk) in places.iter().zip(oracle.walks(from, &places)) {
+    for (&point, walk) in points.iter().zip(oracle.walks(from, &points)) {
         let is_near = match walk {
             Walk::Length(length) if (length - radius).abs() < 1e-9 * radius => continue,
             Walk::Length(length) => length < radius,
             Walk::Unreachable | Walk::Inside => false,
         };
-        let within = pieces.iter().find(|piece| piece.contains(place));
+        let within = pieces.iter().find(|piece| piece.contains(point));
         assert_eq!(
             within.is_some(),
             is_near,
-            "{from:?}, {radius}: {place:?} at {walk:?}, {within:?}"
+            "{from:?}, {radius}: {point:?} at {walk:?}, {within:?}"
         );
     }
 }
 
 #[test]
-fn scenes_by_hand() {
+fn areas_in_scenes_by_hand_agree_with_the_oracle() {
     for (name, scene) in scene::by_hand() {
         println!("{name}");
         runtime().block_on(async {
@@ -140,7 +142,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn blocks_and_walls(seed in any::<u64>(), is_dense in any::<bool>(), exterior_is_hole in prop::bool::weighted(0.2)) {
+    fn areas_among_random_blocks_and_walls_agree_with_the_oracle(seed in any::<u64>(), is_dense in any::<bool>(), exterior_is_hole in prop::bool::weighted(0.2)) {
         let mut random = Random(seed);
         let mut scene = Scene::few_blocks(&mut random, is_dense);
         scene.exterior_is_hole = exterior_is_hole;
@@ -158,7 +160,7 @@ proptest! {
 }
 
 #[test]
-fn ends_and_limits() {
+fn extreme_radii_obstacles_and_budgets_give_exact_areas_or_errors() {
     let scene = Scene::on_grid(11, 11, vec![block([2, 2], [3, 3])]);
     runtime().block_on(async {
         let (_scratch, reader) = scene.build(9).await;
@@ -171,7 +173,7 @@ fn ends_and_limits() {
         let error = error.try_collect::<Vec<_>>().await.unwrap_err();
         assert!(matches!(error, QueryError::InsideObstacle { .. }), "{error}");
 
-        // What came before the limit stands.
+        // The pieces that came before the limit are valid.
         let mut limited = reader.area_within(at(1, 1), 8.0, QueryOptions::default().max_tiles(2));
         let all = pieces(&reader, at(1, 1), 8.0).await;
         let mut count = 0;
@@ -187,9 +189,9 @@ fn ends_and_limits() {
     });
 }
 
-/// The triangles that a search goes through are told to who asks, and are those around it.
+/// The triangles that a search passes are reported on request, and are those near it.
 #[test]
-fn triangles_that_were_explored() {
+fn explored_triangles_are_those_near_the_path() {
     let scene = Scene::on_grid(21, 21, vec![block([2, 2], [3, 3])]);
     runtime().block_on(async {
         for tile_vertices in [9, 1 << 16] {

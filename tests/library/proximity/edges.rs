@@ -1,5 +1,5 @@
-//! The CDT distance is that of Dijkstra's search on the triangles in memory, by wedges, and points that are put in have the distances
-//! that they have as vertices of a file.
+//! The CDT distance is that of Dijkstra's search on the triangles in memory, by wedges. Points that
+//! are inserted for a query have the distances that they have as vertices of a file.
 
 use std::collections::HashMap;
 use std::fs;
@@ -12,17 +12,17 @@ use proptest::prelude::*;
 
 use crate::proximity::scene::{self, Scene, at, block, line, open, wall};
 use crate::proximity::{TILES, is_near, length};
-use crate::support::places::data;
+use crate::support::test_data::data;
 use crate::support::{Random, runtime};
 
-/// Where one is: at a vertex, in a triangle or outside.
+/// A vertex, and a triangle at it or the outside.
 type Wedge = (usize, usize);
 const OUTSIDE: usize = usize::MAX;
 
 /// The edges of a file that one may walk along.
 struct Mesh {
     points: Vec<Point>,
-    /// The wedges of each vertex, and the number of the sector of each.
+    /// The wedges of each vertex, each with the number of its sector.
     wedges: HashMap<Wedge, usize>,
     sectors: Vec<Vec<usize>>,
     edges: Vec<Vec<(usize, f64)>>,
@@ -32,7 +32,7 @@ impl Mesh {
     async fn read(reader: &TileReader) -> Self {
         let outside_is_free = !reader.directory().metadata.exterior_is_hole;
         let mut numbers: HashMap<[u64; 2], usize> = HashMap::new();
-        let (mut points, mut sides, mut walls) = (Vec::new(), HashMap::new(), Vec::new());
+        let (mut points, mut half_edges, mut walls) = (Vec::new(), HashMap::new(), Vec::new());
         let mut tiles = reader.tiles();
         let mut count = 0;
         while let Some(tile) = tiles.try_next().await.unwrap() {
@@ -49,26 +49,28 @@ impl Mesh {
                         walls.push(ends);
                     }
                     if !tile.is_hole(triangle) {
-                        sides.insert(ends, count);
+                        half_edges.insert(ends, count);
                     }
                 }
                 count += 1;
             }
-            // Both sides are known only when all tiles are.
+            // All twins are known only after all tiles were read.
             walls.sort_unstable();
         }
-        let all: Vec<_> = sides.iter().map(|(&ends, &face)| (ends, face)).collect();
-        let hull = |ends: [usize; 2], sides: &HashMap<[usize; 2], usize>| outside_is_free && !sides.contains_key(&ends);
-        let mut faces = sides.clone();
+        let all: Vec<_> = half_edges.iter().map(|(&ends, &face)| (ends, face)).collect();
+        let hull = |ends: [usize; 2], half_edges: &HashMap<[usize; 2], usize>| {
+            outside_is_free && !half_edges.contains_key(&ends)
+        };
+        let mut faces = half_edges.clone();
         let holes = holes(reader, &numbers).await;
         for ([a, b], _) in &all {
-            if hull([*b, *a], &sides) && !holes.contains(&[*b, *a]) {
+            if hull([*b, *a], &half_edges) && !holes.contains(&[*b, *a]) {
                 faces.insert([*b, *a], OUTSIDE);
             }
         }
         // A hull edge of a hole has an outside too.
         for &[a, b] in &holes {
-            if outside_is_free && !holes.contains(&[b, a]) && !sides.contains_key(&[b, a]) {
+            if outside_is_free && !holes.contains(&[b, a]) && !half_edges.contains_key(&[b, a]) {
                 faces.insert([b, a], OUTSIDE);
             }
         }
@@ -86,7 +88,7 @@ impl Mesh {
                 this.wedges.entry((vertex, face)).or_insert(next);
             }
         }
-        // Wedges on both sides of an edge that nothing blocks are one sector.
+        // Wedges on both sides of an edge that is not blocked are one sector.
         let mut parent: Vec<usize> = (0..this.wedges.len()).collect();
         fn root(parent: &[usize], mut i: usize) -> usize {
             while parent[i] != i {
@@ -125,7 +127,7 @@ impl Mesh {
         self.points.iter().position(|&p| p == point).unwrap()
     }
 
-    /// The distances of all sectors from a vertex.
+    /// Returns the distance of every sector from a vertex.
     fn distances(&self, from: usize) -> Vec<f64> {
         let mut far = vec![f64::INFINITY; self.edges.len()];
         let mut open: Vec<usize> = self.sectors[from].clone();
@@ -150,7 +152,7 @@ impl Mesh {
     }
 }
 
-/// The sides of triangles in holes.
+/// Returns the half-edges of triangles in holes, as pairs of vertices.
 async fn holes(reader: &TileReader, numbers: &HashMap<[u64; 2], usize>) -> Vec<[usize; 2]> {
     let mut holes = Vec::new();
     let mut tiles = reader.tiles();
@@ -165,7 +167,7 @@ async fn holes(reader: &TileReader, numbers: &HashMap<[u64; 2], usize>) -> Vec<[
     holes
 }
 
-/// All that the search says of a source that is a vertex, against the mesh.
+/// Compares all answers of a search from a vertex with the mesh.
 async fn compare_tree(reader: &TileReader, mesh: &Mesh, from: Point) {
     let far = mesh.distances(mesh.vertex(from));
     let tree = reader.vertices_by_cdt_distance(from, QueryOptions::default());
@@ -205,8 +207,9 @@ async fn compare_tree(reader: &TileReader, mesh: &Mesh, from: Point) {
     }
 }
 
-/// What a file was built of, after its lines were split: its edges are walls, and each triangle of a hole has a seed.
-async fn pieces(reader: &TileReader) -> Scene {
+/// Returns the input of a file after its lines were split: each constraint edge is a wall, and each
+/// triangle of a hole has a seed.
+async fn as_split_scene(reader: &TileReader) -> Scene {
     let mut scene = Scene {
         exterior_is_hole: reader.directory().metadata.exterior_is_hole,
         ..Scene::default()
@@ -214,10 +217,10 @@ async fn pieces(reader: &TileReader) -> Scene {
     let mut tiles = reader.tiles();
     while let Some(tile) = tiles.try_next().await.unwrap() {
         scene.points.extend(tile.points());
-        for side in tile.owned_constraints() {
+        for edge in tile.owned_constraints() {
             scene
                 .lines
-                .push((LineKind::Wall, tile.ends(side).map(|end| end.point).to_vec()));
+                .push((LineKind::Wall, tile.ends(edge).map(|end| end.point).to_vec()));
         }
         for triangle in tile.owned_triangles().filter(|&triangle| tile.is_hole(triangle)) {
             let [a, b, c] = tile.triangle_points(triangle);
@@ -229,9 +232,10 @@ async fn pieces(reader: &TileReader) -> Scene {
     scene
 }
 
-/// Distances between points anywhere against those of a file that has both among its vertices.
-async fn compare_put_in(reader: &TileReader, pairs: &[[Point; 2]]) {
-    let scene = pieces(reader).await;
+/// Compares distances between arbitrary points with those in a file that has both points among its
+/// vertices.
+async fn compare_inserted(reader: &TileReader, pairs: &[[Point; 2]]) {
+    let scene = as_split_scene(reader).await;
     for &[from, to] in pairs {
         let found = match reader.cdt_distance(from, to, QueryOptions::default()).await {
             Ok(Some(path)) => {
@@ -292,13 +296,13 @@ fn check(scene: &Scene, random: &mut Random, pairs: usize, tile_sizes: &[usize])
             }
             let targets = scene.targets(random, 2 * pairs);
             let pairs: Vec<[Point; 2]> = targets.chunks(2).map(|pair| [pair[0], pair[1]]).collect();
-            compare_put_in(&reader, &pairs).await;
+            compare_inserted(&reader, &pairs).await;
         }
     });
 }
 
 #[test]
-fn scenes_by_hand() {
+fn cdt_distances_in_scenes_by_hand_equal_those_of_dijkstra_in_core() {
     let grid = ("a grid", Scene::on_grid(7, 7, vec![]));
     for (name, mut scene) in scene::by_hand().into_iter().chain([grid]) {
         println!("{name}");
@@ -312,12 +316,12 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(3), ..ProptestConfig::default() })]
 
     #[test]
-    fn blocks_and_walls_on_grids(scene in scene::blocks_and_walls(0..6, &scene::KINDS[1..]), seed in any::<u64>()) {
+    fn cdt_distances_among_blocks_and_walls_on_grids_equal_those_of_dijkstra_in_core(scene in scene::blocks_and_walls(0..6, &scene::KINDS[1..]), seed in any::<u64>()) {
         check(&scene, &mut Random(seed), 8, &[[4, 9, 40][scene.lines.len() % 3], 1 << 16]);
     }
 
     #[test]
-    fn walls_anywhere(seed in any::<u64>()) {
+    fn cdt_distances_among_walls_anywhere_equal_those_of_dijkstra_in_core(seed in any::<u64>()) {
         let mut random = Random(seed);
         let scene = Scene::triangles_anywhere(&mut random);
         check(&scene, &mut random, 8, &[4, 1 << 16]);
@@ -325,7 +329,7 @@ proptest! {
 }
 
 #[test]
-fn break_lines_are_refused() {
+fn cdt_distances_are_refused_for_files_with_break_lines() {
     let lines = vec![wall(&[(1, 1), (1, 5)]), line(LineKind::BreakLine, &[(3, 3), (3, 6)])];
     runtime().block_on(async {
         let (_scratch, reader) = Scene::on_grid(9, 9, lines).build(1 << 16).await;
@@ -341,7 +345,7 @@ fn break_lines_are_refused() {
 }
 
 #[test]
-fn sites_come_by_length_and_number() {
+fn sites_are_ordered_by_cdt_distance_and_number() {
     let mut scene = Scene::on_grid(9, 9, vec![block([2, 2], [3, 3]), wall(&[(6, 1), (6, 7)])]);
     scene.sites = vec![at(8, 8), at(0, 1), at(1, 0), at(8, 8), at(7, 3), at(3, 3)];
     runtime().block_on(async {
@@ -350,7 +354,7 @@ fn sites_come_by_length_and_number() {
             let sites = reader.sites_by_cdt_distance(Point::new(0.25, 0.25), QueryOptions::default());
             let sites: Vec<_> = sites.try_collect().await.unwrap();
             assert!(sites.is_sorted_by(|a, b| (a.distance.value, a.number) < (b.distance.value, b.number)));
-            // One lies in an obstacle.
+            // One site is in an obstacle.
             let numbers: Vec<u64> = sites.iter().map(|site| site.number).collect();
             assert_eq!(numbers, [1, 2, 4, 0, 3]);
             for site in sites {
@@ -366,7 +370,7 @@ fn sites_come_by_length_and_number() {
 
 /// 74 points that stretch a distance by more than π/2.
 #[test]
-fn half_of_pi_is_no_bound() {
+fn the_stretch_of_a_cdt_distance_may_exceed_half_of_pi() {
     let text = fs::read_to_string(data("stretch/pi2_points_6dp.csv")).unwrap();
     let rows = text.lines().filter(|row| !row.starts_with('#'));
     let points = rows.map(|row| {

@@ -1,4 +1,4 @@
-//! Many to many: each pair is what a search between its two points alone says.
+//! Distance matrices: each pair has the distance of a search between its two points alone.
 
 use std::time::Duration;
 
@@ -41,7 +41,7 @@ fn as_walk(outcome: DistanceOutcome) -> Walk {
 }
 
 #[test]
-fn every_pair_is_that_of_the_oracle_in_the_promised_order() {
+fn every_pair_agrees_with_the_oracle_in_the_promised_order() {
     let scene = scene();
     let mut random = Random(3);
     let mut points = scene.targets(&mut random, 24);
@@ -77,9 +77,10 @@ fn every_pair_is_that_of_the_oracle_in_the_promised_order() {
     });
 }
 
-/// With paths, from the first list on, however long it is; each is that of a search for it alone.
+/// With paths, rows come from the first list, however long it is. Each path is that of a search for
+/// it alone.
 #[test]
-fn paths_of_pairs() {
+fn paths_of_pairs_equal_those_of_separate_searches() {
     let scene = scene();
     let points = scene.targets(&mut Random(4), 9);
     runtime().block_on(async {
@@ -89,8 +90,8 @@ fn paths_of_pairs() {
         let pairs = reader.distance_matrix(from.to_vec(), to.to_vec(), options.clone());
         let pairs: Vec<_> = pairs.try_collect().await.unwrap();
         let mut found = 0;
-        for (pair, place) in pairs.into_iter().zip(0..) {
-            assert_eq!([pair.from, pair.to], [place / 3, place % 3]);
+        for (pair, index) in pairs.into_iter().zip(0..) {
+            assert_eq!([pair.from, pair.to], [index / 3, index % 3]);
             let alone = reader.shortest_path(from[pair.from], to[pair.to], options.clone());
             let (DistanceOutcome::Found(distance), PathOutcome::Found(alone)) = (pair.outcome, alone.await.unwrap())
             else {
@@ -108,9 +109,9 @@ fn paths_of_pairs() {
     });
 }
 
-/// Of two ends in obstacles the first is named, whichever way the wave went.
+/// If both ends are in obstacles, the first is named, whichever of them the search started from.
 #[test]
-fn ends_in_obstacles_are_named() {
+fn the_first_end_in_an_obstacle_is_named() {
     let inside = [Point::new(2.0, 2.25), Point::new(5.0, 4.5)];
     runtime().block_on(async {
         let (_scratch, reader) = scene().build(9).await;
@@ -134,7 +135,7 @@ fn ends_in_obstacles_are_named() {
 }
 
 #[test]
-fn nothing_points_that_are_none_and_budgets() {
+fn empty_lists_invalid_points_and_budgets_give_partial_matrices_or_errors() {
     runtime().block_on(async {
         let (_scratch, reader) = scene().build(9).await;
         assert_eq!(matrix(&reader, &[], &[at(1, 1)]).await, []);

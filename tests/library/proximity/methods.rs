@@ -1,4 +1,5 @@
-//! The promise: the method of the thesis and those that it compares with say what the wave says.
+//! The promise: the method of the thesis, and the methods that it is compared with, give the
+//! answers of the wavefront search.
 
 use delaunay_tiles::BuildOptions;
 use delaunay_tiles::geometry::Point;
@@ -17,7 +18,7 @@ use crate::support::{Random, runtime};
 const THESIS: Method = Method::Visibility {
     stretch: Stretch::PROVED,
 };
-const METHODS: [Method; 4] = [THESIS, Method::EuclidZhang, Method::EuclidXia, Method::Wave];
+const METHODS: [Method; 4] = [THESIS, Method::EuclidZhang, Method::EuclidXia, Method::Wavefront];
 
 async fn walk(reader: &TileReader, method: Method, from: Point, to: Point) -> Walk {
     let options = QueryOptions::default().certified();
@@ -35,7 +36,8 @@ async fn walk(reader: &TileReader, method: Method, from: Point, to: Point) -> Wa
     }
 }
 
-/// Whether the sites that were found are the first of these, but for the order of those that are equally far.
+/// Returns whether `found` are the first `count` of `all`; equally distant sites may be in any
+/// order.
 fn are_first(found: &[SiteFound], all: &[SiteFound], count: usize) -> bool {
     found.len() == count.min(all.len())
         && found.iter().zip(all).all(|(found, expected)| {
@@ -57,7 +59,7 @@ async fn compare(scene: &Scene, count: usize, tile_vertices: usize) {
             .try_collect::<Vec<_>>()
             .await;
         for method in METHODS {
-            let told = || format!("{method:?} from {from:?} in {scene:?}");
+            let context = || format!("{method:?} from {from:?} in {scene:?}");
             for k in [1, 3, scene.sites.len() + 1] {
                 let found = reader.nearest_sites_by(method, from, k, options.clone()).await;
                 match (&all, found) {
@@ -65,17 +67,17 @@ async fn compare(scene: &Scene, count: usize, tile_vertices: usize) {
                         assert!(
                             are_first(&found.answer, all, k),
                             "{k} nearest, {}: {found:?}, not {all:?}",
-                            told()
+                            context()
                         );
                     }
                     (Err(QueryError::InsideObstacle { .. }), Err(QueryError::InsideObstacle { .. })) => {}
-                    (expected, found) => panic!("{}: {found:?}, not {expected:?}", told()),
+                    (expected, found) => panic!("{}: {found:?}, not {expected:?}", context()),
                 }
             }
             if let Ok(all) = &all
                 && let Some(middle) = all.get(all.len() / 2)
             {
-                // No site lies so near to the limit that rounding decides.
+                // No site is so near to the limit that rounding decides.
                 let radius = 1.000_001 * middle.distance.value;
                 let within = all.iter().filter(|site| site.distance.value <= radius).count();
                 let found = reader
@@ -85,7 +87,7 @@ async fn compare(scene: &Scene, count: usize, tile_vertices: usize) {
                 assert!(
                     are_first(&found.answer, &all[..within], usize::MAX),
                     "within {radius}, {}: {found:?}",
-                    told()
+                    context()
                 );
             }
         }
@@ -107,7 +109,7 @@ fn check(scene: &Scene, count: usize, tile_vertices: usize) {
 }
 
 #[test]
-fn scenes_by_hand() {
+fn methods_agree_in_scenes_by_hand() {
     for (name, mut scene) in scene::by_hand() {
         println!("{name}");
         scene.sites = [(0, 0), (4, 4), (2, 3), (4, 2), (4, 4), (6, 0), (0, 4)]
@@ -123,13 +125,13 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 30, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn blocks_and_walls_on_grids(mut scene in scene::blocks_and_walls(1..8, &scene::KINDS[1..])) {
+    fn methods_agree_among_blocks_and_walls_on_grids(mut scene in scene::blocks_and_walls(1..8, &scene::KINDS[1..])) {
         scene.sites = (0..20).map(|i| at(i * 7 % 11, i * 5 % 10)).collect();
         check(&scene, 6, [9, 40, 1 << 16][scene.lines.len() % 3]);
     }
 
     #[test]
-    fn polygons_and_walls_anywhere(seed in any::<u64>()) {
+    fn methods_agree_among_polygons_and_walls_anywhere(seed in any::<u64>()) {
         let mut random = Random(seed);
         let mut scene = Scene::polygons_anywhere(&mut random, &[LineKind::Wall]);
         scene.sites = scene.points.clone();
@@ -138,7 +140,7 @@ proptest! {
 }
 
 #[test]
-fn paths_on_the_map_of_a_game() {
+fn methods_find_the_known_lengths_on_the_map_of_a_game() {
     runtime().block_on(async {
         let (_scratch, reader, lengths) = truth::game(30).await;
         for ([from, to], expected) in lengths {
@@ -154,7 +156,7 @@ fn paths_on_the_map_of_a_game() {
 }
 
 #[test]
-fn distances_among_islands() {
+fn methods_find_the_known_distances_among_islands() {
     runtime().block_on(async {
         let Some((_scratch, reader, sights)) = truth::islands(BuildOptions::default().tile_vertices).await else {
             return;
@@ -171,17 +173,17 @@ fn distances_among_islands() {
     });
 }
 
-/// What each method is refused for, and what an answer costs.
-/// With few tiles the first sites come, or none, and the rest is not nearer than it is said to be.
+/// With few tiles a search returns the first sites or none, and no other site is nearer than the
+/// bound it reports.
 #[test]
-fn what_stands_when_a_budget_is_used_up() {
+fn sites_and_bounds_stay_valid_when_a_budget_is_used_up() {
     let mut random = Random(11);
     let scene = Scene::town_with_sites(5, 60, &mut random);
     runtime().block_on(async {
         let (_scratch, reader) = scene.build(12).await;
         let at = scene.targets(&mut random, 1)[0];
         let (mut some, mut bounds) = (0, 0);
-        for method in [&METHODS[..], &[Method::Wave]].concat() {
+        for method in [&METHODS[..], &[Method::Wavefront]].concat() {
             let ask = |options| reader.nearest_sites_by(method, at, 25, options);
             let whole = ask(QueryOptions::default()).await.unwrap();
             assert_eq!((whole.answer.len(), whole.at_least), (25, None));
@@ -209,7 +211,7 @@ fn what_stands_when_a_budget_is_used_up() {
 }
 
 #[test]
-fn refusals_and_costs() {
+fn methods_report_costs_and_refuse_break_lines_and_small_budgets() {
     runtime().block_on(async {
         let walls = vec![block([2, 2], [3, 2]), wall(&[(7, 1), (7, 8)])];
         let mut scene = Scene::on_grid(10, 10, walls);
@@ -247,7 +249,7 @@ fn refusals_and_costs() {
             let path = reader
                 .shortest_path_by(method, at(6, 7), at(0, 9), options.clone())
                 .await;
-            if method == Method::Wave {
+            if method == Method::Wavefront {
                 assert_eq!(sites.unwrap().answer.len(), 3);
                 assert!(matches!(path.unwrap().answer, PathOutcome::Found(_)));
             } else {

@@ -1,5 +1,5 @@
-//! The promise: walking distances to places, sites and vertices are those of the visibility graph by brute force, whatever the
-//! tiles and the cache.
+//! The promise: walking distances to points, sites and vertices are those of a brute-force
+//! visibility graph, for any tiles and any cache.
 
 mod ahead;
 mod along;
@@ -22,20 +22,20 @@ use delaunay_tiles::store::{LineKind, TileReader};
 use futures::TryStreamExt;
 use proptest::prelude::*;
 
-/// Vertices of a tile.
+/// The vertices of a tile.
 const TILES: [usize; 3] = [4, 20, 1 << 16];
 
 fn is_near(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * b.abs()
 }
 
-/// The length of a polyline.
+/// Returns the length of a polyline.
 fn length(points: &[Point]) -> f64 {
     let legs = points.windows(2);
     legs.map(|leg| (leg[1].x - leg[0].x).hypot(leg[1].y - leg[0].y)).sum()
 }
 
-/// The lengths of the walks that lead somewhere, the shortest first.
+/// Returns the lengths of the walks that reach their end, the shortest first.
 fn sorted_lengths(walks: &[Walk]) -> Vec<f64> {
     let length = |walk: &Walk| match *walk {
         Walk::Length(length) => Some(length),
@@ -46,7 +46,7 @@ fn sorted_lengths(walks: &[Walk]) -> Vec<f64> {
     lengths
 }
 
-/// A shortest path between two points, by its outcome.
+/// Returns the walk of the shortest path between two points, after checking the path.
 async fn walk(reader: &TileReader, from: Point, to: Point) -> Walk {
     let options = QueryOptions::default().certified();
     match reader.shortest_path(from, to, options).await.unwrap() {
@@ -85,7 +85,8 @@ fn same(found: Walk, expected: Walk) -> bool {
     }
 }
 
-/// Compares paths between `count` points, distances to all vertices and to sites with the oracle, for each size of tiles.
+/// Compares paths between `count` points, and distances to all vertices and to sites, with the
+/// oracle, for each size of tiles.
 async fn compare(scene: &Scene, count: usize, tile_sizes: &[usize]) {
     let mut random = Random(count as u64 + scene.lines.len() as u64);
     let targets = scene.targets(&mut random, count);
@@ -119,8 +120,8 @@ async fn compare(scene: &Scene, count: usize, tile_sizes: &[usize]) {
             let several: Vec<_> = several.try_collect().await.unwrap();
             assert!(several.is_sorted_by(|a, b| a.1.distance.value <= b.1.distance.value));
             let mut found = vec![Walk::Unreachable; targets.len()];
-            for (place, path) in several {
-                found[place] = Walk::Length(path.distance.value);
+            for (target, path) in several {
+                found[target] = Walk::Length(path.distance.value);
             }
             for (found, &expected) in found.into_iter().zip(expected) {
                 let expected = if expected == Walk::Inside {
@@ -145,12 +146,12 @@ async fn compare_vertices(reader: &TileReader, oracle: &Oracle, from: Point) {
     assert!(found.is_sorted_by(|a, b| a.distance.value <= b.distance.value));
     assert_eq!(found.len(), reached, "from {from:?}");
     for vertex in found {
-        let place = oracle.points.iter().position(|&p| p == vertex.vertex.point).unwrap();
+        let index = oracle.points.iter().position(|&p| p == vertex.vertex.point).unwrap();
         let length = vertex.distance.value;
         assert!(
-            same(Walk::Length(length), expected[place]),
+            same(Walk::Length(length), expected[index]),
             "from {from:?} to {vertex:?}, not {:?}",
-            expected[place]
+            expected[index]
         );
     }
 }
@@ -197,7 +198,7 @@ fn check(scene: &Scene, count: usize, tile_sizes: &[usize]) {
 }
 
 #[test]
-fn scenes_by_hand() {
+fn distances_in_scenes_by_hand_agree_with_the_oracle() {
     for (name, mut scene) in scene::by_hand() {
         println!("{name}");
         scene.sites = vec![at(0, 0), at(4, 4), at(2, 3), at(4, 2), at(4, 4)];
@@ -211,13 +212,13 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn blocks_and_walls_on_grids(mut scene in scene::blocks_and_walls(1..8, &scene::KINDS)) {
+    fn distances_among_blocks_and_walls_on_grids_agree_with_the_oracle(mut scene in scene::blocks_and_walls(1..8, &scene::KINDS)) {
         scene.sites = vec![at(0, 0), at(3, 3), at(7, 2), at(10, 10), at(5, 5), at(5, 5), at(2, 8)];
         check(&scene, 6, &[[4, 9, 40][scene.lines.len() % 3], 1 << 16]);
     }
 
     #[test]
-    fn polygons_and_walls_anywhere(seed in any::<u64>()) {
+    fn distances_among_polygons_and_walls_anywhere_agree_with_the_oracle(seed in any::<u64>()) {
         let mut random = Random(seed);
         let mut scene = Scene::polygons_anywhere(&mut random, &scene::KINDS[..2]);
         scene.sites = scene.points[..8].to_vec();
@@ -225,9 +226,9 @@ proptest! {
     }
 }
 
-/// Break lines are passed over as if they were not there.
+/// Searches ignore break lines.
 #[test]
-fn break_lines_change_nothing() {
+fn break_lines_do_not_change_distances() {
     let mut random = Random(5);
     let walls = vec![
         block([2, 2], [3, 2]),

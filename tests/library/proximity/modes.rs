@@ -1,4 +1,4 @@
-//! In every mode the truth lies between the bounds, and every path can be walked.
+//! In every mode the truth is between the bounds, and every path can be walked.
 
 use std::time::Duration;
 
@@ -27,7 +27,8 @@ fn options(mode: Mode) -> QueryOptions {
     QueryOptions::default().mode(mode)
 }
 
-/// Whether the truth, rounded, lies between the bounds, and these are as close as the mode promises.
+/// Checks that the truth, with rounding, is between the bounds, and that these are as close as the
+/// mode promises.
 fn check_distance(found: &Distance, truth: f64, mode: Mode) {
     let Distance { value, lower, upper } = *found;
     assert!(lower <= value && value <= upper, "{found:?}");
@@ -43,7 +44,8 @@ fn check_distance(found: &Distance, truth: f64, mode: Mode) {
     assert!(upper <= lower * promised * (1.0 + 1e-12), "{mode:?}: {found:?}");
 }
 
-/// A certified path is as long as it says, and its bends are its points.
+/// Checks that a path is certified and has the length that it reports, and that its bends are its
+/// points.
 fn check_path(path: &Path, from: Point, to: Point) {
     assert!(path.is_certified);
     assert_eq!((path.points.first(), path.points.last()), (Some(&from), Some(&to)));
@@ -65,9 +67,10 @@ async fn compare_paths(reader: &TileReader, from: Point, targets: &[Point], expe
                 (PathOutcome::Found(path), Walk::Length(truth)) => {
                     check_distance(&path.distance, truth, mode);
                     check_path(path, from, to);
-                    // It is taut: something is in the way wherever it bends.
-                    let is_taut = path.bends.iter().all(|bend| bend.edge_to.is_some());
-                    assert!(is_taut, "{mode:?}: {path:?}");
+                    // The path is a shortest path within its sleeve: an edge is in the way at each
+                    // bend.
+                    let is_shortest_in_sleeve = path.bends.iter().all(|bend| bend.edge_to.is_some());
+                    assert!(is_shortest_in_sleeve, "{mode:?}: {path:?}");
                     if truth > 0.0 {
                         worst = worst.max(path.distance.value / truth);
                     }
@@ -134,7 +137,8 @@ async fn compare_streams(reader: &TileReader, oracle: &Oracle, from: Point, scen
     }
 }
 
-/// Compares all modes with the oracle, and tiles of several sizes with each other. Returns how many times too long the worst path is.
+/// Compares all modes with the oracle, and tiles of several sizes with each other. Returns the
+/// worst ratio of a path's length to the truth.
 fn check(scene: &Scene, count: usize, tile_sizes: &[usize], seed: u64) -> f64 {
     let mut worst: f64 = 1.0;
     runtime().block_on(async {
@@ -171,7 +175,7 @@ fn check(scene: &Scene, count: usize, tile_sizes: &[usize], seed: u64) -> f64 {
 }
 
 #[test]
-fn scenes_by_hand() {
+fn modes_keep_their_bounds_in_scenes_by_hand() {
     let across = vec![wall(&[(4, 1), (4, 7)]), line(LineKind::BreakLine, &[(0, 2), (8, 6)])];
     let more = [
         ("nothing in the way on a grid", Scene::on_grid(9, 9, vec![])),
@@ -193,13 +197,13 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 20, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(5), ..ProptestConfig::default() })]
 
     #[test]
-    fn blocks_and_walls_on_grids(mut scene in scene::blocks_and_walls(0..7, &scene::KINDS), seed in any::<u64>()) {
+    fn modes_keep_their_bounds_among_blocks_and_walls_on_grids(mut scene in scene::blocks_and_walls(0..7, &scene::KINDS), seed in any::<u64>()) {
         scene.sites = vec![at(0, 0), at(3, 3), at(7, 2), at(10, 10), at(5, 5), at(5, 5), at(2, 8)];
         check(&scene, 5, &[[4, 9, 40][scene.lines.len() % 3], 1 << 16], seed);
     }
 
     #[test]
-    fn walls_anywhere(seed in any::<u64>()) {
+    fn modes_keep_their_bounds_among_walls_anywhere(seed in any::<u64>()) {
         let mut random = Random(seed);
         let mut scene = Scene::triangles_anywhere(&mut random);
         scene.sites = scene.points[..6].to_vec();
@@ -207,7 +211,8 @@ proptest! {
     }
 }
 
-/// From outside of the hull equally long ways lead along edges, and one of them was taken by the numbers of vertices.
+/// From outside the hull, equally long paths lead along edges; vertex numbers once decided between
+/// them.
 #[test]
 fn fast_answers_from_outside_the_hull_do_not_depend_on_the_tiles() {
     let ring = |[x, y]: [i32; 2]| {
@@ -234,41 +239,41 @@ fn fast_answers_from_outside_the_hull_do_not_depend_on_the_tiles() {
     });
 }
 
-/// Lengths with six digits that others computed.
+/// Lengths that others computed to six digits.
 #[test]
-fn bounds_on_the_map_of_a_game() {
+fn bounds_contain_the_known_lengths_on_the_map_of_a_game() {
     runtime().block_on(async {
         let (_scratch, reader, lengths) = truth::game(16).await;
         for ([from, to], truth) in lengths {
             let along_edges = reader.cdt_distance(from, to, QueryOptions::default()).await.unwrap();
             let along_edges = along_edges.unwrap().distance.upper;
             for mode in [Mode::Fast, Mode::Within(0.05)] {
-                let told = format!("{mode:?}, {from:?} to {to:?}");
+                let context = format!("{mode:?}, {from:?} to {to:?}");
                 let outcome = reader.shortest_path(from, to, options(mode).certified()).await.unwrap();
                 let PathOutcome::Found(path) = outcome else {
-                    panic!("{told}: {outcome:?}")
+                    panic!("{context}: {outcome:?}")
                 };
                 let Distance { lower, upper, .. } = path.distance;
                 assert!(
                     lower <= truth * (1.0 + 1e-5) && truth * (1.0 - 1e-5) <= upper,
-                    "{told}: {path:?}, not {truth}"
+                    "{context}: {path:?}, not {truth}"
                 );
                 assert!(
                     mode == Mode::Fast || upper <= lower * 1.05 * (1.0 + 1e-12),
-                    "{told}: {path:?}"
+                    "{context}: {path:?}"
                 );
                 assert!(
                     path.distance.value <= 1.125 * along_edges * (1.0 + 1e-12),
-                    "{told}: {path:?}, {along_edges} along edges"
+                    "{context}: {path:?}, {along_edges} along edges"
                 );
             }
         }
     });
 }
 
-/// Files that do not say which lines they have are not taken for files without break lines.
+/// A file that does not say which lines it has is not treated as a file without break lines.
 #[test]
-fn what_nobody_described() {
+fn files_without_a_description_are_treated_as_having_break_lines() {
     runtime().block_on(async {
         let scratch = Scratch::new();
         let mut builder = Builder::new(&scratch.path, BuildOptions::default()).unwrap();
@@ -296,7 +301,7 @@ fn what_nobody_described() {
 }
 
 #[test]
-fn the_fast_answer_comes_first() {
+fn a_progressive_search_returns_the_fast_answer_and_then_the_exact_one() {
     let scene = Scene::town_with_sites(6, 40, &mut Random(9));
     runtime().block_on(async {
         let (_scratch, reader) = scene.build(30).await;
@@ -320,7 +325,7 @@ fn the_fast_answer_comes_first() {
         assert_eq!(last, &exact);
         check_distance(&fast.distance, path.distance.value, Mode::Fast);
         assert!(cost.tiles >= 1 && cost.tiles <= u64::from(tiles));
-        // No more tiles than were expected.
+        // The exact search needs no more tiles than the estimate and two.
         reader
             .shortest_path(from, to, QueryOptions::default().max_tiles(cost.tiles + 2))
             .await
@@ -339,7 +344,7 @@ fn the_fast_answer_comes_first() {
         assert_eq!(last, &nearest);
         assert!(answer.len() == 5 && cost.tiles >= 1 && cost.tiles <= u64::from(tiles));
 
-        // What limits stop ends the stream.
+        // The stream ends when a limit is reached.
         let mut stream = reader.shortest_path_progressive(from, to, QueryOptions::default().max_tiles(1));
         let error = stream.next().await.unwrap().unwrap_err();
         assert!(
@@ -351,7 +356,7 @@ fn the_fast_answer_comes_first() {
 }
 
 #[test]
-fn budgets_in_every_mode() {
+fn every_mode_keeps_its_bounds_within_a_budget() {
     let scene = Scene::town(6);
     let (from, to) = (Point::new(0.5, 16.25), Point::new(31.5, 20.5));
     runtime().block_on(async {
@@ -387,7 +392,7 @@ async fn all_or_error<T>(stream: impl Stream<Item = Result<T, QueryError>>) -> O
 }
 
 #[test]
-fn modes_by_name() {
+fn modes_parse_from_their_names() {
     assert_eq!("exact".parse(), Ok(Mode::Exact));
     assert_eq!("fast".parse(), Ok(Mode::Fast));
     assert_eq!("within:0.05".parse(), Ok(Mode::Within(0.05)));

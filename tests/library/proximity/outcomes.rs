@@ -1,4 +1,4 @@
-//! What queries say where there is no path, and what they may use.
+//! The outcomes of queries without a path, and of queries with budgets.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use crate::proximity::scene::{Scene, at, block, wall};
 use crate::proximity::{Walk, is_near, length, walk};
 use crate::support::{Random, runtime};
 
-/// The distance of a point from the boundary of a rectangle that it lies in.
+/// Returns the distance of a point from the boundary of a rectangle that contains it.
 fn depth(p: Point, [x, y]: [i32; 2], [width, height]: [i32; 2]) -> f64 {
     let gaps = [
         p.x - f64::from(x),
@@ -27,7 +27,7 @@ async fn footing(reader: &TileReader, point: Point) -> Footing {
 }
 
 #[test]
-fn inside_an_obstacle() {
+fn a_point_in_an_obstacle_gets_the_nearest_free_point() {
     let (corner, size) = ([3, 3], [9, 6]);
     let lines = vec![
         block(corner, size),
@@ -75,9 +75,10 @@ fn inside_an_obstacle() {
     });
 }
 
-/// Where the outside is not free, the way in from there leads to the hull, or through holes at it.
+/// If the outside is not free, the nearest free point for a point outside is on the hull, or on the
+/// far edge of holes at the hull.
 #[test]
-fn outside_where_that_is_no_place_to_be() {
+fn a_point_outside_that_is_not_free_gets_the_nearest_free_point() {
     let mut scene = Scene::in_room(
         10,
         vec![
@@ -116,7 +117,7 @@ fn outside_where_that_is_no_place_to_be() {
 }
 
 #[test]
-fn no_way_no_length_no_triangles() {
+fn unreachable_equal_invalid_and_collinear_points_give_their_outcomes() {
     let ring = wall(&[(2, 2), (6, 2), (6, 6), (2, 6), (2, 2)]);
     let mut scene = Scene::on_grid(9, 9, vec![ring]);
     scene.sites = vec![at(4, 4), at(0, 0), at(2, 4), at(0, 0), at(8, 8)];
@@ -139,7 +140,7 @@ fn no_way_no_length_no_triangles() {
         };
         assert_eq!(numbers(0.0).await.unwrap(), [1, 3]);
         assert_eq!(numbers(20f64.sqrt() + 1e-9).await.unwrap(), [1, 3, 2]);
-        // More than there are: the one within the ring stays out.
+        // More sites than can be reached are requested: the site within the ring is not returned.
         let all = reader.nearest_sites(at(0, 0), QueryOptions::default()).take(10);
         let all: Vec<u64> = all.map_ok(|site| site.number).try_collect().await.unwrap();
         assert_eq!(all, [1, 3, 2, 4]);
@@ -174,9 +175,10 @@ fn town() -> Scene {
     Scene::town_with_sites(6, 60, &mut Random(9))
 }
 
-/// What was found before the end stands, and the rest is as far away as was said.
+/// The sites found before the budget's end are valid, and the others are as far away as the error
+/// says.
 #[test]
-fn budgets_leave_what_was_found() {
+fn sites_found_before_a_budget_ended_are_valid() {
     runtime().block_on(async {
         let (_scratch, reader) = town().build(30).await;
         let from = Point::new(0.5, 16.25);
@@ -233,7 +235,7 @@ fn budgets_leave_what_was_found() {
 }
 
 #[test]
-fn many_at_once_and_some_that_go_away() {
+fn concurrent_searches_give_the_same_answers_when_some_are_dropped() {
     runtime().block_on(async {
         let (_scratch, reader) = town().build(30).await;
         let mut random = Random(2);
@@ -268,13 +270,13 @@ fn many_at_once_and_some_that_go_away() {
 }
 
 #[test]
-fn as_the_crow_flies() {
+fn euclidean_distances_of_sites_and_vertices_are_sorted_and_complete() {
     runtime().block_on(async {
         let scene = town();
         let (_scratch, reader) = scene.build(30).await;
         for from in [Point::new(3.5, 3.5), at(7, 7), Point::new(-4.0, 40.0)] {
             let sites: Vec<_> = reader
-                .sites_by_air(from, QueryOptions::default())
+                .sites_by_euclidean_distance(from, QueryOptions::default())
                 .try_collect()
                 .await
                 .unwrap();
@@ -287,14 +289,14 @@ fn as_the_crow_flies() {
                 assert_eq!(site.vertex.point, scene.sites[site.site.unwrap() as usize]);
             }
             let vertices: Vec<_> = reader
-                .vertices_by_air(from, QueryOptions::default())
+                .vertices_by_euclidean_distance(from, QueryOptions::default())
                 .try_collect()
                 .await
                 .unwrap();
             assert_eq!(vertices.len(), 33 * 33);
             assert!(vertices.is_sorted_by(|a, b| a.distance <= b.distance));
             let few = reader
-                .vertices_by_air(from, QueryOptions::default().max_tiles(6))
+                .vertices_by_euclidean_distance(from, QueryOptions::default().max_tiles(6))
                 .take(3);
             assert_eq!(few.try_collect::<Vec<_>>().await.unwrap(), vertices[..3]);
         }

@@ -11,13 +11,13 @@ use proptest::prelude::*;
 use crate::support::{Random, Scratch, batches};
 
 /// A polyline, or the directed ring of an obstacle.
-pub type Line = (LineKind, Vec<Point>);
+pub type SceneLine = (LineKind, Vec<Point>);
 
-/// What a file is built of.
+/// The input of a file.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     pub points: Vec<Point>,
-    pub lines: Vec<Line>,
+    pub lines: Vec<SceneLine>,
     pub seeds: Vec<Point>,
     pub sites: Vec<Point>,
     pub exterior_is_hole: bool,
@@ -27,16 +27,16 @@ pub fn at(x: i32, y: i32) -> Point {
     Point::new(x.into(), y.into())
 }
 
-pub fn line(kind: LineKind, corners: &[(i32, i32)]) -> Line {
+pub fn line(kind: LineKind, corners: &[(i32, i32)]) -> SceneLine {
     (kind, corners.iter().map(|&(x, y)| at(x, y)).collect())
 }
 
-pub fn wall(corners: &[(i32, i32)]) -> Line {
+pub fn wall(corners: &[(i32, i32)]) -> SceneLine {
     line(LineKind::Wall, corners)
 }
 
-/// The ring of an obstacle, counter-clockwise.
-pub fn block([x, y]: [i32; 2], [width, height]: [i32; 2]) -> Line {
+/// Returns the ring of an obstacle, counter-clockwise.
+pub fn block([x, y]: [i32; 2], [width, height]: [i32; 2]) -> SceneLine {
     let (right, top) = (x + width, y + height);
     line(
         LineKind::Obstacle,
@@ -44,7 +44,7 @@ pub fn block([x, y]: [i32; 2], [width, height]: [i32; 2]) -> Line {
     )
 }
 
-/// What blocks may be made of; all but the first are in the way.
+/// The kinds of lines that blocks may have; all but the first are obstacles to a walk.
 pub const KINDS: [LineKind; 4] = [
     LineKind::BreakLine,
     LineKind::Wall,
@@ -52,7 +52,8 @@ pub const KINDS: [LineKind; 4] = [
     LineKind::Obstacle,
 ];
 
-/// So many blocks of these kinds and walls, with corners on a grid all points of which are there, or only those of the room.
+/// Generates `count` blocks of these kinds, and walls, with corners on a grid. All points of the
+/// grid are vertices, or only the corners of the room.
 pub fn blocks_and_walls(count: Range<usize>, kinds: &'static [LineKind]) -> impl Strategy<Value = Scene> {
     let rectangle = (0i32..7, 0i32..7, 1i32..4, 1i32..4, 0usize..8);
     let rectangles = prop::collection::vec(rectangle, count);
@@ -78,7 +79,7 @@ pub fn blocks_and_walls(count: Range<usize>, kinds: &'static [LineKind]) -> impl
     })
 }
 
-/// Scenes with names, of what is hard.
+/// Returns hard scenes, with names.
 pub fn by_hand() -> Vec<(&'static str, Scene)> {
     let spiral = wall(&[(1, 1), (9, 1), (9, 9), (2, 9), (2, 3), (7, 3), (7, 7), (4, 7), (4, 5)]);
     let comb = (0..5).map(|i| {
@@ -169,8 +170,8 @@ pub fn by_hand() -> Vec<(&'static str, Scene)> {
 }
 
 impl Scene {
-    /// All points of a grid, so that lines along it may cross there.
-    pub fn on_grid(width: i32, height: i32, lines: Vec<Line>) -> Self {
+    /// Creates a scene with all points of a grid, so that lines along it may cross there.
+    pub fn on_grid(width: i32, height: i32, lines: Vec<SceneLine>) -> Self {
         let points = (0..width).flat_map(|x| (0..height).map(move |y| at(x, y)));
         Self {
             points: points.collect(),
@@ -179,8 +180,8 @@ impl Scene {
         }
     }
 
-    /// The four corners of a room, and lines in it.
-    pub fn in_room(size: i32, lines: Vec<Line>) -> Self {
+    /// Creates a scene with the four corners of a room, and lines in it.
+    pub fn in_room(size: i32, lines: Vec<SceneLine>) -> Self {
         Self {
             points: vec![at(0, 0), at(size, 0), at(size, size), at(0, size)],
             lines,
@@ -188,36 +189,39 @@ impl Scene {
         }
     }
 
-    /// Square blocks in so many rows and columns, with lanes between and around them.
-    pub fn town(across: i32) -> Self {
-        let blocks = (0..across * across).map(|i| block([2 + 5 * (i % across), 2 + 5 * (i / across)], [3, 3]));
-        let size = 5 * across + 3;
+    /// Creates a scene of square blocks in `across` rows and columns, with lanes between and around
+    /// them.
+    pub fn town(blocks_per_side: i32) -> Self {
+        let blocks = (0..blocks_per_side * blocks_per_side)
+            .map(|i| block([2 + 5 * (i % blocks_per_side), 2 + 5 * (i / blocks_per_side)], [3, 3]));
+        let size = 5 * blocks_per_side + 3;
         Self::on_grid(size, size, blocks.collect())
     }
 
-    /// A town with so many sites beside its lanes.
-    pub fn town_with_sites(across: i32, count: usize, random: &mut Random) -> Self {
-        let mut place = |most: i32| random.below(most as usize) as i32;
-        let sites = (0..count).map(|_| at(5 * place(across + 1), place(5 * across + 3)));
+    /// Creates a town with `count` sites beside its lanes.
+    pub fn town_with_sites(blocks_per_side: i32, count: usize, random: &mut Random) -> Self {
+        let mut coordinate = |most: i32| random.below(most as usize) as i32;
+        let sites = (0..count).map(|_| at(5 * coordinate(blocks_per_side + 1), coordinate(5 * blocks_per_side + 3)));
         Self {
             sites: sites.collect(),
-            ..Self::town(across)
+            ..Self::town(blocks_per_side)
         }
     }
 
-    /// A few blocks and walls with corners on a grid, all points of which are there if it is dense.
+    /// Creates a scene of a few blocks and walls with corners on a grid, all points of which are
+    /// vertices if `is_dense`.
     pub fn few_blocks(random: &mut Random, is_dense: bool) -> Self {
-        let mut place = |most: usize| random.below(most) as i32;
-        let blocks = (0..2 + place(4)).map(|_| block([place(7), place(7)], [1 + place(3), 1 + place(3)]));
-        let mut lines: Vec<Line> = blocks.collect();
-        lines.extend((0..place(3)).map(|_| wall(&[(place(4), place(9)), (5 + place(5), place(9)), (4, 10)])));
+        let mut below = |most: usize| random.below(most) as i32;
+        let blocks = (0..2 + below(4)).map(|_| block([below(7), below(7)], [1 + below(3), 1 + below(3)]));
+        let mut lines: Vec<SceneLine> = blocks.collect();
+        lines.extend((0..below(3)).map(|_| wall(&[(below(4), below(9)), (5 + below(5), below(9)), (4, 10)])));
         match is_dense {
             true => Self::on_grid(10, 10, lines),
             false => Self::in_room(11, lines),
         }
     }
 
-    /// Walls and obstacles with three corners anywhere, and points.
+    /// Creates walls and obstacles with up to four corners anywhere, and points.
     pub fn triangles_anywhere(random: &mut Random) -> Self {
         let point = |random: &mut Random| Point::new(random.unit() * 10.0, random.unit() * 10.0);
         let mut this = Self::default();
@@ -234,7 +238,8 @@ impl Scene {
         this
     }
 
-    /// Obstacles with many corners anywhere, polylines of these kinds through them, and points.
+    /// Creates obstacles with many corners anywhere, polylines of these kinds through them, and
+    /// points.
     pub fn polygons_anywhere(random: &mut Random, kinds: &[LineKind]) -> Self {
         let mut this = Self::default();
         for _ in 0..2 + random.below(4) {
@@ -303,7 +308,7 @@ impl Scene {
         (scratch, reader)
     }
 
-    /// Vertices, middles between them, others, and places outside.
+    /// Returns vertices, points between and beyond two vertices, and middles of lines' segments.
     pub fn targets(&self, random: &mut Random, count: usize) -> Vec<Point> {
         let all: Vec<Point> = self
             .points
@@ -317,8 +322,8 @@ impl Scene {
             let (a, b) = (any(random), any(random));
             let part = [0.0, 0.5, 0.25, random.unit(), -0.5, 1.75][random.below(6)];
             let between = Point::new(a.x + part * (b.x - a.x), a.y + part * (b.y - a.y));
-            let (corners, place) = (&self.lines, random.below(self.lines.len().max(1)));
-            targets.push(match (random.below(4), corners.get(place)) {
+            let (lines, index) = (&self.lines, random.below(self.lines.len().max(1)));
+            targets.push(match (random.below(4), lines.get(index)) {
                 (0, Some((_, corners))) => {
                     let first = random.below(corners.len() - 1);
                     let [a, b] = [corners[first], corners[first + 1]];
@@ -332,7 +337,7 @@ impl Scene {
     }
 }
 
-/// Opens a file with a cache of so many bytes.
+/// Opens a file with a cache of `cache` bytes.
 pub async fn open(scratch: &Scratch, cache: usize) -> TileReader {
     let cache = Cache::new(cache.min(1 << 30));
     TileReader::open(&scratch.path, OpenOptions::default().cache(&cache))

@@ -14,7 +14,7 @@ use futures::TryStreamExt;
 
 use crate::proximity::{is_near, same, walk};
 use crate::support::oracle::Walk;
-use crate::support::places::{data, shared};
+use crate::support::test_data::{data, shared};
 use crate::support::{Scratch, runtime};
 
 /// Builds from a PSLG of walls with hole points.
@@ -37,7 +37,8 @@ async fn build(file: &Path, options: BuildOptions) -> (Scratch, TileReader) {
     (scratch, reader)
 }
 
-/// The map of a game in such tiles, and the lengths of shortest paths on it, with six digits.
+/// Builds the map of a game with `tile_vertices`, and returns the lengths of shortest paths on it,
+/// to six digits.
 pub async fn game(tile_vertices: usize) -> (Scratch, TileReader, Vec<([Point; 2], f64)>) {
     let options = BuildOptions::default()
         .tile_vertices(tile_vertices)
@@ -53,36 +54,36 @@ pub async fn game(tile_vertices: usize) -> (Scratch, TileReader, Vec<([Point; 2]
     (scratch, reader, lengths)
 }
 
-/// A place among islands, and a target with its distance.
+/// A point among islands, and a target with its distance.
 #[derive(Debug)]
-pub struct Sight {
+pub struct KnownDistance {
     pub query: f64,
     pub from: Point,
     pub to: Point,
     pub distance: f64,
 }
 
-/// Islands in such tiles, and distances between 40 places and 150 targets each, of which three in four are hidden; none if they
-/// are not here.
-pub async fn islands(tile_vertices: usize) -> Option<(Scratch, TileReader, Vec<Sight>)> {
+/// Builds islands with `tile_vertices`, and returns distances between 40 points and 150 targets
+/// each, three in four of which are hidden; `None` if the data is not there.
+pub async fn islands(tile_vertices: usize) -> Option<(Scratch, TileReader, Vec<KnownDistance>)> {
     let (islands, truth) = (
         shared("indonesia/group1_dense_small.poly")?,
         shared("indonesia/group1_truth.csv.gz")?,
     );
     let options = BuildOptions::default().tile_vertices(tile_vertices);
     let (scratch, reader) = build(&islands, options).await;
-    let sight = |row: Vec<f64>| Sight {
+    let known = |row: Vec<f64>| KnownDistance {
         query: row[0],
         from: Point::new(row[1], row[2]),
         to: Point::new(row[4], row[5]),
         distance: row[7],
     };
-    let sights: Vec<Sight> = rows(&unzipped(truth).unwrap()).into_iter().map(sight).collect();
-    assert_eq!(sights.len(), 6000);
-    Some((scratch, reader, sights))
+    let distances: Vec<KnownDistance> = rows(&unzipped(truth).unwrap()).into_iter().map(known).collect();
+    assert_eq!(distances.len(), 6000);
+    Some((scratch, reader, distances))
 }
 
-/// The numbers of a table with a header.
+/// Returns the numbers of a table with a header.
 fn rows(text: &str) -> Vec<Vec<f64>> {
     let rows = text.lines().skip(1);
     rows.map(|row| row.split(',').map(|cell| cell.parse().unwrap()).collect())
@@ -95,7 +96,7 @@ fn unzipped(path: PathBuf) -> io::Result<String> {
     Ok(text)
 }
 
-/// Whether a length is the one that was printed with six digits.
+/// Returns whether a length, rounded to six digits, is the printed one.
 pub fn is_printed(length: f64, printed: f64) -> bool {
     let digits = 5 - printed.log10().floor() as i32;
     let scale = 10f64.powi(digits);
@@ -103,7 +104,7 @@ pub fn is_printed(length: f64, printed: f64) -> bool {
 }
 
 #[test]
-fn paths_on_the_map_of_a_game() {
+fn shortest_paths_have_the_known_lengths_on_the_map_of_a_game() {
     for tile_vertices in [8, 1 << 16] {
         runtime().block_on(async {
             let (_scratch, reader, lengths) = game(tile_vertices).await;
@@ -123,28 +124,28 @@ fn paths_on_the_map_of_a_game() {
 }
 
 #[test]
-fn distances_among_islands() {
+fn shortest_paths_have_the_known_lengths_among_islands() {
     for tile_vertices in [64, 1 << 16] {
         runtime().block_on(async {
-            let Some((_scratch, reader, sights)) = islands(tile_vertices).await else {
+            let Some((_scratch, reader, distances)) = islands(tile_vertices).await else {
                 return;
             };
-            for of_query in sights.chunk_by(|a, b| a.query == b.query) {
+            for of_query in distances.chunk_by(|a, b| a.query == b.query) {
                 let from = of_query[0].from;
-                let to: Vec<Point> = of_query.iter().map(|sight| sight.to).collect();
+                let to: Vec<Point> = of_query.iter().map(|known| known.to).collect();
                 let found = reader.shortest_paths(from, to, QueryOptions::default());
                 let found: Vec<_> = found.try_collect().await.unwrap();
                 assert_eq!(found.len(), of_query.len());
-                for (place, path) in found {
-                    let expected = &of_query[place];
+                for (target, path) in found {
+                    let expected = &of_query[target];
                     assert!(
                         is_near(path.distance.value, expected.distance),
                         "{expected:?}: {path:?}"
                     );
                 }
-                for sight in of_query.iter().step_by(7) {
-                    let found = walk(&reader, from, sight.to).await;
-                    assert!(same(found, Walk::Length(sight.distance)), "{sight:?}: {found:?}");
+                for known in of_query.iter().step_by(7) {
+                    let found = walk(&reader, from, known.to).await;
+                    assert!(same(found, Walk::Length(known.distance)), "{known:?}: {found:?}");
                 }
             }
         });

@@ -1,5 +1,5 @@
-//! The promise: `locate` and `triangles_in` say what a look at every triangle would say, whatever the tiles, from any number of
-//! tasks at once, and undisturbed by callers that go away.
+//! The promise: `locate` and `triangles_in` answer what an examination of every triangle would, for
+//! any tiles, from any number of concurrent tasks, also when some callers cancel.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,7 +17,7 @@ fn options(tile_vertices: usize) -> BuildOptions {
     BuildOptions::default().tile_vertices(tile_vertices).threads(2)
 }
 
-/// All that a file holds.
+/// Everything that a file contains.
 struct Whole {
     vertices: Vec<Vertex>,
     triangles: Vec<[Vertex; 3]>,
@@ -40,9 +40,9 @@ impl Whole {
         }
     }
 
-    /// Compares an answer with a look at every triangle.
+    /// Compares an answer with an examination of every triangle.
     fn check(&self, p: Point, found: Location) {
-        // What is closer to 0 than any coordinate can be counts as 0.
+        // A value nearer to 0 than the smallest coordinate counts as 0.
         let p = Point::new(flushed(p.x), flushed(p.y));
         if !self.bounds.contains(p) {
             assert_eq!(found, Location::Outside, "{p:?}");
@@ -80,7 +80,8 @@ impl Whole {
         assert!(triangle.vertices.iter().any(|v| v.id.tile == triangle.tile));
     }
 
-    /// The triangles that meet a rectangle, found without the separating axes that the library goes by.
+    /// Returns the triangles that meet a rectangle, found without the separating axes that the
+    /// library uses.
     fn meeting(&self, rect: Rect) -> Vec<[VertexId; 3]> {
         if rect.is_empty() {
             return Vec::new();
@@ -91,7 +92,7 @@ impl Whole {
             flushed(rect.max_x),
             flushed(rect.max_y),
         );
-        // A rectangle that is drawn in towards all points, so that it is finite.
+        // The rectangle, shrunk towards all points so that it is finite.
         let b = self.bounds;
         let (min_x, min_y) = (rect.min_x.max(b.min_x - 1.0), rect.min_y.max(b.min_y - 1.0));
         let (max_x, max_y) = (rect.max_x.min(b.max_x + 1.0), rect.max_y.min(b.max_y + 1.0));
@@ -101,24 +102,24 @@ impl Whole {
         let corners = [(min_x, min_y), (max_x, min_y), (max_x, max_y), (min_x, max_y)].map(|(x, y)| Point::new(x, y));
         let meets = |t: &&[Vertex; 3]| {
             let t = t.map(|v| v.point);
-            let sides = |q: &[Point]| (0..q.len()).map(|i| [q[i], q[(i + 1) % q.len()]]).collect::<Vec<_>>();
+            let edges = |q: &[Point]| (0..q.len()).map(|i| [q[i], q[(i + 1) % q.len()]]).collect::<Vec<_>>();
             let holds = |p: Point| {
-                sides(&t)
+                edges(&t)
                     .iter()
                     .all(|&[a, b]| orient2d(a, b, p) != Orientation::Clockwise)
             };
             t.iter().any(|&p| rect.contains(p))
                 || corners.iter().any(|&p| holds(p))
-                || sides(&t)
+                || edges(&t)
                     .iter()
-                    .any(|&s| sides(&corners).iter().any(|&r| segments_meet(s, r)))
+                    .any(|&s| edges(&corners).iter().any(|&r| segments_meet(s, r)))
         };
         let mut found: Vec<_> = self.triangles.iter().filter(meets).map(named).collect();
         found.sort_unstable();
         found
     }
 
-    /// Points to ask for: vertices, middles of edges, and others.
+    /// Returns points to locate: vertices, middles of edges, and others.
     fn targets(&self, random: &mut Random, count: usize) -> Vec<Point> {
         let b = self.bounds;
         let mut targets = vec![
@@ -167,7 +168,7 @@ impl Whole {
             .collect();
         for pair in targets[1..].chunks(2) {
             rects.push(Rect::around(pair.iter().copied()));
-            // Degenerate ones: a point, and a segment along each axis.
+            // Degenerate rectangles: a point, and a segment along each axis.
             let (p, q) = (pair[0], pair[pair.len() - 1]);
             rects.push(Rect::new(p.x, p.y, p.x, p.y));
             rects.push(Rect::around([p, Point::new(q.x, p.y)]));
@@ -200,7 +201,7 @@ fn segments_meet([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
     !parts(a, b, c, d) && !parts(c, d, a, b)
 }
 
-/// A triangle's vertices by number, the smallest first.
+/// Returns the ids of a triangle's vertices, the smallest first.
 fn named(t: &[Vertex; 3]) -> [VertexId; 3] {
     let mut ids = t.map(|v| v.id);
     let smallest = (0..3).min_by_key(|&i| ids[i]).unwrap();
@@ -221,7 +222,7 @@ async fn found_in(reader: &TileReader, rect: Rect) -> Vec<[VertexId; 3]> {
 }
 
 #[test]
-fn locate_and_rectangles_agree_with_a_look_at_everything() {
+fn locate_and_rectangles_agree_with_an_examination_of_every_triangle() {
     let runtime = runtime();
     let (mut located, mut rects) = (0, 0);
     for (kind, seed) in Kind::ALL.into_iter().zip(0u64..) {
@@ -247,7 +248,7 @@ fn locate_and_rectangles_agree_with_a_look_at_everything() {
 }
 
 #[test]
-fn every_vertex_and_every_half_step_of_a_grid() {
+fn every_vertex_and_every_half_step_of_a_grid_is_located() {
     let points: Vec<Point> = (0..144)
         .map(|i| Point::new(f64::from(i % 12), f64::from(i / 12)))
         .collect();
@@ -261,7 +262,8 @@ fn every_vertex_and_every_half_step_of_a_grid() {
                     let found = reader.locate(p.x, p.y).await.unwrap();
                     whole.check(p, found);
                     let inside = (0..=22).contains(&i) && (0..=22).contains(&j);
-                    // Whole steps are vertices; half steps lie on sides, and on one of the diagonals.
+                    // Whole steps are vertices; half steps are on cell edges, or on one of the
+                    // diagonals.
                     match found {
                         Location::OnVertex(_) => assert!(inside && i % 2 == 0 && j % 2 == 0),
                         Location::OnEdge { .. } => assert!(inside && (i % 2 != 0 || j % 2 != 0)),
@@ -275,7 +277,7 @@ fn every_vertex_and_every_half_step_of_a_grid() {
 }
 
 #[test]
-fn files_without_triangles() {
+fn files_without_triangles_locate_points_and_return_no_triangles() {
     let line: Vec<Point> = (0..40).map(|i| Point::new(f64::from(i), f64::from(-2 * i))).collect();
     for count in [0, 1, 2, 40] {
         runtime().block_on(async {
@@ -296,7 +298,7 @@ fn files_without_triangles() {
 }
 
 #[test]
-fn many_tasks_share_a_reader_with_a_tiny_cache() {
+fn many_tasks_get_right_answers_from_a_reader_with_a_tiny_cache() {
     let points = points_of(Kind::Clusters, 1500, 3);
     runtime().block_on(async {
         let scratch = Scratch::new();
@@ -314,7 +316,7 @@ fn many_tasks_share_a_reader_with_a_tiny_cache() {
                 tokio::spawn(async move {
                     let mut random = Random(seed);
                     for p in whole.targets(&mut random, 12) {
-                        // Every other caller loses patience at some moment.
+                        // Every other call times out at some moment.
                         let patience = Duration::from_micros(random.bits() % 300);
                         let _ = tokio::time::timeout(patience, reader.locate(p.x, p.y)).await;
                         drop(reader.locate(p.x, p.y).now_or_never());
@@ -347,10 +349,11 @@ impl Whole {
     }
 }
 
-/// Of a load that a caller began, the task may be dropped with its runtime before it ever ran. It used to stay in the cache's
-/// list of loads, and every later reader of that tile was told that its runtime was shutting down.
+/// The task of a load may be dropped with its runtime before it ever ran. It used to stay in the
+/// cache's list of loads, and every later reader of that tile got an error that its runtime was
+/// shutting down.
 #[test]
-fn a_load_that_dies_with_its_runtime_is_loaded_anew() {
+fn a_tile_whose_load_died_with_its_runtime_is_loaded_again() {
     let points = points_of(Kind::Uniform, 200, 1);
     let alive = runtime();
     let (_scratch, reader) = alive.block_on(built(&points, options(16)));
@@ -364,7 +367,7 @@ fn a_load_that_dies_with_its_runtime_is_loaded_anew() {
 }
 
 #[test]
-fn streams_may_be_sent_and_kept() {
+fn streams_are_send_and_static_and_outlive_their_reader() {
     fn kept<T: Send + 'static>(_: &T) {}
     fn shared<T: Send + Sync + Clone + 'static>(_: &T) {}
     runtime().block_on(async {
@@ -381,7 +384,7 @@ fn streams_may_be_sent_and_kept() {
         assert_ne!(located, Location::Outside);
         sent(reader.verify(true)).await.unwrap();
         sent(reader.digest()).await.unwrap();
-        // They outlive the reader that they came from.
+        // The streams outlive their reader.
         drop(reader);
         let tiles: Vec<_> = tiles.try_collect().await.unwrap();
         let triangles: Vec<_> = triangles.try_collect().await.unwrap();

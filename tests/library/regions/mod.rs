@@ -1,6 +1,6 @@
-//! The promise: regions, how deep they lie under obstacles, holes, walls, the sources of edges and sites are those of a
-//! search in core, whatever the tile size, the memory, the threads, the order and the direction of lines; and `verify` proves
-//! them.
+//! The promise: regions, their depths under obstacles, holes, walls, the sources of edges, and
+//! sites are those of an in-core search. They do not depend on the tile size, the memory, the
+//! threads, or the order and direction of the lines. `verify` proves them.
 
 mod reference;
 
@@ -17,12 +17,12 @@ use proptest::prelude::*;
 
 /// Polylines, or the directed rings of an obstacle.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Line {
+pub(crate) struct InputLine {
     kind: LineKind,
     rings: Vec<Vec<Point>>,
 }
 
-impl Line {
+impl InputLine {
     fn new(kind: LineKind, corners: &[(i32, i32)]) -> Self {
         let corners = corners.iter().map(|&(x, y)| Point::new(x.into(), y.into()));
         Self {
@@ -31,7 +31,8 @@ impl Line {
         }
     }
 
-    /// The outline of a rectangle, counter-clockwise: the ring of an obstacle, or, turned, of a hole in one.
+    /// Creates the outline of a rectangle, counter-clockwise: the ring of an obstacle, or,
+    /// reversed, of a hole in one.
     fn rectangle(kind: LineKind, [x, y]: [i32; 2], [width, height]: [i32; 2]) -> Self {
         let (right, top) = (x + width, y + height);
         Self::new(kind, &[(x, y), (right, y), (right, top), (x, top), (x, y)])
@@ -42,7 +43,7 @@ impl Line {
         self
     }
 
-    /// With a hole that is as large as another line.
+    /// Adds a hole with the outline of another line.
     fn without(mut self, hole: Self) -> Self {
         self.rings.extend(hole.turned().rings);
         self
@@ -57,18 +58,18 @@ impl Line {
         rings.map(|pair| [pair[0], pair[1]])
     }
 
-    /// Whether it is the ring of an obstacle that runs round the wrong way.
+    /// Returns whether it is the ring of an obstacle with the wrong direction.
     fn is_inverted(&self) -> bool {
         let [ring] = &*self.rings else { return false };
         self.kind == LineKind::Obstacle && area_sign(ring.iter().copied()).is_lt()
     }
 }
 
-/// What a build is given.
+/// The input of a build.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Input {
     points: Vec<Point>,
-    lines: Vec<Line>,
+    lines: Vec<InputLine>,
     seeds: Vec<Point>,
     exterior_is_hole: bool,
     /// Whether rings may be nested wrongly.
@@ -77,8 +78,8 @@ pub(crate) struct Input {
 }
 
 impl Input {
-    /// All points of a grid, so that lines along it may cross each other there.
-    fn on_grid(size: i32, lines: Vec<Line>) -> Self {
+    /// Creates an input with all points of a grid, so that lines along it may cross there.
+    fn on_grid(size: i32, lines: Vec<InputLine>) -> Self {
         let points = (0..size).flat_map(|x| (0..size).map(move |y| Point::new(x.into(), y.into())));
         Self {
             points: points.collect(),
@@ -95,8 +96,8 @@ impl Input {
                 false => Crossings::Error,
             });
         let mut builder = Builder::new(&scratch.path, options)?;
-        let mut numbered: Vec<(u64, &Line)> = (0..).zip(&self.lines).collect();
-        // Any order is as good.
+        let mut numbered: Vec<(u64, &InputLine)> = (0..).zip(&self.lines).collect();
+        // The order does not matter.
         Random(self.points.len() as u64).shuffle(&mut numbered);
         for (number, line) in numbered {
             let ends: Vec<[Point; 2]> = line.segments().collect();
@@ -119,9 +120,10 @@ impl Input {
         builder.finish().await
     }
 
-    /// The same with all obstacles the right way round: what a build covers that splits lines.
+    /// Returns the input with all obstacles in the right direction, as a build that splits lines
+    /// covers them.
     fn put_right(&self) -> Self {
-        let turn = |line: &Line| match line.is_inverted() {
+        let turn = |line: &InputLine| match line.is_inverted() {
             true => line.clone().turned(),
             false => line.clone(),
         };
@@ -131,14 +133,16 @@ impl Input {
         }
     }
 
-    /// Builds a file with the first lines, of which there are so many, and with the corners of the others or not; these come when it is
-    /// there. None: it has no triangles, or there are no other lines, or without their corners it is no file that they can come to.
+    /// Builds a file with the first `built` lines, and with the corners of the others if
+    /// `has_corners`, and inserts the others in an edit. Returns `None` if the file has no
+    /// triangles, if there are no other lines, or if without their corners the file cannot take
+    /// them.
     async fn build_and_edit(
         &self,
         (built, has_corners): (usize, bool),
         tile_vertices: usize,
     ) -> Option<(Scratch, EditSummary)> {
-        let corners = self.lines.iter().flat_map(Line::corners);
+        let corners = self.lines.iter().flat_map(InputLine::corners);
         let corners = corners.filter(|_| has_corners);
         let first = Self {
             points: self.points.iter().chain(corners).copied().collect(),
@@ -156,7 +160,7 @@ impl Input {
             return None;
         }
         let segments: usize = self.lines.iter().map(|line| line.segments().count()).sum();
-        // So little that tiles have to go and come.
+        // So little memory that tiles must leave the cache and come back.
         let memory = (256 << 10) + 400 * segments as u64;
         let mut editor = Editor::open(&scratch.path, memory).await.unwrap();
         for (line, number) in self.lines.iter().zip(0..).skip(built) {
@@ -172,7 +176,7 @@ impl Input {
         if !has_corners && matches!(edited, Err(EditError::Outside { .. })) {
             return None;
         }
-        if self.lines[built..].iter().any(Line::is_inverted) {
+        if self.lines[built..].iter().any(InputLine::is_inverted) {
             assert!(matches!(edited, Err(EditError::Inverted { .. })), "{edited:?}");
             return None;
         }
@@ -203,20 +207,21 @@ type Way = (usize, usize, usize, u64);
 const ENOUGH: u64 = 1 << 30;
 const WAYS: [Way; 5] = [
     (4, 8, 1, ENOUGH),
-    // What lines hold is more than a leaf may hold of so little, so some are put off.
+    // The lines need more than the share of a leaf, so some are deferred.
     (40, 1 << 16, 2, 1 << 20),
     (9, 1 << 16, 2, ENOUGH),
     (40, 100, 3, ENOUGH),
     (1 << 16, 1 << 16, 1, ENOUGH),
 ];
 
-/// Builds in several ways, and compares with what a search in core finds.
+/// Builds in all `ways`, and compares with what an in-core search finds. Returns the number of
+/// deferred segments in all.
 fn check(input: &Input, ways: &[Way]) -> u64 {
     let mut deferred = 0;
     let right = input.put_right();
     let expected = Expected::of(&right);
     let input = &Input {
-        may_be_inverted: input.lines.iter().any(Line::is_inverted),
+        may_be_inverted: input.lines.iter().any(InputLine::is_inverted),
         ..input.clone()
     };
     runtime().block_on(async {
@@ -277,7 +282,8 @@ fn check(input: &Input, ways: &[Way]) -> u64 {
     deferred
 }
 
-/// Compares a file, and the regions, holes and triangles in these that were counted.
+/// Compares a file with what is expected; `counts` are its regions, hole regions and hole
+/// triangles.
 async fn compare(expected: &Expected, reader: &TileReader, counts: [u64; 3]) {
     let mut region_of: HashMap<u64, usize> = HashMap::new();
     let (mut holes, mut triangles, mut sites) = (0, 0, Vec::new());
@@ -294,15 +300,19 @@ async fn compare(expected: &Expected, reader: &TileReader, counts: [u64; 3]) {
             holes += u64::from(of.is_hole);
             triangles += 1;
         }
-        for side in tile.owned_constraints() {
-            let ends = tile.ends(side).map(|end| end.point);
-            let mut its: Vec<EdgeSource> = tile.edge_sources(side).collect();
-            its.sort_unstable();
-            assert_eq!(tile.is_wall(side), its.iter().any(|source| source.is_wall()));
-            sources.extend(its.into_iter().map(|source| match ends[0].lex_cmp(ends[1]).is_lt() {
-                true => (ends, source),
-                false => ([ends[1], ends[0]], source.reversed()),
-            }));
+        for edge in tile.owned_constraints() {
+            let ends = tile.ends(edge).map(|end| end.point);
+            let mut edge_sources: Vec<EdgeSource> = tile.edge_sources(edge).collect();
+            edge_sources.sort_unstable();
+            assert_eq!(tile.is_wall(edge), edge_sources.iter().any(|source| source.is_wall()));
+            sources.extend(
+                edge_sources
+                    .into_iter()
+                    .map(|source| match ends[0].lex_cmp(ends[1]).is_lt() {
+                        true => (ends, source),
+                        false => ([ends[1], ends[0]], source.reversed()),
+                    }),
+            );
         }
         for site in tile.sites() {
             let id = site.id.map_or_else(|| site.number.to_string(), str::to_owned);
@@ -328,9 +338,9 @@ async fn compare(expected: &Expected, reader: &TileReader, counts: [u64; 3]) {
 }
 
 #[test]
-fn nested_overlapping_and_touching_obstacles() {
+fn regions_of_nested_overlapping_and_touching_obstacles_equal_those_in_core() {
     use LineKind::{BreakLine, Obstacle, Wall};
-    let block = |at, size| Line::rectangle(Obstacle, at, size);
+    let block = |at, size| InputLine::rectangle(Obstacle, at, size);
     for (name, lines) in [
         (
             "island in a lake on an island",
@@ -358,7 +368,7 @@ fn nested_overlapping_and_touching_obstacles() {
             ],
         ),
         (
-            // The sum of depths is 0 there, and the ground was free.
+            // The sum of depths is 0 there, and the area was once free.
             "one that runs round the wrong way, under another",
             vec![
                 block([2, 2], [9, 9]),
@@ -377,16 +387,16 @@ fn nested_overlapping_and_touching_obstacles() {
             "walls and break lines about",
             vec![
                 block([4, 4], [9, 9]),
-                Line::new(Wall, &[(0, 8), (19, 8)]),
-                Line::new(BreakLine, &[(8, 0), (8, 19)]),
-                Line::rectangle(Wall, [1, 1], [2, 17]),
-                Line::rectangle(BreakLine, [10, 10], [9, 9]),
+                InputLine::new(Wall, &[(0, 8), (19, 8)]),
+                InputLine::new(BreakLine, &[(8, 0), (8, 19)]),
+                InputLine::rectangle(Wall, [1, 1], [2, 17]),
+                InputLine::rectangle(BreakLine, [10, 10], [9, 9]),
             ],
         ),
         (
             "spikes and bridges",
             vec![
-                Line::new(
+                InputLine::new(
                     Obstacle,
                     &[
                         (2, 2),
@@ -402,7 +412,7 @@ fn nested_overlapping_and_touching_obstacles() {
                         (2, 2),
                     ],
                 ),
-                Line::new(
+                InputLine::new(
                     Obstacle,
                     &[
                         (14, 14),
@@ -424,7 +434,7 @@ fn nested_overlapping_and_touching_obstacles() {
         ),
         (
             "a ring that goes round twice",
-            vec![Line::new(
+            vec![InputLine::new(
                 Obstacle,
                 &[(2, 2), (9, 2), (9, 9), (2, 9), (2, 2), (9, 2), (9, 6), (2, 6), (2, 2)],
             )],
@@ -439,14 +449,14 @@ fn nested_overlapping_and_touching_obstacles() {
     }
 }
 
-/// Which thread does what, and what it did before, is not to be seen in the file.
+/// The file does not depend on which thread does what, or on what that thread did before.
 #[test]
-fn files_do_not_depend_on_threads() {
+fn files_do_not_depend_on_the_number_of_threads() {
     let mut random = Random(3);
     let rectangles = (0..40).map(|i| {
         let [at, size] = [[40, 40], [20, 20]].map(|most| most.map(|most| random.below(most) as i32));
         let kinds = [LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle];
-        Line::rectangle(kinds[i % 3], at, size)
+        InputLine::rectangle(kinds[i % 3], at, size)
     });
     let input = Input::on_grid(61, rectangles.collect());
     let bytes = |threads: usize| {
@@ -461,17 +471,17 @@ fn files_do_not_depend_on_threads() {
     }
 }
 
-/// Only lines, whose ends are all vertices there are.
+/// Lines only; their ends are all the vertices.
 #[test]
-fn polygons_without_points() {
+fn regions_of_polygons_without_points_equal_those_in_core() {
     let mut random = Random(7);
     for round in 0..20 {
         let lines = (0..12).map(|i| {
             let [x, y] = [4 * (i % 4), 4 * (i / 4)];
             let size = [1, 2].map(|least| least + random.below(2) as i32);
-            let line = Line::rectangle(LineKind::Obstacle, [x, y], size);
+            let line = InputLine::rectangle(LineKind::Obstacle, [x, y], size);
             if random.below(4) == 0 {
-                Line {
+                InputLine {
                     kind: LineKind::Wall,
                     ..line
                 }
@@ -489,33 +499,33 @@ fn polygons_without_points() {
 }
 
 #[test]
-fn sites_lie_on_anything_and_on_each_other() {
-    let place = |x: f64, y: f64| Point::new(x, y);
-    let mut input = Input::on_grid(12, vec![Line::rectangle(LineKind::Obstacle, [2, 2], [5, 5])]);
+fn sites_may_coincide_with_vertices_and_with_each_other() {
+    let at = |x: f64, y: f64| Point::new(x, y);
+    let mut input = Input::on_grid(12, vec![InputLine::rectangle(LineKind::Obstacle, [2, 2], [5, 5])]);
     let number = SiteId::Number;
     input.sites = vec![
-        (place(3.0, 3.0), number(7)),
-        (place(3.0, 3.0), number(7)),
-        (place(3.0, 3.0), number(2)),
-        (place(2.0, 2.0), number(3)),
-        (place(4.25, 3.5), number(u64::MAX)),
-        (place(4.25, 3.5), number(0)),
+        (at(3.0, 3.0), number(7)),
+        (at(3.0, 3.0), number(7)),
+        (at(3.0, 3.0), number(2)),
+        (at(2.0, 2.0), number(3)),
+        (at(4.25, 3.5), number(u64::MAX)),
+        (at(4.25, 3.5), number(0)),
     ];
     check(&input, &WAYS);
-    input.sites.push((place(9.5, 9.5), SiteId::Text("café".to_owned())));
-    input.sites.push((place(9.5, 9.5), SiteId::Text("12a".to_owned())));
+    input.sites.push((at(9.5, 9.5), SiteId::Text("café".to_owned())));
+    input.sites.push((at(9.5, 9.5), SiteId::Text("12a".to_owned())));
     check(&input, &WAYS);
 }
 
 /// Blocks on disk, and segments that do not fit in memory.
 #[test]
-fn builds_larger_than_memory() {
+fn regions_of_builds_larger_than_memory_equal_those_in_core() {
     let mut lines = Vec::new();
     for i in 0..400 {
         let at = [(i % 20) * 8, (i / 20) * 8];
-        let court = Line::rectangle(LineKind::Obstacle, [at[0] + 1, at[1] + 1], [4, 4]);
-        lines.push(Line::rectangle(LineKind::Obstacle, at, [6, 6]).without(court));
-        lines.push(Line::rectangle(LineKind::Wall, [at[0] + 2, at[1] + 2], [1, 2]));
+        let court = InputLine::rectangle(LineKind::Obstacle, [at[0] + 1, at[1] + 1], [4, 4]);
+        lines.push(InputLine::rectangle(LineKind::Obstacle, at, [6, 6]).without(court));
+        lines.push(InputLine::rectangle(LineKind::Wall, [at[0] + 2, at[1] + 2], [1, 2]));
     }
     let input = Input::on_grid(160, lines);
     check(&input, &[(300, 1 << 16, 2, 2 << 20), (300, 1 << 16, 1, ENOUGH)]);
@@ -525,14 +535,14 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 120, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn random_rectangles_on_small_grids(
+    fn regions_of_random_rectangles_equal_those_in_core(
         rectangles in prop::collection::vec((0i32..8, 0i32..8, 0i32..6, 0i32..6, 0u8..8), 1..9),
         seeds in prop::collection::vec((-2i32..20, -2i32..20), 0..3),
         exterior_is_hole in any::<bool>(),
     ) {
         let kinds = [LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle, LineKind::Obstacle];
         let lines = rectangles.into_iter().map(|(x, y, width, height, how)| {
-            let line = Line::rectangle(kinds[usize::from(how) / 2], [x, y], [width, height]);
+            let line = InputLine::rectangle(kinds[usize::from(how) / 2], [x, y], [width, height]);
             if how % 2 == 1 && how < 7 { line.turned() } else { line }
         });
         let mut input = Input::on_grid(13, lines.collect());
@@ -543,10 +553,10 @@ proptest! {
 }
 
 #[test]
-fn rings_that_are_put_off() {
+fn regions_of_deferred_rings_equal_those_in_core() {
     use LineKind::{BreakLine, Obstacle, Wall};
     let mut random = Random(11);
-    let mut place = || Point::new(random.below(1000) as f64, random.below(1000) as f64);
+    let mut point = || Point::new(random.below(1000) as f64, random.below(1000) as f64);
     let triangle = |kind, r: i32| {
         let corners = [
             (500 + r, 500),
@@ -554,10 +564,10 @@ fn rings_that_are_put_off() {
             (500 - r / 3, 500 - r),
             (500 + r, 500),
         ];
-        Line::new(kind, &corners)
+        InputLine::new(kind, &corners)
     };
     let input = Input {
-        points: (0..900).map(|_| place()).collect(),
+        points: (0..900).map(|_| point()).collect(),
         lines: vec![
             triangle(Obstacle, 497),
             triangle(Obstacle, 440),
@@ -565,9 +575,9 @@ fn rings_that_are_put_off() {
             triangle(BreakLine, 300),
             triangle(Wall, 250),
             triangle(Obstacle, 200),
-            Line::new(Wall, &[(0, 2), (999, 3)]),
+            InputLine::new(Wall, &[(0, 2), (999, 3)]),
         ],
         ..Input::default()
     };
-    assert!(check(&input, &WAYS) > 0, "nothing was put off");
+    assert!(check(&input, &WAYS) > 0, "nothing was deferred");
 }

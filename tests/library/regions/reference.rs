@@ -1,4 +1,4 @@
-//! Regions and sources as a search in core finds them.
+//! Regions and sources as an in-core search finds them.
 
 use std::collections::HashMap;
 
@@ -10,9 +10,9 @@ use delaunay_tiles::store::{EdgeSource, LineKind};
 use super::Input;
 use crate::support::distinct;
 
-/// What is true of a triangle.
+/// The region, the depth and the hole flag of a triangle.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Of {
+pub(crate) struct TriangleFacts {
     pub(crate) component: usize,
     pub(crate) depth: i32,
     pub(crate) is_hole: bool,
@@ -20,16 +20,16 @@ pub(crate) struct Of {
 
 /// What a build must find.
 pub(crate) struct Expected {
-    pub(crate) triangles: HashMap<Key, Of>,
+    pub(crate) triangles: HashMap<Key, TriangleFacts>,
     pub(crate) regions: usize,
     pub(crate) has_regions: bool,
     pub(crate) hole_regions: usize,
-    /// Each edge from its smaller end on, with a source.
+    /// Each edge, from its smaller end on, with one of its sources.
     pub(crate) sources: Vec<([Point; 2], EdgeSource)>,
     pub(crate) sites: Vec<(Point, String)>,
 }
 
-/// The corners of a triangle in order.
+/// The corners of a triangle, sorted.
 pub(crate) type Key = [[u64; 2]; 3];
 
 pub(crate) fn key(corners: [Point; 3]) -> Key {
@@ -74,9 +74,17 @@ impl Expected {
             component[first] = regions;
             let mut reached = vec![first];
             while let Some(triangle) = reached.pop() {
-                let sides = HalfEdge::of_triangle(TriangleId(triangle as u32));
-                for side in sides.into_iter().filter(|&side| !mesh.is_constraint(side)) {
-                    match mesh.mesh().twin(side).half_edge().map(|twin| twin.triangle().index()) {
+                let half_edges = HalfEdge::of_triangle(TriangleId(triangle as u32));
+                for half_edge in half_edges
+                    .into_iter()
+                    .filter(|&half_edge| !mesh.is_constraint(half_edge))
+                {
+                    match mesh
+                        .mesh()
+                        .twin(half_edge)
+                        .half_edge()
+                        .map(|twin| twin.triangle().index())
+                    {
                         None => is_exterior[regions] = true,
                         Some(other) if component[other] == usize::MAX => {
                             component[other] = regions;
@@ -98,7 +106,7 @@ impl Expected {
             is_hole[region] |= depths[triangle] != 0 || is_seeded || input.exterior_is_hole && is_exterior[region];
         }
         let triangles = (0..count).map(|triangle| {
-            let of = Of {
+            let of = TriangleFacts {
                 component: component[triangle],
                 depth: depths[triangle],
                 is_hole: is_hole[component[triangle]],
@@ -122,24 +130,25 @@ fn named(sites: &[(Point, SiteId)]) -> Vec<(Point, String)> {
     sites
 }
 
-/// Whether a closed triangle has a point.
+/// Returns whether a closed triangle contains a point.
 fn contains([a, b, c]: [Point; 3], p: Point) -> bool {
     [(a, b), (b, c), (c, a)]
         .into_iter()
         .all(|(from, to)| orient2d(from, to, p) != Orientation::Clockwise)
 }
 
-/// How often rings go round the middle of a triangle. All coordinates are small integers, so everything is exact.
+/// Returns the winding number of rings around the centroid of a triangle. All coordinates are small
+/// integers, so everything is exact.
 fn winding(rings: &[[Point; 2]], [a, b, c]: [Point; 3]) -> i32 {
     let middle = Point::new(a.x + b.x + c.x, a.y + b.y + c.y);
     let mut winding = 0;
     for segment in rings {
         let [from, to] = segment.map(|p| Point::new(3.0 * p.x, 3.0 * p.y));
         if (from.y <= middle.y) != (to.y <= middle.y) {
-            let side = orient2d(from, to, middle);
+            let turn = orient2d(from, to, middle);
             match from.y <= middle.y {
-                true if side == Orientation::CounterClockwise => winding += 1,
-                false if side == Orientation::Clockwise => winding -= 1,
+                true if turn == Orientation::CounterClockwise => winding += 1,
+                false if turn == Orientation::Clockwise => winding -= 1,
                 _ => {}
             }
         }
@@ -147,7 +156,7 @@ fn winding(rings: &[[Point; 2]], [a, b, c]: [Point; 3]) -> i32 {
     winding
 }
 
-/// The sources of every edge that lies along a line.
+/// Returns the sources of every edge along a line.
 fn sources(input: &Input, points: &[Point]) -> Vec<([Point; 2], EdgeSource)> {
     let mut sources = Vec::new();
     for (line, number) in input.lines.iter().zip(0..) {
@@ -171,7 +180,7 @@ fn sources(input: &Input, points: &[Point]) -> Vec<([Point; 2], EdgeSource)> {
         ends.then(a.1.cmp(&b.1))
     };
     sources.sort_by(order);
-    // Of obstacles, each time counts.
+    // For obstacles, each occurrence counts.
     sources.dedup_by(|a, b| a == b && a.1.kind() != LineKind::Obstacle);
     sources
 }

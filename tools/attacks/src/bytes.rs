@@ -1,5 +1,6 @@
-//! Bytes of a small tile file are changed. With right checksums any answer and any error will do, but no panic, no hang and no
-//! memory without bounds; with the checksums as they were, an answer must be the same as before.
+//! Changes bytes of a small tile file. With right checksums any answer and any error is accepted,
+//! but no panic, no hang and no unbounded memory. With the old checksums, an answer must be the
+//! same as before.
 
 use std::panic;
 use std::sync::OnceLock;
@@ -19,14 +20,15 @@ use crate::campaign::{Context, Counts, below};
 #[allow(dead_code, reason = "tests have more uses for some of it")]
 mod hostile;
 
-use hostile::Place;
+use hostile::ChangedPart;
 
-/// A file of a few hundred vertices takes a second; this is a hang.
+/// The time after which a query of the file counts as a hang; a file of a few hundred vertices
+/// takes a second.
 const LIMIT: Duration = Duration::from_secs(60);
-/// Changes of a round.
+/// The number of changes in a round.
 const CHANGES: u64 = 20;
 
-/// Changes bytes, several times.
+/// Changes bytes, [`CHANGES`] times.
 pub fn round(_: &Context, mut random: ChaCha8Rng) -> anyhow::Result<Counts> {
     let random = &mut random;
     for _ in 0..CHANGES {
@@ -34,19 +36,19 @@ pub fn round(_: &Context, mut random: ChaCha8Rng) -> anyhow::Result<Counts> {
         let change: Vec<u8> = (0..5 * count).map(|_| below(random, 256) as u8).collect();
         match below(random, 4) {
             0 => within_limit(move || keep_checksums(&change))??,
-            1 => within_limit(move || hostile::run(&change, Place::Superblock))?,
-            2 => within_limit(move || hostile::run(&change, Place::Directory))?,
-            _ => within_limit(move || hostile::run(&change, Place::Tile))?,
+            1 => within_limit(move || hostile::run(&change, ChangedPart::Superblock))?,
+            2 => within_limit(move || hostile::run(&change, ChangedPart::Directory))?,
+            _ => within_limit(move || hostile::run(&change, ChangedPart::Tile))?,
         }
     }
     Ok(vec![("changed files", CHANGES)])
 }
 
-/// Runs something on a thread of its own; a panic and a hang are errors.
+/// Runs `work` on a thread of its own; a panic or a hang is an error.
 fn within_limit<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> anyhow::Result<T> {
     let (done, result) = mpsc::channel();
     thread::Builder::new().spawn(move || {
-        // Nobody waits for what takes too long.
+        // The receiver may have stopped waiting.
         let _ = done.send(panic::catch_unwind(panic::AssertUnwindSafe(work)));
     })?;
     match result.recv_timeout(LIMIT) {
@@ -56,22 +58,22 @@ fn within_limit<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) ->
     }
 }
 
-/// Changes bytes anywhere, and leaves the checksums.
+/// Changes bytes anywhere, and keeps the checksums.
 fn keep_checksums(changes: &[u8]) -> anyhow::Result<()> {
     static RIGHT: OnceLock<Option<Digest>> = OnceLock::new();
     let mut bytes = hostile::town().bytes;
     let right = *RIGHT.get_or_init(|| digest(bytes.clone()));
-    ensure!(right.is_some(), "the file cannot be read as it is");
+    ensure!(right.is_some(), "the unchanged file cannot be read");
     for change in changes.chunks_exact(5) {
         let at = u32::from_le_bytes([change[0], change[1], change[2], 0]) as usize % bytes.len();
         bytes[at] ^= change[3].max(1);
     }
     let changed = digest(bytes);
-    ensure!(changed.is_none() || changed == right, "an answer is another one");
+    ensure!(changed.is_none() || changed == right, "the answer changed");
     Ok(())
 }
 
-/// The digest of a file, if it can be read.
+/// Returns the digest of a file, or `None` if it cannot be read.
 fn digest(bytes: Vec<u8>) -> Option<Digest> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()

@@ -1,4 +1,4 @@
-//! Rounds of an attack, one after the other, and what came of them.
+//! Runs the rounds of an attack one after the other, and sums up their results.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -17,10 +17,10 @@ pub struct Context {
 }
 
 impl Context {
-    /// With this tool, or the one in the folder of this program.
+    /// Creates a context with this tool, or with the one in the folder of this program.
     ///
     /// # Errors
-    /// If there is none.
+    /// If there is no such file.
     pub fn new(tool: Option<PathBuf>) -> anyhow::Result<Self> {
         let tool = match tool {
             Some(tool) => tool.canonicalize()?,
@@ -34,17 +34,17 @@ impl Context {
         Ok(Self { tool })
     }
 
-    /// The tool in a folder, with arguments that have blanks between them.
+    /// Returns a command that runs the tool in a folder; the arguments are separated by spaces.
     pub fn command(&self, folder: &Path, args: &str) -> Command {
         let mut command = Command::new(&self.tool);
         command.current_dir(folder).args(args.split(' ')).stdin(Stdio::null());
         command
     }
 
-    /// The library `tools/faults`, to be preloaded.
+    /// Returns the path of the library `tools/faults`, to be preloaded.
     ///
     /// # Errors
-    /// If it is not there.
+    /// If the library is not there.
     pub fn preload(&self) -> anyhow::Result<PathBuf> {
         let own = env::current_exe()?;
         let found = ["libfaults.so", "deps/libfaults.so"].map(|name| own.with_file_name(name));
@@ -52,10 +52,11 @@ impl Context {
         found.context("libfaults.so is not beside this program; build package faults in the same profile")
     }
 
-    /// Runs the tool in a folder, with arguments that have blanks between them. Returns what it prints.
+    /// Runs the tool in a folder; the arguments are separated by spaces. Returns its standard
+    /// output.
     ///
     /// # Errors
-    /// If it fails; the error holds what it complains of.
+    /// If it fails; the error contains its error output.
     pub fn run(&self, folder: &Path, args: &str) -> anyhow::Result<String> {
         let output = self
             .command(folder, args)
@@ -67,7 +68,7 @@ impl Context {
     }
 }
 
-/// A random number below `end`, which is small beside 2⁶⁴.
+/// Returns a random number below `end`, which must be far less than 2⁶⁴.
 pub fn below(random: &mut ChaCha8Rng, end: u64) -> u64 {
     let wide = u128::from(random.next_u64()) * u128::from(end);
     (wide >> 64) as u64
@@ -76,13 +77,13 @@ pub fn below(random: &mut ChaCha8Rng, end: u64) -> u64 {
 /// What a round counted, by name: `("triangulations", 12)`.
 pub type Counts = Vec<(&'static str, u64)>;
 
-/// One round of an attack: what it counted, or what did not hold.
+/// One round of an attack. Returns its counts, or an error that says which check failed.
 pub type Round = fn(&Context, ChaCha8Rng) -> anyhow::Result<Counts>;
 
-/// An attack ends after this number of rounds that failed: more say nothing new.
+/// An attack ends after this number of failed rounds: more would say nothing new.
 const MOST_FAILED: u64 = 10;
 
-/// What came of an attack's rounds.
+/// The totals of an attack's rounds.
 #[derive(Default)]
 pub struct Report {
     rounds: u64,
@@ -91,7 +92,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Runs rounds until the time or their number ends.
+    /// Runs rounds until the time or the number of rounds is used up.
     pub fn of(context: &Context, round: Round, seed: u64, seconds: u64, most: Option<u64>, name: &str) -> Self {
         let end = Instant::now() + Duration::from_secs(seconds);
         let mut report = Self::default();
@@ -112,7 +113,7 @@ impl Report {
         report
     }
 
-    /// Prints the totals in one line. Fails if a round failed.
+    /// Prints the totals in one line. Returns failure if a round failed.
     pub fn print(&self, name: &str) -> ExitCode {
         let counts: String = self
             .counts

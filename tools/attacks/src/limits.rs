@@ -1,6 +1,8 @@
-//! Commands that take `--memory`, with inputs, budgets, tiles and threads of random sizes, under a hard limit 16 MiB above the budget.
+//! Runs commands that take `--memory`, with inputs, budgets, tiles and threads of random sizes,
+//! under a hard limit 16 MiB above the budget.
 //!
-//! A command may say that the memory is too little. It must not be killed, nor have more resident than the limit.
+//! A command may report that the memory is too little. It must not be killed, and its resident
+//! memory must not exceed the limit.
 
 use std::sync::atomic::AtomicBool;
 
@@ -12,10 +14,10 @@ use rand_chacha::rand_core::Rng;
 
 use crate::campaign::{Context, Counts};
 
-/// By how much the hard limit is larger than the budget.
+/// The difference between the hard limit and the budget, in bytes.
 const MORE: u64 = 16 << 20;
 
-/// Runs some commands, each of which needs what one before it has made.
+/// Runs some commands, each of which needs the output of an earlier one.
 pub fn round(context: &Context, mut random: ChaCha8Rng) -> anyhow::Result<Counts> {
     let folder = tempfile::tempdir()?;
     let mut between = |least: u64, most: u64| least + random.next_u64() % (most - least);

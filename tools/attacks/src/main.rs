@@ -1,11 +1,13 @@
-//! Seeded attacks on the library and the tool: each round of an attack makes its own input from its seed, and says what held.
+//! Seeded attacks on the library and the tool. Each round of an attack makes its own input from its
+//! seed, and checks the results.
 //!
 //! ```sh
 //! cargo build --release -p tiletool -p attacks
 //! target/release/attacks pslg --seed 1 --seconds 60
 //! ```
 //!
-//! `tools/campaign HOURS` runs all of them in turns and prints totals. A round that fails prints the command that repeats it.
+//! `tools/campaign HOURS` runs all attacks alternately, and prints totals. A failed round prints
+//! the command that repeats it.
 
 mod bytes;
 mod campaign;
@@ -23,7 +25,7 @@ use clap::{Parser, ValueEnum};
 
 use campaign::{Context, Report, Round};
 
-/// Attacks the library and the tool with random input, and checks what they answer.
+/// Attacks the library and the tool with random input, and checks their answers.
 #[derive(Parser)]
 #[command(after_help = "Example: attacks pslg --seed 1 --seconds 60")]
 struct Args {
@@ -32,13 +34,13 @@ struct Args {
     /// Seed of the first round; each later round uses the next number.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Starts no round after this time.
+    /// Starts no round after this number of seconds.
     #[arg(long, default_value_t = 10)]
     seconds: u64,
     /// Runs at most this number of rounds.
     #[arg(long)]
     rounds: Option<u64>,
-    /// The tool; by default the one beside this program.
+    /// The tool; by default the one in the folder of this program.
     #[arg(long)]
     tool: Option<PathBuf>,
 }
@@ -48,17 +50,17 @@ struct Args {
 enum Attack {
     /// Random PSLGs, checked by brute force.
     Pslg,
-    /// Tile files with changed bytes, with right checksums and with wrong ones.
+    /// Tile files with changed bytes, with right and with wrong checksums.
     Bytes,
-    /// Limits of the system, under which a command does all or nothing.
+    /// Limits of the system, under which a command must do all or nothing.
     Refusals,
     /// Power cuts, replayed from logs of writes.
     Power,
-    /// Stars of lines that share a vertex, put off or added later.
+    /// Stars of lines that share a vertex, deferred or added later.
     Stars,
     /// Commands with random budgets, under hard limits of memory.
     Limits,
-    /// A web server that lies.
+    /// A web server that gives false answers.
     Web,
 }
 

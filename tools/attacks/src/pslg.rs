@@ -1,11 +1,14 @@
-//! Random PSLGs on small integer grids, triangulated by the tool, checked by brute force.
+//! Random PSLGs on small integer grids, triangulated by the tool and checked by brute force.
 //!
-//! The check shares nothing with the library. It reads the exported triangles and decides with integers that
-//! - all triangles are counter-clockwise, and fit together to a disc whose boundary is convex;
-//! - each pair of vertices that follow each other on a segment is an edge, and nothing else is a constraint;
-//! - each other edge is locally Delaunay, where ties count the lexicographically largest point as outside.
+//! The check shares no code with the library. It reads the exported triangles and decides with
+//! integers that
+//! - all triangles are counter-clockwise, and form a disc whose boundary is convex;
+//! - each pair of consecutive vertices on a segment is an edge, and nothing else is a constraint;
+//! - each other edge is locally Delaunay, where ties count the lexicographically largest point as
+//!   outside.
 //!
-//! Only the constrained Delaunay triangulation has these properties (Lawson 1977; Lee and Lin 1986).
+//! Only the constrained Delaunay triangulation has these properties (Lawson 1977; Lee and Lin
+//! 1986).
 
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Write as _;
@@ -19,7 +22,7 @@ use crate::campaign::{Context, Counts, below};
 
 type P = [i64; 2];
 
-/// Points and segments between them, of which no two cross but in a point.
+/// Points, and segments between them that cross only in points.
 struct Pslg {
     points: Vec<P>,
     segments: Vec<[usize; 2]>,
@@ -83,7 +86,7 @@ pub fn round(context: &Context, mut random: ChaCha8Rng) -> anyhow::Result<Counts
 
 impl Pslg {
     fn random(random: &mut ChaCha8Rng) -> Self {
-        // From a few points on a tiny grid, full of ties, to some hundreds.
+        // The sets have from a few points on a tiny grid, full of ties, to some hundreds.
         let most = [8, 30, 120, 400][below(random, 4) as usize];
         let count = 3 + below(random, most);
         let largest = [3, 12, 60, 1000][below(random, 4) as usize];
@@ -117,7 +120,7 @@ impl Pslg {
         pslg
     }
 
-    /// Whether two segments cross in a place that is no point.
+    /// Returns whether two segments cross at a position that is not a point of the set.
     fn cross(&self, one: [usize; 2], other: [usize; 2]) -> bool {
         let [[a, b], [c, d]] = [one, other].map(|ends| ends.map(|end| self.points[end]));
         let sides = |p, q, r, s| orient(p, q, r).signum() * orient(p, q, s).signum() < 0;
@@ -125,7 +128,7 @@ impl Pslg {
         sides(a, b, c, d) && sides(c, d, a, b) && !self.points.iter().any(is_on_both)
     }
 
-    /// The pairs of points that follow each other on a segment, the smaller one first.
+    /// Returns the pairs of consecutive points on each segment, the smaller point first.
     fn subsegments(&self) -> BTreeSet<[P; 2]> {
         let mut subsegments = BTreeSet::new();
         for &ends in &self.segments {
@@ -139,7 +142,7 @@ impl Pslg {
         subsegments
     }
 
-    /// Whether these are the triangles of the constrained Delaunay triangulation.
+    /// Checks that these are the triangles of the constrained Delaunay triangulation.
     fn check(&self, triangles: &[[P; 3]]) -> anyhow::Result<()> {
         let constraints = self.subsegments();
         // The third corner of the triangle on the left of each edge.
@@ -180,7 +183,7 @@ impl Pslg {
         );
         for &[a, b] in constraints.iter().filter(|_| !is_flat) {
             let is_edge = apexes.contains_key(&[a, b]) || apexes.contains_key(&[b, a]);
-            ensure!(is_edge, "the part {a:?} {b:?} of a segment is no edge");
+            ensure!(is_edge, "the subsegment {a:?} {b:?} is not an edge");
         }
         for (&[a, b], &c) in &apexes {
             let Some(&d) = apexes.get(&[b, a]) else { continue };
@@ -194,7 +197,7 @@ impl Pslg {
     }
 }
 
-/// The triangles of `x.node` and `x.ele`, by their corners.
+/// Reads the triangles of `x.node` and `x.ele`, by their corners.
 fn read(folder: &Path) -> anyhow::Result<Vec<[P; 3]>> {
     let rows = |name: &str| -> anyhow::Result<Vec<Vec<i64>>> {
         let text = fs::read_to_string(folder.join(name))?;
@@ -225,13 +228,14 @@ fn read(folder: &Path) -> anyhow::Result<Vec<[P; 3]>> {
     Ok(triangles)
 }
 
-/// Twice the signed area of a triangle.
+/// Returns twice the signed area of a triangle.
 fn orient([ax, ay]: P, [bx, by]: P, [cx, cy]: P) -> i128 {
     i128::from(bx - ax) * i128::from(cy - ay) - i128::from(by - ay) * i128::from(cx - ax)
 }
 
-/// Whether a point lies in the circle of a counter-clockwise triangle. Of four points on a circle, the lexicographically
-/// largest counts as outside: its lift is raised by an infinitely small amount.
+/// Returns whether a point is inside the circle of a counter-clockwise triangle. Of four points on
+/// a circle, the lexicographically largest counts as outside: its lift is raised by an infinitely
+/// small amount.
 fn is_inside([a, b, c]: [P; 3], d: P) -> bool {
     let lift = |[x, y]: P| {
         let (x, y) = (i128::from(x - d[0]), i128::from(y - d[1]));
@@ -252,7 +256,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_four_points_on_a_circle_the_largest_is_outside() {
+    fn the_largest_of_four_cocircular_points_is_outside() {
         let [a, b, c, d] = [[0, 0], [1, 0], [1, 1], [0, 1]];
         assert!(!is_inside([a, b, d], c));
         assert!(is_inside([a, b, c], d));

@@ -1,7 +1,9 @@
-//! Commands of the tool under limits of the system: threads, open files, address space, data, lengths of files, processor time, a full disk.
+//! Commands of the tool under limits of the system: threads, open files, address space, data,
+//! lengths of files, processor time, a full disk.
 //!
-//! A command does what it would do without the limit, or ends with exit code 1 and one line `error: …`, and nothing is changed under the
-//! final name. The next run without a limit succeeds and leaves nothing behind.
+//! A command has the same result as without the limit; or it ends with exit code 1 and one line
+//! `error: …`, and changes nothing under the final name. The next run without a limit succeeds and
+//! leaves nothing behind.
 
 use std::ffi::OsString;
 use std::fs;
@@ -15,7 +17,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::campaign::{Context, Counts, below};
 
-/// Within which each run must end.
+/// The time within which each run must end.
 const LIMIT: Duration = Duration::from_secs(60);
 
 /// The commands. Those that write make or change `out.…`.
@@ -37,18 +39,19 @@ const COMMANDS: [&str; 15] = [
     "generate kuzmin -n 30k -o out.f64",
 ];
 
-/// What is limited, and how far.
+/// The limited resource, and its limit.
 #[derive(Clone, Copy, Debug)]
 enum Refusal {
-    /// Threads beside the first, refused by a preloaded library.
+    /// The number of threads beside the first, limited by a preloaded library.
     Threads(u64),
-    /// Processes and threads, in a control group.
+    /// The number of processes and threads, limited by a control group.
     Pids(u64),
-    /// Numbers or blocks of bytes, by an option of `ulimit`.
+    /// A number, or a number of blocks, limited by an option of `ulimit`.
     Limit(char, u64),
-    /// Bytes that are free on the disk that the command writes to.
+    /// The number of free bytes on the disk that the command writes to.
     Disk(u64),
-    /// The signal that the system sends when the processor time is over, after some milliseconds.
+    /// The milliseconds after which the command gets the signal that the system sends when the
+    /// processor time is used up.
     Time(u64),
 }
 
@@ -58,10 +61,10 @@ impl Refusal {
             0 => Self::Threads(below(random, 14)),
             1 => Self::Pids(1 + below(random, 20)),
             2 => Self::Limit('n', 4 + below(random, 37)),
-            // In kibibytes. With less the program is not even loaded.
+            // In kibibytes. With less, the program is not even loaded.
             3 => Self::Limit('v', (24 << 10) + below(random, 200 << 10)),
             4 => Self::Limit('d', (12 << 10) + below(random, 64 << 10)),
-            // In blocks of 512 bytes or 1 KiB.
+            // In blocks of 512 bytes or of 1 KiB.
             5 => Self::Limit('f', below(random, 3000)),
             6 => Self::Disk(below(random, 3 << 20)),
             _ => Self::Time(below(random, 60)),
@@ -92,7 +95,7 @@ pub fn round(context: &Context, mut random: ChaCha8Rng) -> anyhow::Result<Counts
         disk.leave(1 << 30)?;
     }
     scene.judge(context, &ended).context(story.clone())?;
-    // What was left behind stays for the next run.
+    // Files that the limited run left behind stay for the next run.
     scene.renew()?;
     let next = end_of(context.command(&scene.folder, args), Refusal::Pids(0))?;
     ensure!(next.code == Some(0), "{story}: the next run fails: {}", next.errors);
@@ -108,7 +111,7 @@ pub fn round(context: &Context, mut random: ChaCha8Rng) -> anyhow::Result<Counts
     ])
 }
 
-/// A command with its limit.
+/// Returns the command under its limit.
 fn limited(context: &Context, scene: &Scene, refusal: Refusal, group: Option<&Group>) -> anyhow::Result<Command> {
     let tool = context.command(&scene.folder, scene.args);
     let before = match (refusal, group) {
@@ -132,14 +135,14 @@ fn limited(context: &Context, scene: &Scene, refusal: Refusal, group: Option<&Gr
     Ok(command)
 }
 
-/// How a process ended, and what it said.
+/// How a process ended, and its output.
 struct Ended {
     code: Option<i32>,
     output: String,
     errors: String,
 }
 
-/// Runs a command to its end. What takes too long is killed, which is an error.
+/// Runs a command to its end. A command that takes too long is killed, which is an error.
 fn end_of(mut command: Command, refusal: Refusal) -> anyhow::Result<Ended> {
     let (output, errors) = (tempfile::NamedTempFile::new()?, tempfile::NamedTempFile::new()?);
     command
@@ -149,7 +152,7 @@ fn end_of(mut command: Command, refusal: Refusal) -> anyhow::Result<Ended> {
     let began = Instant::now();
     let mut child = command.spawn()?;
     if let Refusal::Time(milliseconds) = refusal {
-        // Before the tool has prepared for the signal, it is the system's to end.
+        // Before the tool has installed its handler, the signal ends the process.
         while child.try_wait()?.is_none() && !catches_signal(child.id()) {
             thread::sleep(Duration::from_millis(1));
         }
@@ -176,7 +179,7 @@ fn end_of(mut command: Command, refusal: Refusal) -> anyhow::Result<Ended> {
     })
 }
 
-/// Whether a process has a handler for the signal that its processor time is over.
+/// Returns whether a process has a handler for the signal that its processor time is used up.
 fn catches_signal(process: u32) -> bool {
     const SIGXCPU: u32 = 24;
     let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
@@ -185,18 +188,18 @@ fn catches_signal(process: u32) -> bool {
     caught.is_some_and(|mask| mask >> (SIGXCPU - 1) & 1 == 1)
 }
 
-/// What is under the final names: a digest or the bytes of each file.
+/// The content under the final names: a digest or the bytes of each file.
 type State = Vec<Option<Vec<u8>>>;
 
-/// A command in a folder, and what comes of it without a limit.
+/// A command in a folder, and its result without a limit.
 struct Scene {
     folder: PathBuf,
     args: &'static str,
     /// The final names.
     outputs: Vec<&'static str>,
-    /// What lies in the folder before and after.
+    /// The names in the folder before and after the command.
     names: Vec<OsString>,
-    /// The files before.
+    /// The content of the files before the command.
     before: Vec<Vec<u8>>,
     old: State,
     new: State,
@@ -242,7 +245,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Puts the files back that were there before.
+    /// Restores the files that were there before.
     fn renew(&self) -> anyhow::Result<()> {
         let files = self.outputs.iter().zip(&self.before);
         Ok(files
@@ -259,7 +262,7 @@ impl Scene {
         self.outputs.iter().map(of).collect()
     }
 
-    /// Fails unless a run under a limit did all or nothing, and said so.
+    /// Fails unless a run under a limit did all or nothing, and reported it.
     fn judge(&self, context: &Context, ended: &Ended) -> anyhow::Result<()> {
         let Ended { code, output, errors } = ended;
         let state = self.state(context)?;
@@ -274,7 +277,8 @@ impl Scene {
             !errors.contains("panicked") && !errors.contains("internal error"),
             "{errors}"
         );
-        // Of several files each is old or new. A file may have its name when its folder or the report cannot be written.
+        // Each of several files is old or new. A file may have its final name although writing its
+        // folder or the report failed.
         let is_whole = |((now, old), new): ((&Option<Vec<u8>>, _), _)| now == old || now == new;
         ensure!(
             state.iter().zip(&self.old).zip(&self.new).all(is_whole),
@@ -284,12 +288,13 @@ impl Scene {
     }
 }
 
-/// What a command prints, but for how it read: a ring may be refused.
+/// Returns the lines that a command prints, without the one that names the I/O backend: the system
+/// may refuse a ring.
 fn answer(output: &str) -> impl Iterator<Item = &str> {
     output.lines().filter(|line| !line.starts_with("  read by "))
 }
 
-/// The names in a folder, sorted.
+/// Returns the names in a folder, sorted.
 fn names(folder: &Path) -> anyhow::Result<Vec<OsString>> {
     let names: Result<Vec<OsString>, _> = fs::read_dir(folder)?
         .map(|entry| entry.map(|entry| entry.file_name()))
@@ -299,7 +304,7 @@ fn names(folder: &Path) -> anyhow::Result<Vec<OsString>> {
     Ok(names)
 }
 
-/// A control group that limits threads. There is none where this process may not make one.
+/// A control group that limits threads. There is none if this process may not make one.
 struct Group(PathBuf);
 
 impl Group {
@@ -314,12 +319,12 @@ impl Group {
 
 impl Drop for Group {
     fn drop(&mut self) {
-        // It stays where a process in it hangs.
+        // The group stays if a process in it hangs.
         let _ = fs::remove_dir(&self.0);
     }
 }
 
-/// A disk in memory. There is none where this process may not mount one.
+/// A disk in memory. There is none if this process may not mount one.
 struct SmallDisk<'a>(&'a Path);
 
 impl<'a> SmallDisk<'a> {
@@ -332,7 +337,7 @@ impl<'a> SmallDisk<'a> {
         command.status().ok()?.success().then_some(Self(at))
     }
 
-    /// Leaves this number of bytes free.
+    /// Fills the disk until `bytes` bytes are free.
     fn leave(&self, bytes: u64) -> anyhow::Result<()> {
         let used = Command::new("du").args(["-s", "-k"]).arg(self.0).output()?;
         let used = String::from_utf8_lossy(&used.stdout)

@@ -1,6 +1,8 @@
-//! Stars: hundreds of lines that share a vertex, within so little memory that most of them are put off, or added to a file later.
+//! Stars: hundreds of lines that share a vertex, with so little memory that most of them are
+//! deferred, or added to a file later.
 //!
-//! What comes of them is compared with what a build makes that holds all of them in memory, and `verify` proves it.
+//! Each result is compared with that of a build that has all lines in memory, and `verify` proves
+//! it.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -13,7 +15,7 @@ use crate::campaign::{Context, Counts, below};
 
 type P = [i64; 2];
 
-/// Points, and lines none of which crosses another.
+/// Points, and lines that do not cross each other.
 struct Stars {
     points: Vec<P>,
     lines: Vec<[P; 2]>,
@@ -40,7 +42,7 @@ pub fn round(context: &Context, mut random: ChaCha8Rng) -> anyhow::Result<Counts
     let options = format!(
         "--tile-vertices {} --memory {}MiB --threads {}",
         16 + below(random, 241),
-        // With 1 MiB some sets are refused: their seams take more.
+        // With 1 MiB some sets are refused, since their seams take more.
         2 + below(random, 3),
         1 + below(random, 2),
     );
@@ -75,7 +77,7 @@ pub fn round(context: &Context, mut random: ChaCha8Rng) -> anyhow::Result<Counts
     ])
 }
 
-/// Proves a file, and compares its digest.
+/// Verifies a file, and compares its digest.
 fn check(context: &Context, path: &Path, file: &str, inputs: &str, expected: &str) -> anyhow::Result<()> {
     context.run(path, &format!("verify --deep {file} --against p.f64 {inputs}"))?;
     let digest = context.run(path, &format!("digest {file}"))?;
@@ -83,7 +85,7 @@ fn check(context: &Context, path: &Path, file: &str, inputs: &str, expected: &st
     Ok(())
 }
 
-/// The number behind a name in JSON, or 0.
+/// Returns the number after a name in JSON, or 0.
 fn number(json: &str, name: &str) -> u64 {
     let value = json.split(&format!("\"{name}\":")).nth(1).unwrap_or_default();
     let digits = value.trim_start().chars().take_while(char::is_ascii_digit);
@@ -104,7 +106,7 @@ impl Stars {
         let most = [20, 150, 600][below(random, 3) as usize];
         let degree = 3 + below(random, most);
         match below(random, 3) {
-            // Two stars, each on its side of x = 0.
+            // Two stars, one on each side of x = 0.
             0 => {
                 for hub in [[-3000, 0], [3000, 17]] {
                     stars.add(random, hub, degree / 2 + 1, 0.0);
@@ -115,18 +117,18 @@ impl Stars {
             1 => stars.add(random, [0, 0], degree, 0.5),
             _ => stars.add(random, [0, 0], degree, 0.0),
         }
-        // Others between the lines, and on them.
+        // Other points between the lines, and on them.
         for _ in 0..below(random, 3) * degree {
             stars
                 .points
                 .push([below(random, 12_000) as i64 - 6000, below(random, 8000) as i64 - 4000]);
         }
-        // A hull around all, without which an edit could not add all ends.
+        // A hull around everything; without it an edit could not add all ends.
         for x in [-9000, 9000] {
             stars.points.extend([[x, -9000], [x, 9000]]);
         }
-        for place in (1..stars.lines.len()).rev() {
-            stars.lines.swap(place, below(random, place as u64 + 1) as usize);
+        for index in (1..stars.lines.len()).rev() {
+            stars.lines.swap(index, below(random, index as u64 + 1) as usize);
         }
         // In half of the sets the ends are points too.
         if below(random, 2) == 0 {
@@ -135,7 +137,7 @@ impl Stars {
         stars
     }
 
-    /// Adds a star of a hub, all around it or without a share of the directions.
+    /// Adds a star around a hub, in all directions or without the share `without` of them.
     fn add(&mut self, random: &mut ChaCha8Rng, hub: P, degree: u64, without: f64) {
         let unit = |random: &mut ChaCha8Rng| below(random, 1 << 30) as f64 / f64::from(1 << 30);
         let jitter = [0.0, 0.01, 0.5][below(random, 3) as usize];
@@ -159,7 +161,7 @@ impl Stars {
             if step == [0, 0] {
                 continue;
             }
-            // Vertices on the line, and lines along each other.
+            // Vertices on the line, and lines that overlap.
             for between in 1..steps {
                 if below(random, 2) == 0 {
                     self.points.push(at(between));

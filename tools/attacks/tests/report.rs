@@ -1,12 +1,13 @@
-//! What the program prints of rounds that fail.
+//! The output of the program for rounds that fail.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
 
-/// A tool that always fails: the totals count each round, each complaint says how to repeat it, and the exit code is 1.
+/// The tool always fails: the totals count each round, each message says how to repeat it, and the
+/// exit code is 1.
 #[test]
-fn a_round_that_fails_says_how_to_repeat_it() {
+fn a_failed_round_prints_the_command_that_repeats_it() {
     let folder = tempfile::tempdir().unwrap();
     let tool = folder.path().join("tool");
     fs::write(&tool, "#!/bin/sh\necho 'error: it is broken' >&2\nexit 1\n").unwrap();

@@ -1,12 +1,14 @@
-//! Points on a circle, exactly: integer points x² + y² = R².
+//! Points exactly on a circle: integer points with x² + y² = R².
 //!
-//! A prime p = 1 (mod 4) is a sum of two squares a² + b², that is p = π·π̄ with the Gaussian integer π = a + bi. If
-//! R = p₁^e₁ · p₂^e₂ · …, then z = i^u · ∏ πⱼ^kⱼ · π̄ⱼ^(2eⱼ - kⱼ) with u in 0..4 and kⱼ in 0..=2eⱼ are all the Gaussian
-//! integers with |z| = R, each once: 4 · ∏ (2eⱼ + 1) points (Hardy and Wright, An Introduction to the Theory of
-//! Numbers, chapter XVI). u and the kⱼ are read off a number as its digits, so no table of points is needed.
+//! A prime p = 1 (mod 4) is a sum of two squares a² + b², that is p = π·π̄ with the Gaussian
+//! integer π = a + bi. If R = p₁^e₁ · p₂^e₂ · …, then z = i^u · ∏ πⱼ^kⱼ · π̄ⱼ^(2eⱼ - kⱼ) with u in
+//! 0..4 and kⱼ in 0..=2eⱼ are all the Gaussian integers with |z| = R, each once: 4 · ∏ (2eⱼ + 1)
+//! points (Hardy and Wright, An Introduction to the Theory of Numbers, chapter XVI). u and the kⱼ
+//! are the digits of a number, so no table of points is needed.
 //!
-//! R must stay below 2^53 for coordinates to be exact. The best product is 5² · 13 · 17 · 29 · 37 · 41 · 53 · 61 · 73 · 89
-//! = 5.1e15 with 4 · 5 · 3⁹ = 393660 points. Few points get a small circle: the fewest of these factors that do.
+//! R must stay below 2^53 for coordinates to be exact. The best product is 5² · 13 · 17 · 29 · 37 ·
+//! 41 · 53 · 61 · 73 · 89 = 5.1e15 with 4 · 5 · 3⁹ = 393660 points. Few points get a small circle:
+//! the smallest number of these factors that suffices.
 
 use crate::degenerate::Shuffled;
 use crate::random::{Purpose, Stream, cos_sin};
@@ -29,9 +31,9 @@ const FACTORS: [[i64; 2]; 10] = [
 /// [`Kind::Circle`](crate::Kind::Circle).
 #[derive(Clone, Debug)]
 pub(crate) enum Circle {
-    /// Integer points: numbers of points, and the exponent of each factor in R.
+    /// Integer points: the shuffled numbers of points, and the exponent of each factor in R.
     Exact(Shuffled, [u8; FACTORS.len()]),
-    /// Angles on the unit circle.
+    /// Random angles on the unit circle, rounded.
     Rounded(Box<Stream>),
 }
 
@@ -58,7 +60,7 @@ impl Source for Circle {
     }
 }
 
-/// The `number`-th Gaussian integer with modulus R = ∏ factor^exponent.
+/// Returns the `number`-th Gaussian integer with modulus R = ∏ factor^exponent.
 fn integer_point(mut number: u64, exponents: &[u8; FACTORS.len()]) -> [i64; 2] {
     let mut digit = |base: u64| {
         let digit = number % base;
@@ -69,7 +71,8 @@ fn integer_point(mut number: u64, exponents: &[u8; FACTORS.len()]) -> [i64; 2] {
     for ([a, b], &e) in FACTORS.into_iter().zip(exponents) {
         let e = 2 * u64::from(e);
         let k = digit(e + 1);
-        // |z| only grows, up to R < 2^53, and each product below is at most the new |z|: no overflow.
+        // No overflow: |z| only grows, up to R < 2^53, and each product below is at most the new
+        // |z|.
         (0..k).for_each(|_| z = times(z, [a, b]));
         (k..e).for_each(|_| z = times(z, [a, -b]));
     }

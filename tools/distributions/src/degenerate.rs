@@ -1,4 +1,4 @@
-//! Points that are collinear or cocircular, exactly or but for the rounding.
+//! Points that are collinear or cocircular, exactly or up to rounding.
 
 use crate::random::{Purpose, Stream, cos_sin};
 use crate::shuffle::Shuffle;
@@ -54,7 +54,7 @@ impl Source for Grid {
     }
 }
 
-/// The smallest integer whose square is at least n.
+/// Returns the smallest integer whose square is at least n.
 pub(crate) fn ceil_sqrt(n: u64) -> u64 {
     let root = n.isqrt();
     root + u64::from(root * root < n)
@@ -114,7 +114,7 @@ impl FourLines {
 impl Source for FourLines {
     fn next(&mut self) -> [f64; 2] {
         let i = self.numbers.next();
-        // Odd, so that no point is at the origin, which would belong to all four.
+        // s is odd, so no point is at the origin, which would be on all four lines.
         let s = (2 * (i / 4) + 1) as f64 - (2 * self.half) as f64;
         match i % 4 {
             0 => [s, 0.0],
@@ -130,8 +130,8 @@ impl Source for FourLines {
 pub(crate) struct NearlyCollinear {
     stream: Stream,
     start: [f64; 2],
-    /// From the run's start to its end.
-    way: [f64; 2],
+    /// The vector from the run's start to its end.
+    vector: [f64; 2],
     number: u64,
 }
 
@@ -140,7 +140,7 @@ impl NearlyCollinear {
         NearlyCollinear {
             stream: Stream::new(seed, Purpose::Points),
             start: [0.0; 2],
-            way: [0.0; 2],
+            vector: [0.0; 2],
             number: 0,
         }
     }
@@ -150,14 +150,15 @@ impl Source for NearlyCollinear {
     fn next(&mut self) -> [f64; 2] {
         const RUN: u64 = 1000;
         if self.number.is_multiple_of(RUN) {
-            // Around (1.5, 1.5), so that no coordinate comes near 0: the ulp is the same nearly everywhere.
+            // Points around (1.5, 1.5), so that no coordinate is near 0: the ulp is the same nearly
+            // everywhere.
             let [x, y] = [self.stream.unit(), self.stream.unit()];
             self.start = [1.25 + x / 2.0, 1.25 + y / 2.0];
-            self.way = cos_sin(self.stream.unit()).map(|d| d / 8.0);
+            self.vector = cos_sin(self.stream.unit()).map(|d| d / 8.0);
         }
         self.number += 1;
         let t = self.stream.unit();
-        let [x, y] = [self.start[0] + t * self.way[0], self.start[1] + t * self.way[1]];
+        let [x, y] = [self.start[0] + t * self.vector[0], self.start[1] + t * self.vector[1]];
         [x, if self.number.is_multiple_of(4) { y.next_up() } else { y }]
     }
 }

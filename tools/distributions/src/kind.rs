@@ -5,50 +5,58 @@ use std::str::FromStr;
 
 /// A kind of point set. Its name on the command line is in kebab case: `line-singularity`.
 ///
-/// Lengths are in units of the coordinates. Where n matters, it is the number of points asked for.
+/// Lengths are in units of the coordinates. n is the requested number of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kind {
     /// Uniform in the unit square [0, 1)².
     Uniform,
-    /// Kuzmin's distribution (Wu's thesis), dense at the origin and thin up to far away: the mass within radius r is
-    /// M(r) = 1 - 1/√(1 + r²), the angle is uniform.
+    /// Kuzmin's distribution (Wu's thesis), dense at the origin and sparse far away: the mass
+    /// within radius r is M(r) = 1 - 1/√(1 + r²), the angle is uniform.
     Kuzmin,
-    /// Line singularity (Wu's thesis) with b = 0.01: uniform (u, v) goes to (b/(u - b·u + b), v); half of the points lie
-    /// within 0.01 of the line x = b.
+    /// Line singularity (Wu's thesis) with b = 0.01: uniform (u, v) is mapped to (b/(u - b·u + b),
+    /// v). Half of the points are within 0.01 of the line x = b.
     LineSingularity,
-    /// The integer grid of ⌈√n⌉ columns, its first n cells row by row, each once, in pseudo-random order: every four
-    /// neighbours are cocircular.
+    /// The first n cells of an integer grid of ⌈√n⌉ columns, row by row, each once, in
+    /// pseudo-random order. Every four neighbours are cocircular.
     Grid,
-    /// An airborne lidar survey in the order of its acquisition: zigzag scan lines 0.7 apart with a point every 0.5,
-    /// jitter, strips of up to 720 width that overlap; coordinates are i·0.01 + 600000 and i·0.01 + 4900000 with
-    /// integers i, as in LAS files. Has z: smooth terrain and noise, multiples of 0.01.
+    /// An airborne lidar survey in the order of its acquisition: zigzag scan lines 0.7 apart with a
+    /// point every 0.5, jitter, overlapping strips up to 720 wide. Coordinates are i·0.01 + 600000
+    /// and i·0.01 + 4900000 with integers i, as in LAS files. Has z: smooth terrain and noise,
+    /// multiples of 0.01.
     Lidar,
-    /// Points on a circle in pseudo-random order. Up to n = 393660 they have integer coordinates below 2^53 and lie on
-    /// the circle *exactly* (points are distinct; the radius grows with n, see `circle.rs`); beyond that they are
-    /// uniform on the unit circle, rounded, so that they are nearly cocircular.
+    /// Points on a circle in pseudo-random order. Up to n = 393660 they are distinct, have integer
+    /// coordinates below 2^53 and are *exactly* on the circle, whose radius grows with n (see
+    /// `circle.rs`). Beyond that they are uniform on the unit circle, rounded, so they are nearly
+    /// cocircular.
     Circle,
-    /// The points (i, i²) for i = 0 … n-1 in pseudo-random order; exact up to i = 94906265, i² is rounded beyond that.
+    /// The points (i, i²) for i = 0 … n-1 in pseudo-random order. They are exact up to i =
+    /// 94906265; i² is rounded beyond that.
     Parabola,
-    /// The points (3i, i) for i = 0 … n-1 in pseudo-random order: all on one line, there is no triangle.
+    /// The points (3i, i) for i = 0 … n-1 in pseudo-random order. All are collinear, so there is no
+    /// triangle.
     Line,
-    /// Points on four lines through the origin, (s, 0), (0, s), (s, s) and (s, -s) with odd integers s, in pseudo-random
-    /// order: long collinear runs, and fours that are cocircular.
+    /// Points on four lines through the origin, (s, 0), (0, s), (s, s) and (s, -s) with odd
+    /// integers s, in pseudo-random order: long collinear runs, and cocircular sets of four.
     FourLines,
-    /// Clusters within clusters, five levels deep, each an eighth as large as the one around it, of uneven mass.
+    /// Nested clusters, five levels deep, each an eighth as large as the one around it, of uneven
+    /// mass.
     Clusters,
-    /// n points on about n/8 uniform places, every 16th point on one of only four.
+    /// n points at about n/8 uniform positions; every 16th point is at one of only four positions.
     Duplicates,
     /// Points every unit along wavy contour lines 40 apart, line after line, multiples of 0.01.
     Contours,
-    /// A city: streets that cross every 100, as polylines with a vertex at every crossing and 4 to 14 between, turned by
-    /// 36.87° and rounded to multiples of 0.01; crossings occur once for each of their two streets.
+    /// A city: streets that cross every 100 units, as polylines with a vertex at every crossing and
+    /// 4 to 14 between, rotated by 36.87° and rounded to multiples of 0.01. Crossings occur once
+    /// for each of their two streets.
     Streets,
-    /// GPS tracks in degrees around (8.5, 47.5), multiples of 1e-6: a fix every second at 0 to 20 m/s with pauses.
+    /// GPS tracks in degrees around (8.5, 47.5), multiples of 1e-6: a fix every second at 0 to 20
+    /// m/s with pauses.
     Tracks,
-    /// Like [`Kind::Grid`], with coordinates 1e6 + i·1e-3: what is collinear and cocircular in there is so but for the
-    /// rounding.
+    /// Like [`Kind::Grid`], with coordinates 1e6 + i·1e-3: points that are collinear or cocircular
+    /// in the grid are so up to rounding.
     Offset,
-    /// Runs of 1000 points on straight lines of all directions, rounded; every fourth is then one ulp higher.
+    /// Runs of 1000 points on straight lines of all directions, rounded; every fourth point is then
+    /// moved up by one ulp.
     NearlyCollinear,
 }
 
@@ -73,7 +81,8 @@ impl Kind {
         Kind::NearlyCollinear,
     ];
 
-    /// The name in kebab case: what [`FromStr`] reads and [`Display`](fmt::Display) writes.
+    /// Returns the name in kebab case, which [`FromStr`] reads and [`Display`](fmt::Display)
+    /// writes.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Uniform => "uniform",
@@ -95,20 +104,20 @@ impl Kind {
         }
     }
 
-    /// A few words for a list of kinds.
+    /// Returns a short description for a list of kinds.
     pub fn about(self) -> &'static str {
         match self {
             Kind::Uniform => "uniform in the unit square",
-            Kind::Kuzmin => "dense at the origin, thin far away",
-            Kind::LineSingularity => "crowded towards the line x = 0.01",
+            Kind::Kuzmin => "dense at the origin, sparse far away",
+            Kind::LineSingularity => "dense near the line x = 0.01",
             Kind::Grid => "integer grid, shuffled",
             Kind::Lidar => "airborne scan lines, with z",
-            Kind::Circle => "on a circle, exactly so up to 393660 points",
+            Kind::Circle => "on a circle, exactly up to 393660 points",
             Kind::Parabola => "(i, i²), shuffled",
-            Kind::Line => "all on one line",
+            Kind::Line => "collinear",
             Kind::FourLines => "on four lines through the origin",
-            Kind::Clusters => "clusters within clusters",
-            Kind::Duplicates => "each place about eight times, four places far more often",
+            Kind::Clusters => "nested clusters",
+            Kind::Duplicates => "each position about eight times, four positions far more often",
             Kind::Contours => "every unit along contour lines 40 apart",
             Kind::Streets => "polylines of a street grid",
             Kind::Tracks => "GPS tracks in degrees",
@@ -117,12 +126,12 @@ impl Kind {
         }
     }
 
-    /// Whether points of this kind have a third coordinate; it is 0 for the others.
+    /// Returns whether points of this kind have a third coordinate; it is 0 for other kinds.
     pub fn has_z(self) -> bool {
         self == Kind::Lidar
     }
 
-    /// Whether there is a [`Pslg`](crate::Pslg) of this kind.
+    /// Returns whether there is a [`Pslg`](crate::Pslg) of this kind.
     pub fn has_pslg(self) -> bool {
         matches!(self, Kind::Uniform | Kind::Kuzmin | Kind::LineSingularity)
     }
@@ -145,7 +154,7 @@ impl FromStr for Kind {
     }
 }
 
-/// Error of reading a [`Kind`]: no kind has this name.
+/// Error of parsing a [`Kind`]: no kind has this name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownKind(pub String);
 

@@ -1,8 +1,9 @@
 //! Seeded point sets and PSLGs to test and measure triangulations with.
 //!
-//! In: a [`Kind`], a number of points and a seed. Out: an iterator of coordinates that is computed on the fly: it needs
-//! the same few hundred bytes for ten points and for ten billion. The same arguments give the same bits on every
-//! platform and with every later version; `tests/golden.rs` keeps this true.
+//! The input is a [`Kind`], a number of points and a seed. The output is an iterator of coordinates
+//! that are computed on the fly: it needs the same few hundred bytes for ten points and for ten
+//! billion. The same arguments give the same bits on every platform and in every later version;
+//! `tests/golden.rs` checks this.
 //!
 //! ```
 //! use distributions::{Kind, Pslg, points};
@@ -16,10 +17,10 @@
 //! # Ok::<(), distributions::Unsupported>(())
 //! ```
 //!
-//! The uniform and Kuzmin distributions, the line singularity and the PSLGs on them are those with which X. Wu measured
-//! in *I/O-Efficient Algorithm for Constrained Delaunay Triangulation with Applications to Proximity Search* (thesis,
-//! National University of Singapore, 2004); the shuffled grid and the long segments are there to be worse, the others to
-//! be like real data or to be degenerate.
+//! X. Wu measured with the uniform and Kuzmin distributions, the line singularity and the PSLGs on
+//! them in *I/O-Efficient Algorithm for Constrained Delaunay Triangulation with Applications to
+//! Proximity Search* (thesis, National University of Singapore, 2004). The shuffled grid and the
+//! long segments are harder cases; the other kinds resemble real data or are degenerate.
 
 mod circle;
 mod degenerate;

@@ -1,19 +1,26 @@
-//! Long segments: the case that segments inserted cell by cell cannot have.
+//! Long segments: a case that segments inserted cell by cell cannot have.
 //!
-//! In: n, m and a seed. Out: n uniform points, the 2m ends of m segments, and the segments. Each segment crosses nearly
-//! all of the unit square, from x in [0, 0.01) to x in (0.99, 1], and no two of them meet.
+//! The input is n, m and a seed. The output is n uniform points, the 2m ends of m segments, and the
+//! segments. Each segment crosses nearly all of the unit square, from x in [0, 0.01) to x in (0.99,
+//! 1], and no two of them meet.
 //!
 //! ```text
-//!   1 +-------------+     Segment i lies on the line from (0, F(s)) to (1, G(t)) with s and t random in the i-th of m
-//!     | -----_______|     parts of [0, 1]. F and G rise, so two lines have the same order on the left as on the right,
-//!     | ---________ |     and do not cross between. F(t) = t + a·t·(1 - t) with a in ±[0.4, 0.9], and G has the other
-//!     |  _____------|     sign: segments are bundled at the top on one side and at the bottom on the other, and their
-//!     |_____--------|     slopes are up to ±0.45, different for every one.
+//!   1 +-------------+
+//!     | -----_______|
+//!     | ---________ |
+//!     |  _____------|
+//!     |_____--------|
 //!   0 +-------------+
 //! ```
 //!
-//! s and t keep 1/16 of their part's width away from its ends, and F' >= 0.1: even for 2^31 segments the gap is 5e-12,
-//! far more than the rounding of the ends.
+//! Segment i is on the line from (0, F(s)) to (1, G(t)) with s and t random in the i-th of m parts
+//! of [0, 1]. F and G increase, so two lines have the same order on the left as on the right, and
+//! do not cross between. F(t) = t + a·t·(1 - t) with a in ±[0.4, 0.9], and G has the other sign:
+//! segments are bundled at the top on one side and at the bottom on the other, and their slopes are
+//! up to ±0.45, different for every one.
+//!
+//! s and t keep 1/16 of their part's width away from its ends, and F' >= 0.1. So even for 2^31
+//! segments the gap is 5e-12, far more than the rounding of the ends.
 
 use crate::pslg::{MAX_RECORDS, Unsupported};
 use crate::random::{Purpose, Stream};
@@ -22,8 +29,8 @@ use crate::{Kind, points};
 
 /// `n` uniform points and `m` long segments that do not cross.
 ///
-/// Records 0..n are the points of [`Kind::Uniform`], then come the ends: record n + 2k is the left end and n + 2k + 1 the
-/// right end of segment k. Segments are in pseudo-random order of height.
+/// Records 0..n are the points of [`Kind::Uniform`]; the ends follow. Record n + 2k is the left end
+/// and n + 2k + 1 the right end of segment k. Segments are in pseudo-random order of height.
 #[derive(Clone, Debug)]
 pub struct LongSegments {
     n: u64,
@@ -32,7 +39,7 @@ pub struct LongSegments {
 }
 
 impl LongSegments {
-    /// `n` points and `m` segments, n + 2m <= 2^32.
+    /// Creates a set of `n` points and `m` segments, with n + 2m <= 2^32.
     pub fn new(n: u64, m: u64, seed: u64) -> Result<Self, Unsupported> {
         let records = n.saturating_add(m.saturating_mul(2));
         if records > MAX_RECORDS {
@@ -41,18 +48,18 @@ impl LongSegments {
         Ok(LongSegments { n, m, seed })
     }
 
-    /// How many points there are, ends included: n + 2m.
+    /// Returns the number of points, ends included: n + 2m.
     pub fn records(&self) -> u64 {
         self.n + 2 * self.m
     }
 
-    /// The n points, then the 2m ends.
+    /// Returns the n points, then the 2m ends.
     pub fn points(&self) -> impl Iterator<Item = [f64; 2]> + use<> {
         let mut ends = Ends::new(self.m, self.seed);
         points(Kind::Uniform, self.n, self.seed).chain((0..self.m).flat_map(move |k| ends.draw(k)))
     }
 
-    /// The segments as pairs of record numbers.
+    /// Returns the segments as pairs of record numbers.
     pub fn segments(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
         let n = self.n;
         // Below 2^32, as `new` has checked.
@@ -82,7 +89,7 @@ impl Ends {
         }
     }
 
-    /// The left and the right end of segment `k`; to be called for 0, 1, 2 …
+    /// Returns the left and the right end of segment `k`; must be called for 0, 1, 2 … in order.
     fn draw(&mut self, k: u64) -> [[f64; 2]; 2] {
         let part = self.heights.at(k) as f64;
         let [left, right] = self.bends.map(|bend| {

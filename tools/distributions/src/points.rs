@@ -1,4 +1,4 @@
-//! From a kind to its points.
+//! Maps a kind to its points.
 
 use std::iter::FusedIterator;
 
@@ -9,9 +9,10 @@ use crate::scattered::{Clusters, Duplicates, Kuzmin, LineSingularity, Uniform};
 use crate::source::Source;
 use crate::surveyed::{Contours, Lidar, Streets, Tracks};
 
-/// The first `n` points of a kind and seed: exactly `n`, each x and y finite, the same at every call.
+/// Returns the first `n` points of a kind and seed: exactly `n`, each x and y finite, the same in
+/// every call.
 ///
-/// For some kinds the first points depend on `n`: it is the size of the whole that is drawn.
+/// For some kinds the first points depend on `n`, which is the size of the whole set.
 pub fn points(kind: Kind, n: u64, seed: u64) -> Points {
     Points {
         source: Sources::new(kind, n, seed),
@@ -19,7 +20,8 @@ pub fn points(kind: Kind, n: u64, seed: u64) -> Points {
     }
 }
 
-/// As [`points`], with z: the terrain's height for [`Kind::Lidar`], 0 for all others. x and y are those of [`points`].
+/// Returns the points of [`points`] with z: the terrain's height for [`Kind::Lidar`], 0 for all
+/// others.
 pub fn points3(kind: Kind, n: u64, seed: u64) -> Points3 {
     Points3(points(kind, n, seed))
 }
@@ -107,7 +109,7 @@ impl Iterator for Points3 {
 impl FusedIterator for Points {}
 impl FusedIterator for Points3 {}
 
-/// The size hint of an iterator with exactly `left` items left.
+/// Returns the size hint of an iterator with exactly `left` items left.
 pub(crate) fn hint(left: u64) -> (usize, Option<usize>) {
     (usize::try_from(left).unwrap_or(usize::MAX), usize::try_from(left).ok())
 }

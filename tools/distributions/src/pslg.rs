@@ -1,16 +1,19 @@
 //! Planar straight-line graphs of the thesis: many short segments that do not cross.
 //!
-//! In: a kind, n, α and a seed. Out: n points and, independently of them, about α·n segments between them.
+//! The input is a kind, n, α and a seed. The output is n points and, independently of them, about
+//! α·n segments between them.
 //!
-//! The plane is cut into about n/3 cells of equal mass. Each cell has three random points, which are joined by all three
-//! segments with probability α, or by none. Cells are disjoint, and the triangle of a cell's points stays within it, so
-//! nothing crosses:
+//! The plane is divided into about n/3 cells of equal mass. Each cell has three random points,
+//! which are connected by all three segments with probability α, or by none. Cells are disjoint,
+//! and the triangle of a cell's points stays within it, so no segments cross:
 //!
 //! - uniform: cells are the rectangles of a square grid; they are convex.
-//! - line singularity: the same points, mapped. The map moves x only, and monotonically, so cells remain disjoint
-//!   rectangles; the points are mapped, not the segments, and points in a rectangle have their segments in it.
-//! - Kuzmin: cells lie between two of √(n/3) radii and two of √(n/3) angles, at least three. A sector of at most 120° is
-//!   convex but for its inner arc, the only side through which a chord can leave:
+//! - line singularity: the same points, mapped. The map moves x only, and monotonically, so cells
+//!   remain disjoint rectangles. The points are mapped, not the segments, and points in a rectangle
+//!   have their segments in it.
+//! - Kuzmin: cells are between two of √(n/3) radii and two of √(n/3) angles, at least three. A
+//!   sector of at most 120° is convex except for its inner arc, the only boundary through which a
+//!   chord can leave:
 //!
 //! ```text
 //!        __---__                  __---__
@@ -20,13 +23,14 @@
 //!       \_/   \_/                \_/   \_/
 //! ```
 //!
-//!   so three points are drawn again until all three segments keep away from the inner circle. This depends on neither
-//!   α nor the segments, and makes the mass of a cell a little thinner at its inner arc. With the thousands of cells that
-//!   measurements have it is rare: chords sag by the square of a sector's angle.
+//!   So three points are drawn again until all three segments avoid the inner circle. This depends
+//!   on neither α nor the segments, and makes the mass of a cell slightly smaller at its inner arc.
+//!   With the thousands of cells of a measurement it is rare: chords sag by the square of a
+//!   sector's angle.
 //!
-//! Points keep 2^-20 of a cell's width away from its sides, far more than any rounding, so that all of this holds for
-//! the rounded coordinates. Cells are visited in pseudo-random order; the three points of a cell have successive record
-//! numbers.
+//! Points keep 2^-20 of a cell's width away from its boundary, far more than any rounding, so all
+//! of this holds for the rounded coordinates. Cells are visited in pseudo-random order; the three
+//! points of a cell have consecutive record numbers.
 
 use std::fmt;
 use std::iter::FusedIterator;
@@ -37,8 +41,8 @@ use crate::points::hint;
 use crate::random::{Purpose, Stream};
 use crate::scattered::{kuzmin, kuzmin_radius, line_singularity};
 
-/// A PSLG of the thesis: `n` points in about n/3 cells; all three segments between the points of a cell with
-/// probability α, so about α·n in all, which do not cross.
+/// A PSLG of the thesis: `n` points in about n/3 cells. The points of a cell are connected by all
+/// three segments with probability α, so there are about α·n segments in all, which do not cross.
 ///
 /// If 3 does not divide n, the last one or two points are alone in their cell, without segments.
 #[derive(Clone, Debug)]
@@ -50,7 +54,8 @@ pub struct Pslg {
 }
 
 impl Pslg {
-    /// A PSLG of one of the kinds with [`Kind::has_pslg`], `n` <= 2^32 points and 0 <= `alpha` <= 1.
+    /// Creates a PSLG of a kind with [`Kind::has_pslg`], with `n` <= 2^32 points and 0 <= `alpha`
+    /// <= 1.
     pub fn new(kind: Kind, n: u64, alpha: f64, seed: u64) -> Result<Self, Unsupported> {
         if !kind.has_pslg() {
             return Err(Unsupported::Kind(kind));
@@ -64,12 +69,12 @@ impl Pslg {
         Ok(Pslg { kind, n, alpha, seed })
     }
 
-    /// How many points there are: n.
+    /// Returns the number of points: n.
     pub fn records(&self) -> u64 {
         self.n
     }
 
-    /// The points, exactly `n`. They do not depend on α.
+    /// Returns the points, exactly `n`. They do not depend on α.
     pub fn points(&self) -> PslgPoints {
         let cells = self.n.div_ceil(3);
         let rows = ceil_sqrt(cells).max(1);
@@ -90,8 +95,8 @@ impl Pslg {
         }
     }
 
-    /// The segments as pairs of record numbers, that is of positions in [`points`](Self::points), in ascending order of
-    /// cells.
+    /// Returns the segments as pairs of record numbers, that is of indices into
+    /// [`points`](Self::points), in ascending order of cells.
     pub fn segments(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
         let mut stream = Stream::new(self.seed, Purpose::Segments);
         let alpha = self.alpha;
@@ -114,7 +119,7 @@ pub struct PslgPoints {
     rows: u64,
     columns: u64,
     stream: Stream,
-    /// The points of the current cell, and the next of them to give out.
+    /// The points of the current cell, and the index of the next one to return.
     cell: [[f64; 2]; 3],
     next: usize,
     left: u64,
@@ -142,17 +147,18 @@ impl PslgPoints {
         }
     }
 
-    /// A number in the `i`-th of `parts` equal parts of [0, 1], not too near to its ends.
+    /// Returns a number in the `i`-th of `parts` equal parts of [0, 1], not too near to its ends.
     fn draw(&mut self, i: u64, parts: u64) -> f64 {
         const MARGIN: f64 = 1.0 / (1 << 20) as f64;
         (i as f64 + MARGIN + self.stream.unit() * (1.0 - 2.0 * MARGIN)) / parts as f64
     }
 }
 
-/// Whether all of a segment is at a distance of more than `radius` from the origin, as its ends are.
+/// Returns whether a whole segment is more than `radius` away from the origin, as its ends are.
 ///
-/// The nearest point is an end or the foot of the perpendicular, whose distance is |a × (b - a)| / |b - a|. This form's
-/// error is a few ulp of the distance, while cells are 2^-20 of their width apart.
+/// The nearest point is an end or the foot of the perpendicular, whose distance is |a × (b - a)| /
+/// |b - a|. The error of this form is a few ulp of the distance, while cells are 2^-20 of their
+/// width apart.
 fn keeps_away([a, b]: [[f64; 2]; 2], radius: f64) -> bool {
     let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
     let foot_within = a[0] * dx + a[1] * dy < 0.0 && b[0] * dx + b[1] * dy > 0.0;
@@ -180,14 +186,14 @@ impl Iterator for PslgPoints {
 
 impl FusedIterator for PslgPoints {}
 
-/// Why there is no such PSLG.
+/// The reason why there is no such PSLG.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unsupported {
-    /// The kind has none: see [`Kind::has_pslg`].
+    /// The kind has no PSLG: see [`Kind::has_pslg`].
     Kind(Kind),
     /// α is not a probability.
     Alpha(f64),
-    /// So many points: segments refer to them by u32.
+    /// Too many points: segments refer to them by u32.
     Records(u64),
 }
 

@@ -1,14 +1,15 @@
 //! Randomness and trigonometry that give the same bits on every platform, today and in ten years.
 //!
-//! In: a seed. Out: numbers. The stream of 32-bit words is ChaCha8, which is fixed by its algorithm; everything made of
-//! those words (64-bit integers, fractions, noise) is computed here and not by `rand`, whose conversions may change from
-//! version to version. Sine and cosine are polynomials of our own, because those of the C library differ by platform.
-//! What remains, `+ - * /`, `sqrt` and `round`, IEEE 754 defines to the last bit.
+//! The input is a seed, the output numbers. The stream of 32-bit words is ChaCha8, which its
+//! algorithm defines. Everything made from those words (64-bit integers, fractions, noise) is
+//! computed here and not by `rand`, whose conversions may change between versions. Sine and cosine
+//! are polynomials computed here, because those of the C library differ between platforms. IEEE 754
+//! defines the remaining operations, `+ - * /`, `sqrt` and `round`, to the last bit.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// What a stream of numbers is for: streams of one seed are independent of each other.
+/// The purpose of a stream of numbers: streams of one seed with different purposes are independent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Purpose {
     /// Coordinates x and y.
@@ -17,7 +18,7 @@ pub(crate) enum Purpose {
     Shuffle = 1,
     /// The third coordinate.
     Heights = 2,
-    /// Which segments exist.
+    /// The choice of segments.
     Segments = 3,
     /// Ends of long segments.
     Ends = 4,
@@ -28,7 +29,8 @@ pub(crate) enum Purpose {
 pub(crate) struct Stream(ChaCha8Rng);
 
 impl Stream {
-    /// The stream of `seed` for a purpose: key = the seed, little-endian, then zeros; stream number = the purpose.
+    /// Creates the stream of `seed` for a purpose: the key is the seed, little-endian, then zeros;
+    /// the stream number is the purpose.
     pub(crate) fn new(seed: u64, purpose: Purpose) -> Self {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
@@ -37,26 +39,27 @@ impl Stream {
         Stream(rng)
     }
 
-    /// 64 random bits: two words of the stream, the low one first.
+    /// Returns 64 random bits: two words of the stream, the low one first.
     #[inline]
     pub(crate) fn bits(&mut self) -> u64 {
         let low = u64::from(self.0.next_u32());
         u64::from(self.0.next_u32()) << 32 | low
     }
 
-    /// A multiple of 2^-53 in [0, 1).
+    /// Returns a multiple of 2^-53 in [0, 1).
     #[inline]
     pub(crate) fn unit(&mut self) -> f64 {
         unit_of(self.bits())
     }
 
-    /// An integer in [0, n), or 0 if n is 0. Biased by less than n / 2^64.
+    /// Returns an integer in [0, n), or 0 if n is 0. Biased by less than n / 2^64.
     #[inline]
     pub(crate) fn below(&mut self, n: u64) -> u64 {
         ((u128::from(self.bits()) * u128::from(n)) >> 64) as u64
     }
 
-    /// Bell-shaped noise in (-2, 2) with standard deviation 0.58: the sum of four uniform numbers.
+    /// Returns bell-shaped noise in (-2, 2) with standard deviation 0.58: the sum of four uniform
+    /// numbers, centred.
     #[inline]
     pub(crate) fn noise(&mut self) -> f64 {
         let (a, b, c, d) = (self.unit(), self.unit(), self.unit(), self.unit());
@@ -64,7 +67,7 @@ impl Stream {
     }
 }
 
-/// The upper 53 of 64 bits as a fraction in [0, 1).
+/// Returns the upper 53 of 64 bits as a fraction in [0, 1).
 #[inline]
 fn unit_of(bits: u64) -> f64 {
     const ULP: f64 = 1.0 / (1u64 << 53) as f64;
@@ -79,24 +82,26 @@ pub fn mix(x: u64) -> u64 {
     x ^ x >> 31
 }
 
-/// A point of the unit square that belongs to `key`: always the same one.
+/// Returns the point of the unit square that belongs to `key`: always the same one.
 #[inline]
-pub(crate) fn place(key: u64) -> [f64; 2] {
+pub(crate) fn point_of(key: u64) -> [f64; 2] {
     let x = mix(key.wrapping_add(0x9e37_79b9_7f4a_7c15));
     [unit_of(x), unit_of(mix(x ^ 0xd1b5_4a32_d192_ed03))]
 }
 
-/// Cosine and sine of an angle in turns (1 = 360°), to about 1e-16 plus the rounding of the argument.
+/// Returns cosine and sine of an angle in turns (1 = 360°), to about 1e-16 plus the rounding of the
+/// argument.
 ///
-/// The angle is reduced to an eighth of a turn either side of a quadrant's axis, which is exact; Taylor's series up to
-/// the 18th power then leaves an error below 1e-18.
+/// The angle is reduced to at most an eighth of a turn on either side of a quadrant's axis, which
+/// is exact. Taylor's series up to the 18th power then leaves an error below 1e-18.
 pub(crate) fn cos_sin(turns: f64) -> [f64; 2] {
     let fraction = turns - turns.round();
     let quadrant = (fraction * 4.0).round();
     let a = (fraction - quadrant / 4.0) * std::f64::consts::TAU;
     let a2 = a * a;
     let (mut cos, mut sin) = (1.0, 1.0);
-    // Horner: cos = 1 - a²/(1·2) (1 - a²/(3·4) (1 - …)), sin/a = 1 - a²/(2·3) (1 - a²/(4·5) (1 - …))
+    // Horner: cos = 1 - a²/(1·2) (1 - a²/(3·4) (1 - …)),
+    // sin/a = 1 - a²/(2·3) (1 - a²/(4·5) (1 - …))
     let mut k = 17.0;
     while k > 0.0 {
         cos = 1.0 - a2 * cos * (1.0 / (k * (k + 1.0)));
@@ -112,7 +117,7 @@ pub(crate) fn cos_sin(turns: f64) -> [f64; 2] {
     }
 }
 
-/// Sine of an angle in turns.
+/// Returns the sine of an angle in turns.
 pub(crate) fn sin(turns: f64) -> f64 {
     cos_sin(turns)[1]
 }
@@ -123,7 +128,8 @@ mod tests {
 
     #[test]
     fn words_are_those_of_chacha8() {
-        // The eSTREAM test vector of ChaCha8 with a key and a nonce of zeros begins 3e 00 ef 2f 89 5f 40 d6.
+        // The eSTREAM test vector of ChaCha8 with a key and a nonce of zeros begins 3e 00 ef 2f 89
+        // 5f 40 d6.
         assert_eq!(Stream::new(0, Purpose::Points).bits(), 0xd640_5f89_2fef_003e);
     }
 
@@ -150,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn integers_below_n() {
+    fn integers_below_n_are_uniform() {
         let mut stream = Stream::new(3, Purpose::Points);
         let mut seen = [0; 6];
         (0..6000).for_each(|_| seen[stream.below(6) as usize] += 1);

@@ -1,6 +1,6 @@
-//! Points that are independent of each other: the thesis's distributions, clusters, duplicates.
+//! Independent points: the thesis's distributions, clusters, duplicates.
 
-use crate::random::{Purpose, Stream, cos_sin, mix, place};
+use crate::random::{Purpose, Stream, cos_sin, mix, point_of};
 use crate::source::Source;
 
 /// [`Kind::Uniform`](crate::Kind::Uniform).
@@ -39,7 +39,7 @@ impl Source for Kuzmin {
     }
 }
 
-/// The point at the radius that encloses the given part of the mass, at an angle in turns.
+/// Returns the point at the radius that encloses the part `mass` of the mass, at an angle in turns.
 #[inline]
 pub(crate) fn kuzmin(mass: f64, turns: f64) -> [f64; 2] {
     let r = kuzmin_radius(mass);
@@ -47,7 +47,8 @@ pub(crate) fn kuzmin(mass: f64, turns: f64) -> [f64; 2] {
     [r * cos, r * sin]
 }
 
-/// The radius r with M(r) = 1 - 1/√(1 + r²) = `mass` < 1, that is √(1/(1 - mass)² - 1), written without cancellation.
+/// Returns the radius r with M(r) = 1 - 1/√(1 + r²) = `mass` < 1, that is √(1/(1 - mass)² - 1),
+/// without cancellation.
 #[inline]
 pub(crate) fn kuzmin_radius(mass: f64) -> f64 {
     (mass * (2.0 - mass)).sqrt() / (1.0 - mass)
@@ -70,14 +71,15 @@ impl Source for LineSingularity {
     }
 }
 
-/// The thesis's map of the unit square to itself, b = 0.01. Falls strictly with u: from 1 at u = 0 to b at u = 1.
+/// Maps the unit square to itself as in the thesis, b = 0.01. x decreases strictly with u: from 1
+/// at u = 0 to b at u = 1.
 #[inline]
 pub(crate) fn line_singularity([u, v]: [f64; 2]) -> [f64; 2] {
     const B: f64 = 0.01;
     [B / (u - B * u + B), v]
 }
 
-/// [`Kind::Clusters`](crate::Kind::Clusters): a walk down a tree of clusters, a random level deep.
+/// [`Kind::Clusters`](crate::Kind::Clusters): a walk down a tree of clusters, to a random depth.
 #[derive(Clone, Debug)]
 pub(crate) struct Clusters {
     stream: Stream,
@@ -98,11 +100,12 @@ impl Source for Clusters {
         const LEVELS: u64 = 5;
         let (mut cluster, mut centre, mut size) = (self.root, [0.0; 2], 1.0);
         for _ in 0..1 + self.stream.below(LEVELS) {
-            // Squared, so that the first of eight children gets a third and the last a sixteenth.
+            // Squared, so that the first of eight children gets a third of the points and the last
+            // a sixteenth.
             let choice = self.stream.unit();
             let child = (choice * choice * 8.0) as u64;
             cluster = mix(cluster.wrapping_mul(8).wrapping_add(child + 1));
-            let [x, y] = place(cluster);
+            let [x, y] = point_of(cluster);
             centre = [centre[0] + size * (x - 0.5), centre[1] + size * (y - 0.5)];
             size /= 8.0;
         }
@@ -133,6 +136,6 @@ impl Source for Duplicates {
     fn next(&mut self) -> [f64; 2] {
         let popular = self.stream.below(16) == 0;
         let number = self.stream.below(if popular { 4 } else { self.places });
-        place(self.key.wrapping_add(number))
+        point_of(self.key.wrapping_add(number))
     }
 }

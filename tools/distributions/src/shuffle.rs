@@ -1,9 +1,9 @@
 //! A pseudo-random order of 0..n that needs no memory.
 //!
-//! In: n, a seed and a position. Out: the number at that position; each number of 0..n stands at exactly one position.
-//! A Feistel network permutes the numbers of b bits, 2^(b-1) < n <= 2^b; results from n upwards are sent through it
-//! again until one falls below n ("cycle walking", J. Black and P. Rogaway, Ciphers with Arbitrary Finite Domains,
-//! 2002), less than twice on average.
+//! The input is n, a seed and a position. The output is the number at that position; each number of
+//! 0..n is at exactly one position. A Feistel network permutes the numbers of b bits, 2^(b-1) < n
+//! <= 2^b. Results of n or more pass through it again until one is below n ("cycle walking", J.
+//! Black and P. Rogaway, Ciphers with Arbitrary Finite Domains, 2002), less than twice on average.
 //!
 //! ```text
 //!      left   right            left and right have b/2 bits, one of them a bit more if b is odd;
@@ -24,13 +24,14 @@ const ROUNDS: usize = 6;
 #[derive(Clone, Debug)]
 pub(crate) struct Shuffle {
     n: u64,
-    /// Bits of the left and of the right half, before the first round and after every other one.
+    /// The bits of the left and of the right half, before the first round and after every other
+    /// one.
     widths: [u32; 2],
     keys: [u64; ROUNDS],
 }
 
 impl Shuffle {
-    /// The permutation of 0..n that belongs to a seed. n may be at most 2^63.
+    /// Creates the permutation of 0..n for a seed. n may be at most 2^63.
     pub(crate) fn new(n: u64, seed: u64) -> Self {
         assert!(n <= 1 << 63, "cannot shuffle more than 2^63 numbers");
         let bits = n.next_power_of_two().trailing_zeros().max(2);
@@ -42,7 +43,7 @@ impl Shuffle {
         }
     }
 
-    /// The number at position `i` < n.
+    /// Returns the number at position `i` < n.
     #[inline]
     pub(crate) fn at(&self, i: u64) -> u64 {
         debug_assert!(i < self.n);
@@ -70,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_number_once() {
+    fn every_number_is_at_exactly_one_position() {
         for n in (0..130).chain([1000, 1023, 1024, 1025, 65_536, 100_003]) {
             for seed in 0..3 {
                 let shuffle = Shuffle::new(n, seed);
@@ -84,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn positions_tell_nothing() {
+    fn positions_and_numbers_are_uncorrelated() {
         let n = 10_000u64;
         let shuffle = Shuffle::new(n, 1);
         let ascents = (1..n).filter(|&i| shuffle.at(i) > shuffle.at(i - 1)).count();
@@ -95,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn ranges_far_beyond_memory() {
+    fn ranges_far_larger_than_memory_are_shuffled() {
         let shuffle = Shuffle::new((1 << 62) + 12_345, 9);
         assert!((0..1000).all(|i| shuffle.at(i) < (1 << 62) + 12_345));
     }

@@ -1,6 +1,6 @@
-//! What all distributions are.
+//! The trait of all distributions.
 
-/// An endless, or long enough, sequence of points.
+/// A sequence of points, endless or long enough.
 pub(crate) trait Source {
     fn next(&mut self) -> [f64; 2];
 }

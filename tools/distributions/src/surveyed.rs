@@ -3,7 +3,7 @@
 use crate::random::{Purpose, Stream, cos_sin, sin};
 use crate::source::Source;
 
-/// Rounds to a multiple of 0.01 the way LAS stores it: an integer, times the scale, plus an offset.
+/// Rounds to a multiple of 0.01 as LAS stores it: an integer, times the scale, plus an offset.
 fn hundredths(x: f64, offset: f64) -> f64 {
     (x * 100.0).round() * 0.01 + offset
 }
@@ -21,10 +21,10 @@ pub(crate) struct Lidar {
     stream: Stream,
     heights: Stream,
     phases: [f64; 3],
-    /// Distance between the middles of two strips, and length of a strip.
+    /// The distance between the middles of two strips, and the length of a strip.
     pitch: f64,
     length: f64,
-    /// Points of a scan line, scan lines of a strip.
+    /// The number of points of a scan line, and of scan lines of a strip.
     per_line: u64,
     lines: u64,
     strip: u64,
@@ -37,7 +37,7 @@ impl Lidar {
     const NORTH: f64 = 4_900_000.0;
     const LINE_SPACING: f64 = 0.7;
     const POINT_SPACING: f64 = 0.5;
-    /// Width of a strip by the pitch of strips.
+    /// The ratio of a strip's width to the pitch of strips.
     const OVERLAP: f64 = 1.2;
 
     pub(crate) fn new(n: u64, seed: u64) -> Self {
@@ -59,7 +59,8 @@ impl Lidar {
         }
     }
 
-    /// The terrain and the noise of one measurement at a point of [`Source::next`].
+    /// Returns the height of the terrain and the noise of one measurement at a point of
+    /// [`Source::next`].
     pub(crate) fn height(&mut self, x: f64, y: f64) -> f64 {
         let (x, y) = (x - Self::EAST, y - Self::NORTH);
         let hills = 40.0 * sin(x / 5600.0 + self.phases[0] + 0.05 * sin(y / 4400.0));
@@ -98,7 +99,8 @@ impl Source for Lidar {
 
 /// [`Kind::Contours`](crate::Kind::Contours).
 ///
-/// Line j is y = 40 j + g(x, j) with two sines as g. |∂g/∂j| < 11 < 40, so lines do not meet.
+/// Line j is y = 40 j + g(x, j), where g is a sum of two sines. |∂g/∂j| < 11 < 40, so lines do not
+/// meet.
 #[derive(Clone, Debug)]
 pub(crate) struct Contours {
     phases: [f64; 2],
@@ -112,7 +114,7 @@ impl Contours {
 
     pub(crate) fn new(n: u64, seed: u64) -> Self {
         let mut stream = Stream::new(seed, Purpose::Points);
-        // A square: as many lines as fit in the height have n units of length together.
+        // A square: the lines that fit in the height have n units of length together.
         let width = (n as f64 * Self::SPACING).sqrt().max(1.0);
         Contours {
             phases: [stream.unit(), stream.unit()],
@@ -146,18 +148,19 @@ impl Source for Contours {
 #[derive(Clone, Debug)]
 pub(crate) struct Streets {
     stream: Stream,
-    /// Blocks along a street.
+    /// The number of blocks along a street.
     blocks: u64,
     street: u64,
     block: u64,
-    /// Vertices of this block, its first crossing included, and how many of them are done.
+    /// The number of vertices of this block, including its first crossing, and the number of
+    /// vertices returned.
     vertices: u64,
     vertex: u64,
 }
 
 impl Streets {
     const BLOCK: f64 = 100.0;
-    /// Vertices per block on average.
+    /// The average number of vertices per block.
     const VERTICES: f64 = 10.0;
 
     pub(crate) fn new(n: u64, seed: u64) -> Self {
@@ -183,7 +186,7 @@ impl Source for Streets {
             if self.block > self.blocks {
                 (self.block, self.street) = (0, self.street + 1);
             }
-            // Behind the last crossing of a street comes nothing.
+            // Nothing follows the last crossing of a street.
             self.vertices = if self.block == self.blocks {
                 1
             } else {
@@ -215,13 +218,13 @@ pub(crate) struct Tracks {
     at: [f64; 2],
     heading: f64,
     speed: f64,
-    /// Seconds left of the track, and of a pause in it.
+    /// The seconds left of the track, and of a pause in it.
     seconds: u64,
     pause: u64,
 }
 
 impl Tracks {
-    /// Half the side of the region, metres.
+    /// Half the width of the region in metres.
     const REACH: f64 = 35_000.0;
 
     pub(crate) fn new(seed: u64) -> Self {
@@ -251,10 +254,10 @@ impl Tracks {
             self.pause = 10 + self.stream.below(60);
         }
         if self.at.iter().any(|x| x.abs() > Self::REACH) {
-            // Home, more or less: towards the middle from the side on which it left.
+            // Heads roughly back: towards the middle, from the side on which it left.
             let quarter = if self.at[0].abs() > self.at[1].abs() { 0.0 } else { 0.25 };
-            let beyond = if quarter == 0.0 { self.at[0] } else { self.at[1] };
-            self.heading = quarter + if beyond > 0.0 { 0.5 } else { 0.0 };
+            let coordinate = if quarter == 0.0 { self.at[0] } else { self.at[1] };
+            self.heading = quarter + if coordinate > 0.0 { 0.5 } else { 0.0 };
         }
         self.heading += 0.02 * self.stream.noise();
         self.speed = (self.speed + self.stream.noise()).clamp(0.0, 20.0);

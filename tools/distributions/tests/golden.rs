@@ -1,10 +1,12 @@
-//! The same arguments give the same bits, on every platform and with every later version.
+//! The same arguments give the same bits, on every platform and in every later version.
 //!
-//! If a digest changes here, published measurements and other people's test cases change with it: add a kind instead.
+//! If a digest changes here, published measurements and other people's test cases change with it.
+//! Add a kind instead.
 
 use distributions::{Kind, LongSegments, Pslg, points, points3};
 
-/// FNV-1a over 64-bit words, with a rotation because integers as f64 differ in their upper bits only.
+/// FNV-1a over 64-bit words, with a rotation because integers as f64 differ in their upper bits
+/// only.
 fn digest(words: impl IntoIterator<Item = u64>) -> u64 {
     let step = |hash: u64, word: u64| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3).rotate_left(29);
     words.into_iter().fold(0xcbf2_9ce4_8422_2325, step)
@@ -15,7 +17,7 @@ fn digest_of<const D: usize>(points: impl Iterator<Item = [f64; D]>) -> u64 {
 }
 
 #[test]
-fn first_points() {
+fn first_points_never_change() {
     let first = |kind| points(kind, 1000, 1).next().unwrap();
     assert_eq!(first(Kind::Uniform), [0.381489413238261, 0.2949273257816749]);
     assert_eq!(first(Kind::Kuzmin), [-0.3538824853190135, 1.2201508259321943]);
@@ -29,7 +31,7 @@ fn first_points() {
 }
 
 #[test]
-fn digests_of_points() {
+fn digests_of_points_never_change() {
     let expected = [
         (Kind::Uniform, 0x02c6_b552_2be5_df96),
         (Kind::Kuzmin, 0x3b8b_d117_d834_df96),
@@ -55,7 +57,7 @@ fn digests_of_points() {
 }
 
 #[test]
-fn digest_of_many_points_on_a_circle() {
+fn the_digest_of_many_points_on_a_circle_never_changes() {
     assert_eq!(
         digest_of(points(Kind::Circle, 400_000, 42).take(2000)),
         0xa937_4620_4dd1_9981
@@ -63,7 +65,7 @@ fn digest_of_many_points_on_a_circle() {
 }
 
 #[test]
-fn digests_of_pslgs() {
+fn digests_of_pslgs_never_change() {
     for (kind, expected) in [
         (Kind::Uniform, [0x8b3e_a3d6_4351_4d4d, 0xe6f9_6df1_2f5c_46af]),
         (Kind::Kuzmin, [0x6543_bd66_7171_4e39, 0xe6f9_6df1_2f5c_46af]),
@@ -76,7 +78,7 @@ fn digests_of_pslgs() {
 }
 
 #[test]
-fn digests_of_long_segments() {
+fn digests_of_long_segments_never_change() {
     let long = LongSegments::new(1000, 500, 42).unwrap();
     assert_eq!(digest_of(long.points()), 0x972c_e915_84bb_cf7e);
     assert_eq!(digest(long.segments().flatten().map(u64::from)), 0x7fd2_3514_7e9d_e43c);

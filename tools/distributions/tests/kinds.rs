@@ -1,4 +1,4 @@
-//! Each kind is what its description says.
+//! Each kind has the properties that its description states.
 
 use std::collections::{HashMap, HashSet};
 
@@ -12,7 +12,8 @@ fn bits(p: [f64; 2]) -> [u64; 2] {
     p.map(f64::to_bits)
 }
 
-/// The greatest difference between the distribution of a sample and a cumulative distribution (Kolmogorov-Smirnov).
+/// Returns the greatest difference between the distribution of a sample and a cumulative
+/// distribution (Kolmogorov-Smirnov).
 fn difference(mut sample: Vec<f64>, cumulative: impl Fn(f64) -> f64) -> f64 {
     sample.sort_by(f64::total_cmp);
     let n = sample.len() as f64;
@@ -24,19 +25,20 @@ fn difference(mut sample: Vec<f64>, cumulative: impl Fn(f64) -> f64) -> f64 {
     sample.iter().enumerate().map(at).fold(0.0, f64::max)
 }
 
-/// Exceeded by chance once in 5000 samples of n, with a seed that does not.
+/// Returns a bound that one sample of n in 5000 exceeds by chance; the samples of these seeds do
+/// not.
 fn tolerance(n: u64) -> f64 {
     2.15 / (n as f64).sqrt()
 }
 
-/// Whether `x` is a multiple of `step`, but for rounding.
+/// Returns whether `x` is a multiple of `step`, up to rounding.
 fn is_multiple(x: f64, step: f64) -> bool {
     let quotient = x / step;
     (quotient - quotient.round()).abs() < 1e-4
 }
 
 #[test]
-fn names_are_read_as_written() {
+fn names_parse_to_the_kind_that_wrote_them() {
     for kind in Kind::ALL {
         assert_eq!(kind.to_string().parse(), Ok(kind));
         assert!(kind.name().chars().all(|c| c.is_ascii_lowercase() || c == '-'));
@@ -52,7 +54,7 @@ fn names_are_read_as_written() {
 }
 
 #[test]
-fn exactly_n_finite_points_again_and_again() {
+fn every_call_returns_the_same_n_finite_points() {
     for kind in Kind::ALL {
         for n in [0, 1, 2, 3, 7, 100, 10_000] {
             let cloud = collect(kind, n);
@@ -65,16 +67,16 @@ fn exactly_n_finite_points_again_and_again() {
 }
 
 #[test]
-fn seeds_differ() {
+fn different_seeds_give_different_points() {
     for kind in Kind::ALL {
         let [a, b] = [1, 2].map(|seed| points(kind, 1000, seed).collect::<Vec<_>>());
-        // A city is the same but for the vertices between crossings.
+        // Cities of different seeds differ only in the vertices between crossings.
         assert_ne!(a, b, "{kind}");
     }
 }
 
 #[test]
-fn more_points_than_any_memory_holds() {
+fn sets_larger_than_any_memory_are_generated() {
     for kind in Kind::ALL {
         let some: Vec<_> = points(kind, 1 << 50, 7).take(1000).collect();
         assert_eq!(some.len(), 1000);
@@ -83,7 +85,7 @@ fn more_points_than_any_memory_holds() {
 }
 
 #[test]
-fn heights_belong_to_lidar_only() {
+fn only_lidar_points_have_heights() {
     for kind in Kind::ALL {
         let cloud: Vec<_> = points3(kind, 1000, 7).collect();
         assert!(
@@ -96,7 +98,7 @@ fn heights_belong_to_lidar_only() {
 }
 
 #[test]
-fn uniform_fills_the_square() {
+fn uniform_points_are_uniform_in_the_square() {
     let n = 100_000;
     for i in 0..2 {
         let sample: Vec<f64> = points(Kind::Uniform, n, 7).map(|p| p[i]).collect();
@@ -106,7 +108,7 @@ fn uniform_fills_the_square() {
 }
 
 #[test]
-fn kuzmin_has_its_mass_and_no_direction() {
+fn kuzmin_points_have_their_radial_mass_and_uniform_angles() {
     let n = 100_000;
     let cloud = collect(Kind::Kuzmin, n);
     let radii = cloud.iter().map(|[x, y]| x.hypot(*y)).collect();
@@ -116,12 +118,12 @@ fn kuzmin_has_its_mass_and_no_direction() {
 }
 
 #[test]
-fn line_singularity_crowds_at_its_line() {
+fn line_singularity_points_are_dense_near_their_line() {
     let n = 100_000;
     let b = 0.01;
     let cloud = collect(Kind::LineSingularity, n);
     assert!(cloud.iter().flatten().all(|x| (0.0..=1.0).contains(x)));
-    // x = b/(u - bu + b) solved for u, which falls as x rises
+    // x = b/(u - bu + b) solved for u, which decreases as x increases
     let mass = |x: f64| 1.0 - (b / x - b) / (1.0 - b);
     assert!(difference(cloud.iter().map(|p| p[0]).collect(), mass) < tolerance(n));
     assert!(difference(cloud.iter().map(|p| p[1]).collect(), |v| v) < tolerance(n));
@@ -143,7 +145,8 @@ fn lidar_scans_in_lines() {
     let n = 1_000_000;
     let cloud = collect(Kind::Lidar, n);
     assert!(cloud.iter().all(|&[x, y]| {
-        // As LAS computes it: the nearest integer, times the scale, plus the offset, to the last bit.
+        // As LAS computes it: the nearest integer, times the scale, plus the offset, to the last
+        // bit.
         let [i, j] = [(x - 600_000.0) * 100.0, (y - 4_900_000.0) * 100.0].map(f64::round);
         x == i * 0.01 + 600_000.0 && y == j * 0.01 + 4_900_000.0
     }));
@@ -155,7 +158,7 @@ fn lidar_scans_in_lines() {
 }
 
 #[test]
-fn circle_is_exact_as_long_as_possible() {
+fn circle_points_are_exact_up_to_their_largest_number() {
     for n in [3, 10, 1000, 50_000] {
         let cloud = collect(Kind::Circle, n);
         let squares: HashSet<i128> = cloud
@@ -184,7 +187,7 @@ fn parabola_and_line_are_exact() {
 }
 
 #[test]
-fn four_lines_have_a_quarter_each() {
+fn each_of_four_lines_has_a_quarter_of_the_points() {
     let n = 8000;
     let cloud = collect(Kind::FourLines, n);
     assert_eq!(cloud.iter().map(|&p| bits(p)).collect::<HashSet<_>>().len() as u64, n);
@@ -201,7 +204,7 @@ fn four_lines_have_a_quarter_each() {
 #[test]
 fn clusters_are_uneven_on_every_scale() {
     let cloud = collect(Kind::Clusters, 100_000);
-    // Of the cells of a grid a few hold most of the points, at each of these sizes.
+    // At each of these sizes, a few cells of a grid have most of the points.
     for (cells, share) in [(16.0, 0.4), (128.0, 0.2), (1024.0, 0.1)] {
         let mut counts: HashMap<[i64; 2], usize> = HashMap::new();
         cloud
@@ -269,7 +272,7 @@ fn streets_share_their_crossings() {
 }
 
 #[test]
-fn tracks_go_step_by_step() {
+fn consecutive_track_points_are_near_each_other() {
     let cloud = collect(Kind::Tracks, 200_000);
     assert!(cloud.iter().flatten().all(|x| (x * 1e6).round() / 1e6 == *x));
     assert!(
@@ -285,7 +288,7 @@ fn tracks_go_step_by_step() {
 }
 
 #[test]
-fn offset_is_a_grid_far_out() {
+fn offset_points_are_a_grid_far_from_the_origin() {
     let n = 10_000;
     let cells: HashSet<[i64; 2]> = points(Kind::Offset, n, 7)
         .map(|p| {

@@ -1,4 +1,4 @@
-//! PSLGs: counts, and that nothing crosses.
+//! PSLGs: their counts, and that no segments cross.
 
 use distributions::{Kind, LongSegments, Pslg, Unsupported};
 
@@ -6,7 +6,8 @@ const KINDS: [Kind; 3] = [Kind::Uniform, Kind::Kuzmin, Kind::LineSingularity];
 
 type Point = [f64; 2];
 
-/// The sign of the turn a, b, c, or 0 if f64 cannot tell (J. R. Shewchuk's bound for the error, 1997).
+/// Returns the sign of the turn a, b, c, or 0 if f64 cannot decide (J. R. Shewchuk's bound for the
+/// error, 1997).
 fn turn(a: Point, b: Point, c: Point) -> i32 {
     let left = (a[0] - c[0]) * (b[1] - c[1]);
     let right = (a[1] - c[1]) * (b[0] - c[0]);
@@ -18,13 +19,15 @@ fn turn(a: Point, b: Point, c: Point) -> i32 {
     }
 }
 
-/// Whether two segments are certainly disjoint: one lies strictly on one side of the other's line.
+/// Returns whether two segments are certainly disjoint: one is strictly on one side of the other's
+/// line.
 fn apart([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
     let boxes_apart = (0..2).any(|i| a[i].max(b[i]) < c[i].min(d[i]) || c[i].max(d[i]) < a[i].min(b[i]));
     boxes_apart || turn(a, b, c) * turn(a, b, d) > 0 || turn(c, d, a) * turn(c, d, b) > 0
 }
 
-/// Asserts that no two segments meet but in a common end, and that those with one are not on one line.
+/// Asserts that no two segments meet except in a common end, and that two with a common end are not
+/// collinear.
 fn assert_plane(points: &[Point], segments: &[[u32; 2]]) {
     let ends: Vec<[Point; 2]> = segments.iter().map(|s| s.map(|i| points[i as usize])).collect();
     for i in 0..segments.len() {
@@ -42,7 +45,7 @@ fn assert_plane(points: &[Point], segments: &[[u32; 2]]) {
 }
 
 #[test]
-fn nothing_crosses() {
+fn segments_of_a_pslg_do_not_cross() {
     for kind in KINDS {
         for (n, seed) in [(3000, 1), (10, 2), (11, 3), (30, 4), (30, 5), (100, 6), (300, 7)] {
             let pslg = Pslg::new(kind, n, 1.0, seed).unwrap();
@@ -56,8 +59,8 @@ fn nothing_crosses() {
 }
 
 #[test]
-fn sharp_cells_of_few_points_do_not_cross() {
-    // With few cells, sectors are wide and most first draws cut through the inner circle.
+fn segments_in_wide_sectors_do_not_cross() {
+    // With few cells, sectors are wide, and most first draws intersect the inner circle.
     for seed in 0..200 {
         let pslg = Pslg::new(Kind::Kuzmin, 45, 1.0, seed).unwrap();
         assert_plane(&pslg.points().collect::<Vec<_>>(), &pslg.segments().collect::<Vec<_>>());
@@ -65,7 +68,7 @@ fn sharp_cells_of_few_points_do_not_cross() {
 }
 
 #[test]
-fn any_number_of_points() {
+fn every_number_of_points_is_possible() {
     for kind in KINDS {
         for n in 0..50 {
             let pslg = Pslg::new(kind, n, 1.0, 3).unwrap();
@@ -78,7 +81,7 @@ fn any_number_of_points() {
 }
 
 #[test]
-fn alpha_is_segments_per_point() {
+fn alpha_is_the_number_of_segments_per_point() {
     let n = 300_000;
     for (alpha, slack) in [(0.0, 0), (0.1, 2000), (0.5, 2000), (1.0, 0)] {
         let pslg = Pslg::new(Kind::Uniform, n, alpha, 5).unwrap();
@@ -103,7 +106,7 @@ fn a_cell_has_all_three_segments_or_none() {
 }
 
 #[test]
-fn points_keep_the_distribution() {
+fn points_of_a_pslg_keep_their_distribution() {
     let n = 30_000;
     let points = |kind| Pslg::new(kind, n, 0.5, 5).unwrap().points();
     let half = |count: usize| (14_500..15_500).contains(&count);
@@ -121,7 +124,7 @@ fn points_keep_the_distribution() {
 }
 
 #[test]
-fn more_points_than_memory_holds() {
+fn pslgs_larger_than_memory_are_generated() {
     let pslg = Pslg::new(Kind::Kuzmin, 1 << 32, 1.0, 5).unwrap();
     assert_eq!(pslg.points().take(999).count(), 999);
     assert_eq!(pslg.segments().take(3).last(), Some([2, 0]));
@@ -132,7 +135,7 @@ fn more_points_than_memory_holds() {
 }
 
 #[test]
-fn what_there_is_not() {
+fn unsupported_kinds_alphas_and_sizes_are_refused() {
     assert_eq!(
         Pslg::new(Kind::Grid, 10, 0.5, 1).unwrap_err(),
         Unsupported::Kind(Kind::Grid)
@@ -173,7 +176,7 @@ fn long_segments_cross_the_square_and_not_each_other() {
 }
 
 #[test]
-fn long_segments_have_slopes_in_no_order() {
+fn slopes_of_long_segments_are_unordered() {
     let long = LongSegments::new(0, 2000, 3).unwrap();
     let ends: Vec<Point> = long.points().collect();
     let slopes: Vec<f64> = ends.chunks(2).map(|s| s[1][1] - s[0][1]).collect();

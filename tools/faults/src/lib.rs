@@ -1,18 +1,20 @@
-//! A library to preload (`LD_PRELOAD`), which has one call for I/O of a program go wrong: the nth one on files, in one way.
+//! A library to preload (`LD_PRELOAD`), which makes one I/O call of a program fail: the nth one on
+//! files, in one way.
 //!
-//! In: the environment says which call, in which way, and where to report. Out: a file that says how many calls there were, and
-//! whether one went wrong. It stands in for functions of the C library, so a program is tried as it is, with all that it does to files.
+//! The environment says which call, in which way, and where to report. At its end the program
+//! writes a file with the number of calls and whether one failed. The library replaces functions of
+//! the C library, so a program is tested unchanged, with everything that it does to files.
 //!
 //! | variable | meaning |
 //! |---|---|
-//! | `FAULTS_AT` | the number of the call, from 1 on; 0: none |
-//! | `FAULTS_WAY` | `eio`, `enospc`, `eintr`: it does nothing and says so; `short`: it moves half of the bytes; `torn`: it writes half of them, and says `EIO`; `delay`: it takes its time |
-//! | `FAULTS_REPORT` | the file to write to when the program ends: the number of calls, and 1 if one went wrong |
-//! | `FAULTS_THREADS` | the number of threads that the program may have beside the first; more are refused with `EAGAIN` |
+//! | `FAULTS_AT` | the number of the call, from 1; 0: none |
+//! | `FAULTS_WAY` | `eio`, `enospc`, `eintr`: it does nothing and returns this error; `short`: it moves half of the bytes; `torn`: it writes half of them, and returns `EIO`; `delay`: it succeeds late |
+//! | `FAULTS_REPORT` | the file that gets, when the program ends, the number of calls, and 1 if one failed (else 0) |
+//! | `FAULTS_THREADS` | the maximum number of threads beside the first; more are refused with `EAGAIN` |
 //! | `FAULTS_LOG`, `FAULTS_LOG_ROOT` | the file to append a record to for each change to the files below the folder (`log.rs`) |
 
 #![cfg(target_os = "linux")]
-#![allow(unsafe_code, reason = "it stands in for functions of the C library")]
+#![allow(unsafe_code, reason = "it replaces functions of the C library")]
 
 mod log;
 mod real;
@@ -29,61 +31,62 @@ use real::StartRoutine;
 static CALLS: AtomicU64 = AtomicU64::new(0);
 static IS_DONE: AtomicBool = AtomicBool::new(false);
 
-/// How a call goes wrong.
+/// The way in which a call fails.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Way {
+enum FailureMode {
     Error(c_int),
     Short,
     Torn,
     Delay,
 }
 
-/// What a call does, which says how it can go wrong.
+/// The kind of a call, which decides how it can fail.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Deed {
+enum Operation {
     Read,
     Write,
     Sync,
-    /// To folders: of these, nobody asks again after a signal.
+    /// Calls on names in folders: programs do not retry these after a signal.
     Name,
     Remove,
 }
 
-struct Plan {
+struct FaultPlan {
     at: u64,
-    way: Way,
+    mode: FailureMode,
     report: Option<CString>,
 }
 
-fn plan() -> &'static Plan {
-    static PLAN: OnceLock<Plan> = OnceLock::new();
+fn plan() -> &'static FaultPlan {
+    static PLAN: OnceLock<FaultPlan> = OnceLock::new();
     PLAN.get_or_init(|| {
         let text = |name| std::env::var(name).unwrap_or_default();
-        let way = match text("FAULTS_WAY").as_str() {
-            "enospc" => Way::Error(libc::ENOSPC),
-            "eintr" => Way::Error(libc::EINTR),
-            "short" => Way::Short,
-            "torn" => Way::Torn,
-            "delay" => Way::Delay,
-            _ => Way::Error(libc::EIO),
+        let mode = match text("FAULTS_WAY").as_str() {
+            "enospc" => FailureMode::Error(libc::ENOSPC),
+            "eintr" => FailureMode::Error(libc::EINTR),
+            "short" => FailureMode::Short,
+            "torn" => FailureMode::Torn,
+            "delay" => FailureMode::Delay,
+            _ => FailureMode::Error(libc::EIO),
         };
         let report = std::env::var_os("FAULTS_REPORT").and_then(|path| CString::new(path.into_vec()).ok());
-        // SAFETY: `tell` takes nothing, and stays as long as the program does.
-        unsafe { libc::atexit(tell) };
-        Plan {
+        // SAFETY: `write_report` has no arguments, and exists as long as the program does.
+        unsafe { libc::atexit(write_report) };
+        FaultPlan {
             at: text("FAULTS_AT").parse().unwrap_or(0),
-            way,
+            mode,
             report,
         }
     })
 }
 
 /// Writes the report.
-extern "C" fn tell() {
+extern "C" fn write_report() {
     let Some(path) = &plan().report else { return };
     let is_done = u8::from(IS_DONE.load(Ordering::SeqCst));
     let text = format!("{} {is_done}\n", CALLS.load(Ordering::SeqCst));
-    // SAFETY: the path ends with a zero, the text has as many bytes as it says, and the file is closed once.
+    // SAFETY: the path ends with a zero, the text has the given length, and the file is closed
+    // once.
     unsafe {
         let file = real::open64()(path.as_ptr(), libc::O_WRONLY | libc::O_CREAT | libc::O_TRUNC, 0o600);
         if file >= 0 {
@@ -93,7 +96,7 @@ extern "C" fn tell() {
     }
 }
 
-/// Whether it is a file or a folder on a disk.
+/// Returns whether it is a file or a folder on a disk.
 fn is_file(fd: c_int) -> bool {
     if fd <= libc::STDERR_FILENO {
         return false;
@@ -113,114 +116,116 @@ fn is_file(fd: c_int) -> bool {
     }
 }
 
-/// Whether a path is one of the program's own business.
+/// Returns whether a path is the program's own, and not one of the system.
 fn is_own(path: *const c_char) -> bool {
-    // SAFETY: whoever calls the C library gives it a path that ends with a zero.
+    // SAFETY: callers of the C library pass a path that ends with a zero.
     let path = unsafe { CStr::from_ptr(path) }.to_bytes();
     let others: [&[u8]; 5] = [b"/proc/", b"/sys/", b"/dev/", b"/etc/", b"/usr/"];
     !others.iter().any(|other| path.starts_with(other))
 }
 
-/// Counts a call, and says how it goes wrong, if it does.
-fn counted(deed: Deed) -> Option<Way> {
+/// Counts a call, and returns how it fails, if it does.
+fn counted(operation: Operation) -> Option<FailureMode> {
     let plan = plan();
     if CALLS.fetch_add(1, Ordering::SeqCst) + 1 != plan.at {
         return None;
     }
-    let can = match plan.way {
-        Way::Error(libc::ENOSPC) => deed != Deed::Read && deed != Deed::Remove,
-        Way::Error(libc::EINTR) => deed != Deed::Name && deed != Deed::Remove,
-        Way::Error(_) | Way::Delay => true,
-        Way::Short => deed == Deed::Read || deed == Deed::Write,
-        Way::Torn => deed == Deed::Write,
+    let can = match plan.mode {
+        FailureMode::Error(libc::ENOSPC) => operation != Operation::Read && operation != Operation::Remove,
+        FailureMode::Error(libc::EINTR) => operation != Operation::Name && operation != Operation::Remove,
+        FailureMode::Error(_) | FailureMode::Delay => true,
+        FailureMode::Short => operation == Operation::Read || operation == Operation::Write,
+        FailureMode::Torn => operation == Operation::Write,
     };
     IS_DONE.store(can, Ordering::SeqCst);
-    can.then_some(plan.way)
+    can.then_some(plan.mode)
 }
 
 fn fail(error: c_int) {
-    // SAFETY: it is this thread's own.
+    // SAFETY: the location is this thread's own.
     unsafe { *libc::__errno_location() = error };
 }
 
-/// A call that moves bytes, of which `call` moves as many as it is told.
-fn moved(fd: c_int, bytes: size_t, deed: Deed, call: impl Fn(size_t) -> ssize_t) -> ssize_t {
+/// Runs a call that moves bytes; `call` moves the number of bytes that it is given.
+fn moved(fd: c_int, bytes: size_t, operation: Operation, call: impl Fn(size_t) -> ssize_t) -> ssize_t {
     if !is_file(fd) {
         return call(bytes);
     }
-    match counted(deed) {
+    match counted(operation) {
         None => call(bytes),
-        Some(Way::Error(error)) => {
+        Some(FailureMode::Error(error)) => {
             fail(error);
             -1
         }
-        Some(Way::Short) => call(bytes.div_ceil(2)),
-        Some(Way::Torn) => {
+        Some(FailureMode::Short) => call(bytes.div_ceil(2)),
+        Some(FailureMode::Torn) => {
             call(bytes / 2);
             fail(libc::EIO);
             -1
         }
-        Some(Way::Delay) => {
+        Some(FailureMode::Delay) => {
             std::thread::sleep(Duration::from_millis(30));
             call(bytes)
         }
     }
 }
 
-/// A call that does something or does not.
-fn done(deed: Deed, call: impl Fn() -> c_int) -> c_int {
-    match counted(deed) {
-        Some(Way::Error(error)) => {
+/// Runs a call that takes effect as a whole or not at all.
+fn done(operation: Operation, call: impl Fn() -> c_int) -> c_int {
+    match counted(operation) {
+        Some(FailureMode::Error(error)) => {
             fail(error);
             return -1;
         }
-        Some(Way::Delay) => std::thread::sleep(Duration::from_millis(30)),
+        Some(FailureMode::Delay) => std::thread::sleep(Duration::from_millis(30)),
         _ => {}
     }
     call()
 }
 
 /// # Safety
-/// That of `read`.
+/// The requirements of `read`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn read(fd: c_int, to: *mut c_void, bytes: size_t) -> ssize_t {
-    // SAFETY: the caller vouches for as many bytes or more.
-    moved(fd, bytes, Deed::Read, |bytes| unsafe { real::read()(fd, to, bytes) })
+    // SAFETY: the caller guarantees this number of bytes or more.
+    moved(fd, bytes, Operation::Read, |bytes| unsafe {
+        real::read()(fd, to, bytes)
+    })
 }
 
 /// # Safety
-/// That of `write`.
+/// The requirements of `write`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn write(fd: c_int, from: *const c_void, bytes: size_t) -> ssize_t {
-    // SAFETY: the caller vouches for as many bytes or more.
-    moved(fd, bytes, Deed::Write, |bytes| {
+    // SAFETY: the caller guarantees this number of bytes or more.
+    moved(fd, bytes, Operation::Write, |bytes| {
         logged(fd, None, from, || unsafe { real::write()(fd, from, bytes) })
     })
 }
 
 /// # Safety
-/// That of `pread64`.
+/// The requirements of `pread64`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pread64(fd: c_int, to: *mut c_void, bytes: size_t, at: off64_t) -> ssize_t {
-    // SAFETY: the caller vouches for as many bytes or more.
-    moved(fd, bytes, Deed::Read, |bytes| unsafe {
+    // SAFETY: the caller guarantees this number of bytes or more.
+    moved(fd, bytes, Operation::Read, |bytes| unsafe {
         real::pread64()(fd, to, bytes, at)
     })
 }
 
 /// # Safety
-/// That of `pwrite64`.
+/// The requirements of `pwrite64`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pwrite64(fd: c_int, from: *const c_void, bytes: size_t, at: off64_t) -> ssize_t {
-    // SAFETY: the caller vouches for as many bytes or more.
-    moved(fd, bytes, Deed::Write, |bytes| {
+    // SAFETY: the caller guarantees this number of bytes or more.
+    moved(fd, bytes, Operation::Write, |bytes| {
         logged(fd, Some(at), from, || unsafe { real::pwrite64()(fd, from, bytes, at) })
     })
 }
 
-/// A call that writes bytes, with its record.
+/// Runs a call that writes bytes, and logs it.
 fn logged(fd: c_int, at: Option<off64_t>, from: *const c_void, call: impl Fn() -> ssize_t) -> ssize_t {
-    // Whoever waits for a pipe must not hold the log.
+    // A thread that waits for a pipe must not hold the log.
     let log = if is_file(fd) { log::begin() } else { None };
     let written = call();
     if let (Some(log), Ok(bytes)) = (log, usize::try_from(written)) {
@@ -230,7 +235,7 @@ fn logged(fd: c_int, at: Option<off64_t>, from: *const c_void, call: impl Fn() -
 }
 
 /// # Safety
-/// That of `pthread_create`.
+/// The requirements of `pthread_create`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pthread_create(
     thread: *mut pthread_t,
@@ -252,7 +257,7 @@ pub unsafe extern "C" fn pthread_create(
         return libc::EAGAIN;
     }
     let counted = Box::into_raw(Box::new((start, argument)));
-    // SAFETY: the thread takes the box; if there is none, it is taken back here.
+    // SAFETY: the thread takes the box; if there is no thread, the box is taken back here.
     unsafe {
         let refused = real::pthread_create()(thread, attributes, run_counted, counted.cast());
         if refused != 0 {
@@ -263,10 +268,10 @@ pub unsafe extern "C" fn pthread_create(
     }
 }
 
-/// Threads that run, beside the first, where their number is limited.
+/// The number of running threads beside the first, if it is limited.
 static THREADS: AtomicU64 = AtomicU64::new(0);
 
-/// Runs what a thread is for; then there is room for another.
+/// Runs the start routine of a thread, and then makes room for another thread.
 extern "C" fn run_counted(counted: *mut c_void) -> *mut c_void {
     // SAFETY: `pthread_create` made a box of it for this thread alone.
     let counted = unsafe { Box::from_raw(counted.cast::<(StartRoutine, *mut c_void)>()) };
@@ -275,12 +280,12 @@ extern "C" fn run_counted(counted: *mut c_void) -> *mut c_void {
     done
 }
 
-/// A function of the C library that does something to files or folders.
-macro_rules! deed {
-    ($($name:ident($($argument:ident: $type:ty),*) is $deed:ident if $counts:expr, |$log:ident, $done:ident| $record:expr;)*) => {
+/// Defines a function of the C library that changes files or folders.
+macro_rules! operation {
+    ($($name:ident($($argument:ident: $type:ty),*) is $operation:ident if $counts:expr, |$log:ident, $done:ident| $record:expr;)*) => {
         $(
             /// # Safety
-            /// That of the function of this name.
+            /// The requirements of the function of this name.
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $name($($argument: $type),*) -> c_int {
                 let call = || {
@@ -292,13 +297,13 @@ macro_rules! deed {
                     }
                     $done
                 };
-                if $counts { done(Deed::$deed, call) } else { call() }
+                if $counts { done(Operation::$operation, call) } else { call() }
             }
         )*
     };
 }
 
-deed! {
+operation! {
     fsync(fd: c_int) is Sync if is_file(fd), |log, done| log.synced(fd);
     fdatasync(fd: c_int) is Sync if is_file(fd), |log, done| log.synced(fd);
     ftruncate64(fd: c_int, length: off64_t) is Sync if is_file(fd), |log, done| log.truncated(fd, length);

@@ -1,7 +1,9 @@
-//! A log of all that a program does to the files of one folder, in order, with data: what a power cut is replayed from.
+//! A log of everything that a program does to the files of one folder, in order, with data. Power
+//! cuts are replayed from it.
 //!
-//! A record is a kind, two numbers and two strings of bytes, with their lengths before them; numbers are little-endian:
-//! `kind: u8, first: u64, second: u64, length: u32, bytes, length: u32, bytes`. Paths are relative to the folder.
+//! A record is a kind, two numbers and two byte strings, each after its length; numbers are
+//! little-endian: `kind: u8, first: u64, second: u64, length: u32, bytes, length: u32, bytes`.
+//! Paths are relative to the folder.
 //!
 //! | kind | numbers | bytes |
 //! |---|---|---|
@@ -29,7 +31,8 @@ pub struct Log {
     root: PathBuf,
 }
 
-/// The log, if there is one, held until a call and its record are done: records are in the order of the calls.
+/// Returns the log, if there is one. The caller keeps it locked until the call and its record are
+/// done, so records are in the order of the calls.
 pub fn begin() -> Option<MutexGuard<'static, Log>> {
     static LOG: OnceLock<Option<Mutex<Log>>> = OnceLock::new();
     let open = || {
@@ -51,24 +54,24 @@ impl Log {
             record.extend((bytes.len() as u32).to_le_bytes());
             record.extend(bytes);
         }
-        // SAFETY: the record has as many bytes as it says.
+        // SAFETY: the record has the given length.
         let written = unsafe { real::write()(self.file, record.as_ptr().cast(), record.len()) };
         assert_eq!(written, record.len() as isize, "the log of writes cannot be written");
     }
 
-    /// A path within the folder, relative to it.
+    /// Returns a path within the folder, relative to it.
     fn within(&self, path: &Path) -> Option<PathBuf> {
         let path = std::env::current_dir().ok()?.join(path);
         Some(path.strip_prefix(&self.root).ok()?.to_owned())
     }
 
     fn path(&self, path: *const c_char) -> Option<PathBuf> {
-        // SAFETY: whoever calls the C library gives it a path that ends with a zero.
+        // SAFETY: callers of the C library pass a path that ends with a zero.
         let path = unsafe { CStr::from_ptr(path) };
         self.within(Path::new(OsStr::from_bytes(path.to_bytes())))
     }
 
-    /// The path of what is open, whether it is a folder, and its inode.
+    /// Returns the path of an open file, whether it is a folder, and its inode.
     fn open_path(&self, fd: c_int) -> Option<(PathBuf, bool, u64)> {
         let path = std::fs::read_link(format!("/proc/self/fd/{fd}")).ok()?;
         let path = self.within(&path)?;
@@ -90,12 +93,13 @@ impl Log {
         }
     }
 
-    /// `at` is where the bytes went, or none if they went to where the file stood, which is behind them now.
+    /// Logs a write. `at` is the offset of the bytes, or `None` if they were written at the file's
+    /// position, which is behind them now.
     pub fn written(&self, fd: c_int, at: Option<off64_t>, from: *const u8, bytes: size_t) {
         if let Some((_, false, inode)) = self.open_path(fd) {
-            // SAFETY: it moves nothing.
+            // SAFETY: the call moves nothing.
             let at = at.unwrap_or_else(|| unsafe { libc::lseek64(fd, 0, libc::SEEK_CUR) } - bytes as off64_t);
-            // SAFETY: the caller of the C library vouches for as many bytes or more.
+            // SAFETY: the caller of the C library guarantees this number of bytes or more.
             let bytes = unsafe { std::slice::from_raw_parts(from, bytes) };
             self.put(2, [inode, at as u64], [bytes, &[]]);
         }
@@ -128,7 +132,7 @@ impl Log {
     pub fn removed_at(&self, folder: c_int, path: *const c_char) {
         let name = match folder {
             libc::AT_FDCWD => self.path(path),
-            // SAFETY: whoever calls the C library gives it a path that ends with a zero.
+            // SAFETY: callers of the C library pass a path that ends with a zero.
             _ => self
                 .open_path(folder)
                 .map(|(folder, ..)| folder.join(OsStr::from_bytes(unsafe { CStr::from_ptr(path) }.to_bytes()))),

@@ -1,11 +1,11 @@
-//! The functions of the C library that the others stand in for.
+//! The functions of the C library that this library replaces.
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 use std::sync::OnceLock;
 
 use libc::{mode_t, off64_t, pthread_attr_t, pthread_t, size_t, ssize_t};
 
-/// What a thread runs.
+/// The start routine of a thread.
 pub type StartRoutine = extern "C" fn(*mut c_void) -> *mut c_void;
 
 macro_rules! real {
@@ -18,7 +18,7 @@ macro_rules! real {
                 unsafe { libc::dlsym(libc::RTLD_NEXT, name.as_ptr().cast()) as usize }
             });
             assert_ne!(found, 0, "the C library has no {}", stringify!($name));
-            // SAFETY: it is the function of this name, which POSIX gives this type.
+            // SAFETY: it is the function of this name, whose type POSIX defines.
             unsafe { std::mem::transmute::<usize, $type>(found) }
         })*
     };

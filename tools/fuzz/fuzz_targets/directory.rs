@@ -1,5 +1,5 @@
 #![no_main]
 
-use fuzz::{Place, run};
+use fuzz::{ChangedPart, run};
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| run(data, Place::Directory));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| run(data, ChangedPart::Directory));

@@ -1,5 +1,6 @@
-//! What the fuzz targets share: a file, changes to it that the fuzzer chooses, right checksums, and everything that a service would
-//! ask of it. Any answer and any error will do; a panic, a hang or memory without bounds will not.
+//! Shared code of the fuzz targets: a file, changes to it that the fuzzer chooses, right checksums,
+//! and everything that a service would ask of it. Any answer and any error is accepted; a panic, a
+//! hang or unbounded memory is not.
 
 #[path = "../../../tests/support/flat.rs"]
 #[allow(dead_code, reason = "tests have more uses for it")]
@@ -7,7 +8,7 @@ pub mod flat;
 #[path = "../../../tests/library/hostile/surgery.rs"]
 mod surgery;
 
-/// Where `surgery` looks for it.
+/// The module path under which `surgery` finds it.
 mod support {
     pub use super::flat;
 }
@@ -25,9 +26,9 @@ use delaunay_tiles::{BuildOptions, Builder};
 use futures::{StreamExt, TryStreamExt};
 use surgery::Patient;
 
-/// What of a file is changed.
+/// The part of a file that is changed.
 #[derive(Clone, Copy, Debug)]
-pub enum Place {
+pub enum ChangedPart {
     /// The superblocks.
     Superblock,
     /// Root and pages.
@@ -43,7 +44,7 @@ fn runtime() -> tokio::runtime::Runtime {
         .expect("a runtime")
 }
 
-/// A town of 400 points with a house, a fence and two shops, in tiles of at most 40.
+/// Builds a town of 400 points with a house, a fence and two shops, in tiles of at most 40.
 pub fn town() -> Patient {
     let path = std::env::temp_dir().join(format!("fuzz-{}.tiles", std::process::id()));
     let ring = |x: f64, y: f64, r: f64| {
@@ -84,16 +85,16 @@ pub fn town() -> Patient {
 }
 
 /// Changes the file as the data says, makes its checksums right, and asks it everything.
-pub fn run(data: &[u8], place: Place) {
+pub fn run(data: &[u8], changed: ChangedPart) {
     static TOWN: OnceLock<Patient> = OnceLock::new();
     let mut town = TOWN.get_or_init(town).clone();
-    let part = |part: &surgery::Part| part.at..part.at + part.length;
-    let parts: Vec<Range<usize>> = match place {
-        Place::Superblock => std::iter::once(0..4092).collect(),
-        Place::Directory => std::iter::once(&town.root).chain(&town.pages).map(part).collect(),
-        Place::Tile => town.cores.iter().chain(&town.borders).map(part).collect(),
+    let part = |part: &surgery::FilePart| part.at..part.at + part.length;
+    let parts: Vec<Range<usize>> = match changed {
+        ChangedPart::Superblock => std::iter::once(0..4092).collect(),
+        ChangedPart::Directory => std::iter::once(&town.root).chain(&town.pages).map(part).collect(),
+        ChangedPart::Tile => town.cores.iter().chain(&town.borders).map(part).collect(),
     };
-    // Which part, where in it, what to do, and a value.
+    // Each change has a part, an offset in it, an operation and a value.
     for change in data.chunks_exact(5) {
         let part = &parts[usize::from(change[0]) % parts.len()];
         let at = part.start + usize::from(u16::from_le_bytes([change[1], change[2]])) % part.len();
@@ -108,14 +109,14 @@ pub fn run(data: &[u8], place: Place) {
             }
         }
     }
-    match place {
-        Place::Superblock => town.sew_superblocks(),
-        Place::Directory | Place::Tile => town.sew(),
+    match changed {
+        ChangedPart::Superblock => town.sew_superblocks(),
+        ChangedPart::Directory | ChangedPart::Tile => town.sew(),
     }
     runtime().block_on(ask(town.bytes));
 }
 
-/// Asks a file everything; what it answers does not matter.
+/// Asks a file everything; the answers do not matter.
 async fn ask(bytes: Vec<u8>) {
     let opened = TileReader::open_source(MemoryFile::new(bytes), "file", OpenOptions::default().memory(64 << 20)).await;
     let Ok(reader) = opened else { return };

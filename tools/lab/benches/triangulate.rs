@@ -1,6 +1,7 @@
-//! The library's kernel, spade, delaunator and the second candidate side by side.
+//! Compares the library's kernel, spade, delaunator and the second candidate.
 //!
-//! Criterion runs one after the other, so a noisy machine disturbs the comparison; `kernel-table` takes turns.
+//! Criterion runs one after the other, so a noisy machine disturbs the comparison; `kernel-table`
+//! alternates between them.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! The folder that an experiment fills, and a place for what it needs in the meantime.
+//! The folder that an experiment fills, and a scratch folder for temporary files.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -10,25 +10,27 @@ use tiletool::common;
 use tiletool::output;
 use tiletool::plot;
 
-/// How the names of scratch folders begin.
+/// The prefix of the names of scratch folders.
 const PREFIX: &str = ".experiment-";
-/// A file in each of them.
+/// The name of a file in each scratch folder.
 const LOCK: &str = "lock";
 
-/// Where an experiment's results go.
+/// The folder for an experiment's results.
 pub struct Folder {
     path: PathBuf,
-    /// Removed with everything in it when the experiment is over; if it was killed, by the next one that fills the folder.
+    /// Removed with its content when the experiment ends. If the experiment was killed, the next
+    /// one that fills the folder removes it.
     scratch: TempDir,
-    /// In the scratch folder, locked as long as the experiment runs.
+    /// A file in the scratch folder, locked while the experiment runs.
     _lock: File,
     results: Vec<(String, Vec<u8>)>,
 }
 
 impl Folder {
-    /// Makes the folder if it is not there.
+    /// Opens the folder; creates it if it does not exist.
     ///
-    /// Fails if it cannot be, is something else, or cannot be written to: before anything is measured.
+    /// Fails, before anything is measured, if the folder cannot be created, is not a folder, or
+    /// cannot be written to.
     pub fn create(path: &Path) -> anyhow::Result<Self> {
         let shown = path.display();
         if path.exists() && !path.is_dir() {
@@ -52,12 +54,13 @@ impl Folder {
         })
     }
 
-    /// A place for files that nobody needs afterwards.
+    /// Returns the folder for temporary files.
     pub fn scratch(&self) -> &Path {
         self.scratch.path()
     }
 
-    /// Fails if fewer bytes than these are free on the disk. Where the system does not tell, it is left to the writing.
+    /// Fails if fewer than `bytes` bytes are free on the disk. If the system does not report them,
+    /// a later write fails instead.
     pub fn require(&self, bytes: u64) -> anyhow::Result<()> {
         let Ok(room) = rustix::fs::statvfs(self.scratch()) else {
             return Ok(());
@@ -74,19 +77,21 @@ impl Folder {
         Ok(())
     }
 
-    /// Keeps a file to be written at the end.
+    /// Keeps a file, to be written at the end.
     pub fn keep(&mut self, name: &str, bytes: impl Into<Vec<u8>>) {
         self.results.push((name.to_owned(), bytes.into()));
     }
 
-    /// Keeps a picture to be written at the end, as its name ends: `.svg` or `.png`.
+    /// Keeps a picture, to be written at the end; the suffix of `name` is its format: `.svg` or
+    /// `.png`.
     pub fn keep_picture(&mut self, name: &str, svg: String) -> anyhow::Result<()> {
         let picture = plot::encode(Path::new(name), svg)?;
         self.keep(name, picture);
         Ok(())
     }
 
-    /// Writes what was kept, each file complete or not at all, in the order in which it came, and prints their names.
+    /// Writes the kept files in the order in which they were kept, each as a whole or not at all,
+    /// and prints their names.
     pub fn publish(self) -> anyhow::Result<()> {
         let mut written = String::new();
         for (name, bytes) in &self.results {
@@ -98,13 +103,13 @@ impl Folder {
     }
 }
 
-/// Removes what experiments have left that were killed.
+/// Removes the scratch folders of killed experiments.
 fn remove_dead(path: &Path) {
     let entries = fs::read_dir(path).into_iter().flatten().flatten();
     for entry in entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(PREFIX)) {
         let lock = File::open(entry.path().join(LOCK));
         if lock.is_ok_and(|lock| lock.try_lock().is_ok()) {
-            // If it stays, the next one tries again.
+            // If it stays, the next experiment tries again.
             let _ = fs::remove_dir_all(entry.path());
         }
     }
@@ -114,7 +119,7 @@ fn remove_dead(path: &Path) {
 mod tests {
     use super::*;
 
-    /// The names of what lies in a folder, sorted.
+    /// Returns the names in a folder, sorted.
     fn names(folder: &Path) -> Vec<String> {
         let entries = fs::read_dir(folder).unwrap();
         let mut names: Vec<String> = entries
@@ -125,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn results_come_at_the_end_and_nothing_else_stays() {
+    fn results_are_written_at_the_end_and_nothing_else_stays() {
         let outer = tempfile::tempdir().unwrap();
         let path = outer.path().join("a/b");
         let mut folder = Folder::create(&path).unwrap();
@@ -144,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn scratch_of_a_killed_experiment_goes_and_that_of_a_running_one_stays() {
+    fn the_scratch_folder_of_a_killed_experiment_is_removed_and_that_of_a_running_one_stays() {
         let outer = tempfile::tempdir().unwrap();
         let dead = outer.path().join(".experiment-dead");
         fs::create_dir(&dead).unwrap();
@@ -160,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_cannot_be_is_told() {
+    fn an_unusable_folder_or_too_little_disk_is_refused() {
         let outer = tempfile::tempdir().unwrap();
         let file = outer.path().join("file");
         fs::write(&file, "").unwrap();

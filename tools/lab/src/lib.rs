@@ -1,8 +1,9 @@
-//! What the programs, the bench and the tests of the laboratory share. The program `lab` has the experiments.
+//! Shared code of the programs, the bench and the tests of the laboratory. The program `lab` has
+//! the experiments.
 
 pub mod kernels;
 
-/// The number in the middle; of an even count the upper of two, of none 0.
+/// Returns the median; the upper one of an even count, and 0 of no numbers.
 #[must_use]
 pub fn median(numbers: &[f64]) -> f64 {
     let mut sorted = numbers.to_vec();

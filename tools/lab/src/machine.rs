@@ -1,4 +1,4 @@
-//! What was measured on, and with which command, in words.
+//! Describes the machine and the command of a measurement in words.
 
 use std::fs;
 use std::thread::available_parallelism;
@@ -7,7 +7,7 @@ use limited::after_colon;
 
 use tiletool::common;
 
-/// The processor, memory and system, as far as they can be told.
+/// Returns the processor, memory and system, as far as they are known.
 pub fn describe() -> String {
     let cores = available_parallelism().map_or(1, usize::from);
     let mut parts = vec![format!(
@@ -30,7 +30,8 @@ pub fn describe() -> String {
     parts.join(", ")
 }
 
-/// The command that this process was started with, as it can be repeated: words that a shell would part are quoted.
+/// Returns the command that this process was started with, so that it can be repeated: words that a
+/// shell would split are quoted.
 pub fn command() -> String {
     let words = std::env::args().skip(1).map(|word| {
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+".contains(c);

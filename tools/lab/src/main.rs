@@ -1,7 +1,8 @@
 //! The laboratory: measurements on this machine, as tables, charts and a page of Markdown.
 //!
-//! Comes in: options. Goes out: a folder with `README.md`, ready to be published, and the tables and pictures that it shows. An
-//! experiment writes them in one go when it is through (`folder.rs`), so that one that fails leaves what was there before.
+//! The input is options. The output is a folder with `README.md`, ready to be published, and the
+//! tables and pictures that it shows. An experiment writes them together at its end (`folder.rs`),
+//! so a failed experiment leaves the old results.
 //!
 //! ```text
 //!   build ────▶ child ──▶ peer       whole processes, measured from outside
@@ -30,7 +31,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use tiletool::Ending;
 
-/// As the tool has it: builds that are measured are this program.
+/// The allocator of the tool: builds that are measured run in this program.
 #[global_allocator]
 static ALLOCATOR: Ending = Ending;
 
@@ -55,7 +56,7 @@ enum Command {
     Query(query::QueryArgs),
     #[command(hide = true)]
     Peer(peer::PeerArgs),
-    /// What tiletool does; experiments run it in processes of their own
+    /// The commands of tiletool; experiments run them in processes of their own
     #[command(hide = true)]
     Tool(ToolArgs),
 }

@@ -1,8 +1,8 @@
 //! Other triangulators on the same files, each in a process of its own.
 //!
-//! `lab peer spade` is that process for crate spade, which works in memory; the program `triangle` (Shewchuk 1996) is
-//! run if it is installed. Both keep their result in memory or write it as text, without tiles; what they print is not looked at but for
-//! the counts.
+//! `lab peer spade` is that process for crate spade, which works in memory. The program `triangle`
+//! (Shewchuk 1996) is run if it is installed. Both keep their result in memory or write it as text,
+//! without tiles; only the counts of their output are used.
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
@@ -27,7 +27,7 @@ pub enum Peer {
 }
 
 impl Peer {
-    /// Its name in tables.
+    /// Returns its name in tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Spade => "spade",
@@ -46,7 +46,7 @@ pub struct PeerArgs {
     segments: Option<PathBuf>,
 }
 
-/// What it came to; as JSON the answer to `lab build`.
+/// The result, which goes to `lab build` as JSON.
 #[derive(Serialize)]
 struct Report {
     vertices: u64,
@@ -101,7 +101,7 @@ fn read_segments(path: &Path) -> anyhow::Result<Vec<[usize; 2]>> {
     })
 }
 
-/// All records of two numbers of so many bytes.
+/// Reads all records of two numbers of `W` bytes.
 fn records<const W: usize, T>(path: &Path, record: impl Fn([[u8; W]; 2]) -> T) -> anyhow::Result<Vec<T>> {
     let context = || format!("cannot read {}", path.display());
     let file = File::open(path).with_context(context)?;
@@ -117,7 +117,8 @@ fn records<const W: usize, T>(path: &Path, record: impl Fn([[u8; W]; 2]) -> T) -
     Ok(records)
 }
 
-/// Writes points and segments as the program triangle wants them: `.node`, or `.poly` if there are segments.
+/// Writes points and segments in a format of the program triangle: `.node`, or `.poly` if there are
+/// segments.
 pub fn write_for_triangle(points: &Path, segments: Option<&Path>, output: &Path) -> anyhow::Result<()> {
     let points = read_points(points)?;
     let segments = segments.map(read_segments).transpose()?;
@@ -139,7 +140,7 @@ pub fn write_for_triangle(points: &Path, segments: Option<&Path>, output: &Path)
     write().with_context(|| format!("cannot write {}", output.display()))
 }
 
-/// Where the program triangle is installed, if it is.
+/// Returns the path of the program triangle, if it is installed.
 pub fn find_triangle() -> Option<PathBuf> {
     let folders = std::env::var_os("PATH")?;
     std::env::split_paths(&folders)

@@ -1,10 +1,10 @@
-//! In which format pictures are written, and how a page shows them.
+//! The format of pictures, and how a page shows them.
 
 use clap::{Args, ValueEnum};
 
 use crate::folder::Folder;
 
-/// How pictures are written.
+/// The options for pictures.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct Pictures {
     /// The format of the pictures
@@ -19,7 +19,7 @@ enum Format {
 }
 
 impl Pictures {
-    /// Keeps a picture, whose file has a name that begins like this. Returns the Markdown that shows it.
+    /// Keeps a picture in a file whose name begins with `stem`. Returns the Markdown that shows it.
     pub fn keep(self, stem: &str, title: &str, svg: String, folder: &mut Folder) -> anyhow::Result<String> {
         let suffix = match self.pictures {
             Format::Svg => "svg",

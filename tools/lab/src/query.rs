@@ -1,4 +1,4 @@
-//! `lab query`: answers by any method, and what they cost.
+//! `lab query`: answers by any method, and their cost.
 
 use anyhow::bail;
 use clap::{Args, Subcommand, ValueEnum};
@@ -9,14 +9,14 @@ use serde_json::{Map, Value, json};
 
 use tiletool::common::thousands;
 use tiletool::query;
-use tiletool::query::answer::{self, Answer, Found, Status};
+use tiletool::query::answer::{self, Answer, QueryResult, Status};
 use tiletool::query::ask::{Ask, path_found};
 use tiletool::query::batch::Question;
 use tiletool::query::command::{KnnArgs, PathArgs, QueryCommand, RangeArgs};
 
-/// Ask a tile file what is near and how to get there, by any method, and what that costs.
+/// Ask a tile file for the nearest sites and for shortest paths, by any method, and for their cost.
 ///
-/// As `tiletool query`, with --method. With --stats each answer tells what it cost.
+/// Like `tiletool query`, with --method. With --stats each answer reports its cost.
 #[derive(Args, Clone, Debug)]
 pub struct QueryArgs {
     #[command(subcommand)]
@@ -33,7 +33,7 @@ enum Command {
     Path(By<PathArgs>),
 }
 
-/// A question, and by which method it is answered.
+/// A question, and the method that answers it.
 #[derive(Args, Clone, Debug)]
 struct By<A: Args> {
     #[command(flatten)]
@@ -52,16 +52,17 @@ pub fn run(args: &QueryArgs) -> anyhow::Result<()> {
     let ((mode, is_progressive), (ask, _, common)) = (command.mode(), command.parts());
     let is_exact = mode == Mode::Exact && !is_progressive;
     let method = method.method();
-    if method != Method::Wave {
+    if method != Method::Wavefront {
         if matches!(ask, Ask::Range { area: true, .. }) {
             bail!("only --method wave gives an --area");
         } else if !is_exact {
             bail!("only --method wave has a --mode, or is --progressive; the others are exact");
         }
     }
-    let tells = common.reading.stats;
-    // What a mode other than exact costs is not measured.
-    let measure = (is_exact && (tells || method != Method::Wave)).then_some(Measure { method, tells });
+    let reports_cost = common.reading.stats;
+    // Modes other than exact are not measured.
+    let measure =
+        (is_exact && (reports_cost || method != Method::Wavefront)).then_some(Measure { method, reports_cost });
     query::answer(&command, move |ask, reader, question, options| async move {
         match measure {
             Some(measure) => measure.answer(ask, &reader, question, options).await,
@@ -70,47 +71,47 @@ pub fn run(args: &QueryArgs) -> anyhow::Result<()> {
     })
 }
 
-/// A stretch factor that may hold.
+/// Parses a stretch factor, which must be large enough.
 fn stretch(text: &str) -> Result<Stretch, String> {
     let stretch = text.parse().map_err(|_| "a stretch factor is a number".to_owned())?;
     Stretch::new(stretch).map_err(|error| error.to_string())
 }
 
-/// How distances are found.
+/// The method that finds distances.
 #[derive(Args, Clone, Copy, Debug)]
 struct MethodArgs {
-    /// How distances among obstacles are found; the answers are the same
+    /// The method that finds distances among obstacles; all methods give the same answers
     #[arg(long, value_enum, default_value_t = Name::Wave)]
     method: Name,
-    /// What the distance along edges is of the walking distance at most, for --method visibility: 2.42 is proved, and less than
-    /// 1.5932 refused
+    /// The maximum ratio of the distance along edges to the walking distance, for --method
+    /// visibility: 2.42 is proved, and less than 1.5932 is refused
     #[arg(long, value_name = "T", default_value = "2.42", value_parser = stretch)]
     stretch: Stretch,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Name {
-    /// The library's own: intervals of sides, nearest first
+    /// The library's own: a wavefront of intervals of edges, nearest first
     Wave,
-    /// Wu's thesis: a local visibility graph of what is near along edges
+    /// Wu's thesis: a local visibility graph of the obstacles near along edges
     Visibility,
-    /// Zhang et al. 2004: a local visibility graph in a disc that grows
+    /// Zhang et al. 2004: a local visibility graph in a growing disc
     EuclidZhang,
-    /// Xia et al. 2004: a local visibility graph of what paths run into
+    /// Xia et al. 2004: a local visibility graph of the obstacles that paths meet
     EuclidXia,
 }
 
-/// A method whose cost may be of interest.
+/// A method whose cost may be reported.
 #[derive(Clone, Copy, Debug)]
 struct Measure {
     method: Method,
-    tells: bool,
+    reports_cost: bool,
 }
 
 impl MethodArgs {
     fn method(self) -> Method {
         match self.method {
-            Name::Wave => Method::Wave,
+            Name::Wave => Method::Wavefront,
             Name::Visibility => Method::Visibility { stretch: self.stretch },
             Name::EuclidZhang => Method::EuclidZhang,
             Name::EuclidXia => Method::EuclidXia,
@@ -119,7 +120,7 @@ impl MethodArgs {
 }
 
 impl Measure {
-    /// The answer to a question, with what it cost.
+    /// Answers a question, and reports the cost.
     async fn answer(
         self,
         ask: Ask,
@@ -141,7 +142,7 @@ impl Measure {
             (_, Question::At(_)) => return ask.answer(reader, question, options).await,
         };
         let (status, found, statistics) = match measured {
-            Err(error) => (Status::of(error)?, Found::nothing(question), None),
+            Err(error) => (Status::of(error)?, QueryResult::nothing(question), None),
             Ok((status, found, statistics)) => (status, found, Some(statistics)),
         };
         Ok(Answer {
@@ -149,7 +150,7 @@ impl Measure {
             status,
             found,
             area: None,
-            cost: statistics.filter(|_| self.tells).map(|its| answer::Measured {
+            cost: statistics.filter(|_| self.reports_cost).map(|its| answer::Measured {
                 object: object(&its),
                 line: line(&its),
             }),
@@ -157,17 +158,17 @@ impl Measure {
     }
 }
 
-fn sites(measured: Measured<Vec<SiteFound>>) -> (Status, Found, Statistics) {
+fn sites(measured: Measured<Vec<SiteFound>>) -> (Status, QueryResult, Statistics) {
     let status = measured.at_least.map_or(Status::Ok, Status::Budget);
-    (status, Found::Sites(measured.answer), measured.statistics)
+    (status, QueryResult::Sites(measured.answer), measured.statistics)
 }
 
-fn path(measured: Measured<PathOutcome>) -> (Status, Found, Statistics) {
+fn path(measured: Measured<PathOutcome>) -> (Status, QueryResult, Statistics) {
     let (status, found) = path_found(measured.answer);
     (status, found, measured.statistics)
 }
 
-/// What an answer cost, for programs.
+/// Returns the cost of an answer as JSON.
 fn object(statistics: &Statistics) -> Value {
     let times = statistics.times.iter();
     let milliseconds: Map<String, Value> = times
@@ -186,7 +187,7 @@ fn object(statistics: &Statistics) -> Value {
     })
 }
 
-/// What an answer cost, for people.
+/// Returns the cost of an answer as a line of text.
 fn line(statistics: &Statistics) -> String {
     let times = statistics.times.iter();
     let times: Vec<String> = times

@@ -1,32 +1,32 @@
-//! A table that is written as CSV in full and as Markdown for people.
+//! A table that is written as CSV with all digits, and as Markdown for people.
 
 use tiletool::common;
 
 /// A value in a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
-    /// Words.
+    /// Text.
     Text(String),
     /// A whole number.
     Count(u64),
-    /// A number, and how many decimals people get to see of it.
+    /// A number, and its number of decimals in Markdown.
     Number(f64, usize),
-    /// Nothing is known.
+    /// An unknown value.
     Missing,
 }
 
 impl Cell {
-    /// A number that may be missing.
+    /// Creates a number that may be missing.
     pub fn number(value: Option<f64>, decimals: usize) -> Self {
         value.map_or(Self::Missing, |value| Self::Number(value, decimals))
     }
 
-    /// A whole number that may be missing.
+    /// Creates a whole number that may be missing.
     pub fn count(value: Option<u64>) -> Self {
         value.map_or(Self::Missing, Self::Count)
     }
 
-    /// In full, as programs want it.
+    /// Returns the value with all digits, for CSV.
     fn exact(&self) -> String {
         match self {
             Self::Text(text) => common::cell(text),
@@ -36,7 +36,7 @@ impl Cell {
         }
     }
 
-    /// As people want it.
+    /// Returns the value as people read it, for Markdown.
     fn short(&self) -> String {
         match self {
             Self::Text(text) => text.replace('|', "\\|").replace(['\n', '\r'], " "),
@@ -65,11 +65,11 @@ pub struct Table {
     rows: Vec<Vec<Cell>>,
 }
 
-/// The name of a column, and what stands in it of an item.
+/// The name of a column, and the function that computes an item's cell in it.
 pub type Column<T> = (&'static str, fn(&T) -> Cell);
 
 impl Table {
-    /// A row for each item.
+    /// Creates a table with a row for each item.
     pub fn of<'t, T: 't>(columns: &[Column<T>], items: impl IntoIterator<Item = &'t T>) -> Self {
         let row = |item| columns.iter().map(|(_, cell)| cell(item)).collect();
         Self {
@@ -78,7 +78,7 @@ impl Table {
         }
     }
 
-    /// Without rows.
+    /// Creates a table without rows.
     pub fn new<const N: usize>(columns: [&'static str; N]) -> Self {
         Self {
             columns: columns.to_vec(),
@@ -92,7 +92,7 @@ impl Table {
         self.rows.push(row.to_vec());
     }
 
-    /// Comma-separated, a header first, numbers in full; what is not known is empty.
+    /// Returns the table as CSV: a header first, numbers with all digits; unknown values are empty.
     pub fn csv(&self) -> String {
         let mut text = self.columns.join(",");
         text.push('\n');
@@ -103,7 +103,7 @@ impl Table {
         text
     }
 
-    /// A table of Markdown; columns without words stand on the right.
+    /// Returns the table as Markdown; columns without text are right-aligned.
     pub fn markdown(&self) -> String {
         let mut text = format!("| {} |\n|", self.columns.join(" | "));
         for column in 0..self.columns.len() {
@@ -124,7 +124,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn programs_get_all_digits_and_people_few() {
+    fn csv_has_all_digits_and_markdown_few() {
         let mut table = Table::new(["name", "n", "x"]);
         table.push(["a,\"b\"".into(), Cell::Count(12345), Cell::Number(1.0 / 3.0, 2)]);
         table.push(["a|b".into(), Cell::Missing, Cell::Number(f64::NAN, 2)]);

@@ -1,4 +1,4 @@
-//! Tile files: those that an experiment is given, and those that it has this program make of obstacles.
+//! Tile files: those given to an experiment, and those that it makes from obstacles.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,18 +8,18 @@ use anyhow::{Context, bail};
 
 use limited::{Ended, measure};
 
-/// Whether a file's name ends so, in small letters or large ones.
+/// Returns whether a file has this suffix, in lower or upper case.
 pub fn ends_in(file: &Path, suffix: &str) -> bool {
     file.extension().is_some_and(|its| its.eq_ignore_ascii_case(suffix))
 }
 
-/// The file of this program, to run it once more.
+/// Returns the path of this program, to run it again.
 pub fn own_program() -> anyhow::Result<PathBuf> {
     std::env::current_exe().context("cannot find this program's own file")
 }
 
-/// Triangulates obstacles, as GeoJSON or a `.poly`, with these sites, in a process of its own that goes away if `stop` is set. The tile
-/// file lies in the work folder `scratch`, under this name.
+/// Triangulates obstacles, from GeoJSON or a `.poly`, with these sites, in a process of its own
+/// that is killed if `stop` is set. The tile file is in the work folder `scratch`, under this name.
 pub fn triangulate(
     obstacles: &Path,
     sites: Option<&Path>,
@@ -27,7 +27,7 @@ pub fn triangulate(
     name: &str,
     stop: &AtomicBool,
 ) -> anyhow::Result<PathBuf> {
-    // The process runs in its own folder.
+    // The process runs in another folder.
     let found = |path: &Path| {
         let whole = path.canonicalize();
         whole.with_context(|| format!("cannot find {}", path.display()))

@@ -1,4 +1,5 @@
-//! The commands of `tiletool` that keep to `--memory`, with inputs made for them, to be run under a hard limit one after the other.
+//! The commands of `tiletool` that obey `--memory`, with inputs made for them, to be run under a
+//! hard limit one after the other.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -12,22 +13,22 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use crate::{Ended, Limit, Took, measure};
 
-/// How large the inputs are.
+/// The sizes of the inputs.
 #[derive(Clone, Copy, Debug)]
 pub struct Sizes {
-    /// Points of the inputs for builds with points, short lines, and sites.
+    /// The number of points of the inputs for builds with points, short lines, and sites.
     pub points: u64,
-    /// Segments for each of these points, in the input with short lines.
+    /// The number of segments for each of these points, in the input with short lines.
     pub alpha: f64,
-    /// Points of the inputs with long lines, with lines that cross, and with obstacles.
+    /// The number of points of the inputs with long lines, with crossing lines, and with obstacles.
     pub fewer_points: u64,
-    /// Segments that each cross nearly the whole square.
+    /// The number of segments that each cross nearly the whole square.
     pub long_segments: u64,
-    /// Segments that cross each other.
+    /// The number of segments that cross each other.
     pub crossing_segments: u64,
-    /// Sites.
+    /// The number of sites.
     pub sites: u64,
-    /// Square obstacles, and short lines for `constrain`.
+    /// The number of square obstacles, and of short lines for `constrain`.
     pub squares: u64,
     /// The seed of all inputs.
     pub seed: u64,
@@ -36,24 +37,24 @@ pub struct Sizes {
 /// A command.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {
-    /// What it is called in a table.
+    /// Its name in a table.
     pub name: &'static str,
-    /// A file that it changes, and what that is a copy of.
+    /// A file that it changes, after the file of which that is a copy.
     pub copy: Option<(&'static str, &'static str)>,
-    /// Its arguments, but for `--memory`.
+    /// Its arguments, without `--memory`.
     pub args: &'static str,
     /// Whether it has the option `--memory`.
     pub has_memory: bool,
 }
 
 impl Case {
-    /// Whether it makes a tile file of inputs.
+    /// Returns whether it builds a tile file from inputs.
     #[must_use]
     pub fn is_build(&self) -> bool {
         self.args.starts_with("build ")
     }
 
-    /// Whether it reads what another case makes.
+    /// Returns whether it reads the output of another case.
     #[must_use]
     pub fn reads(&self, other: &Self) -> bool {
         let made = other.args.split(' ').skip_while(|&arg| arg != "-o").nth(1);
@@ -71,7 +72,7 @@ const fn case(name: &'static str, args: &'static str) -> Case {
     }
 }
 
-/// All cases, in order: later ones read what earlier ones have made.
+/// All cases, in order: later ones read the outputs of earlier ones.
 pub const ALL: [Case; 20] = [
     case("build, points", "build points.f64 -o points.tiles --force --quiet"),
     case(
@@ -179,15 +180,15 @@ pub struct Runner<'a> {
     pub folder: &'a Path,
     /// The hard limit.
     pub limit: &'a Limit,
-    /// Ends the command, which is an error.
+    /// If set, ends the command with an error.
     pub stop: &'a AtomicBool,
 }
 
 impl Runner<'_> {
-    /// Runs a case with this `--memory`, in bytes, and with more arguments.
+    /// Runs a case with `memory` bytes as `--memory`, and with additional arguments.
     ///
     /// # Errors
-    /// If it cannot be run, or is stopped.
+    /// If the case cannot be run, or is stopped.
     pub fn run(&self, case: &Case, memory: u64, more: &[String]) -> anyhow::Result<Took> {
         if let Some((from, to)) = case.copy {
             fs::copy(self.folder.join(from), self.folder.join(to)).with_context(|| format!("cannot copy {from}"))?;
@@ -201,7 +202,8 @@ impl Runner<'_> {
     }
 }
 
-/// What is wrong with how a case ended, if something is: it must be done, and no more than `limit` bytes may have been resident.
+/// Returns what is wrong with the end of a case, or `None`: it must have succeeded, and at most
+/// `limit` bytes may have been resident.
 #[must_use]
 pub fn fault(took: &Took, limit: u64) -> Option<String> {
     match took.ended {
@@ -214,12 +216,12 @@ pub fn fault(took: &Took, limit: u64) -> Option<String> {
     }
 }
 
-/// A number from 0 to 1.
+/// Returns a number from 0 to 1.
 fn share(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// Segments up to 0.02 long, of which many cross.
+/// Returns segments up to 0.02 long, many of which cross.
 fn crossing(random: &mut ChaCha8Rng, count: u64) -> String {
     let mut text = String::new();
     for _ in 0..count {
@@ -238,17 +240,17 @@ fn sites(random: &mut ChaCha8Rng, count: u64) -> String {
     text
 }
 
-/// Places in the cells of a grid: the middle of each cell, and its width.
+/// Returns the centre and the width of each cell of a grid.
 fn cells(count: u64) -> impl Iterator<Item = (f64, f64, f64)> {
-    let side = count.max(1).isqrt();
-    let width = 0.98 / side as f64;
-    (0..side * side).map(move |cell| {
-        let [column, row] = [cell % side, cell / side].map(|at| 0.01 + width * (at as f64 + 0.5));
+    let columns = count.max(1).isqrt();
+    let width = 0.98 / columns as f64;
+    (0..columns * columns).map(move |cell| {
+        let [column, row] = [cell % columns, cell / columns].map(|at| 0.01 + width * (at as f64 + 0.5));
         (column, row, width)
     })
 }
 
-/// Segments that do not cross.
+/// Returns segments that do not cross.
 fn short(random: &mut ChaCha8Rng, count: u64) -> String {
     let mut text = String::new();
     for (x, y, width) in cells(count) {
@@ -265,7 +267,7 @@ fn short(random: &mut ChaCha8Rng, count: u64) -> String {
     text
 }
 
-/// Squares side by side that do not touch.
+/// Returns squares side by side that do not touch.
 fn squares(random: &mut ChaCha8Rng, count: u64) -> String {
     let mut text = r#"{"type":"FeatureCollection","features":["#.to_owned();
     for (number, (x, y, width)) in cells(count).enumerate() {

@@ -1,4 +1,5 @@
-//! A cgroup with a limit of memory, made by hand: version 1's memory controller, or version 2 where it is delegated.
+//! A cgroup with a limit of memory, made by hand: with the memory controller of version 1, or in
+//! version 2 where it is delegated.
 
 use std::fs;
 use std::io;
@@ -6,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// A group of processes that together get no more memory than its limit; the system kills one of them otherwise. The page cache
-/// counts too, but is given back first. The group goes away with the value.
+/// A group of processes that together get no more memory than its limit; beyond it the system kills
+/// one of them. The page cache counts too, but is reclaimed first. The group is removed on drop.
 #[derive(Debug)]
 pub struct Group {
     folder: PathBuf,
@@ -24,7 +25,8 @@ impl Group {
         let text = fs::read_to_string("/proc/self/cgroup")?;
         let mut refused = io::Error::from(io::ErrorKind::NotFound);
         for (root, own, is_first) in text.lines().filter_map(hierarchy) {
-            // Within a container the group's own name may lead nowhere, and the root is the container's.
+            // Within a container the group's own name may not exist, and the root is the
+            // container's.
             for parent in [Path::new(root).join(own.trim_start_matches('/')), PathBuf::from(root)] {
                 match Self::in_folder(parent.join(&name), bytes, is_first) {
                     Ok(group) => return Ok(group),
@@ -43,7 +45,7 @@ impl Group {
         fs::create_dir(&folder)?;
         let group = Self { folder };
         group.write(limit, &bytes.to_string())?;
-        // Where swap is not counted, there is nothing to forbid.
+        // If swap is not counted, there is nothing to forbid.
         for (file, value) in [(with_swap, bytes), (no_swap, 0)] {
             if group.folder.join(file).is_file() {
                 group.write(file, &value.to_string())?;
@@ -54,12 +56,12 @@ impl Group {
 
     fn write(&self, file: &str, value: &str) -> io::Result<()> {
         let path = self.folder.join(file);
-        // The file must be there already: a folder that is no cgroup gets none.
+        // The file must exist already: a folder that is no cgroup gets none.
         fs::OpenOptions::new().write(true).open(&path)?;
         fs::write(path, value)
     }
 
-    /// The file that a process writes its number to, to join.
+    /// Returns the file to which a process writes its number to join.
     pub fn processes(&self) -> PathBuf {
         self.folder.join("cgroup.procs")
     }
@@ -79,7 +81,8 @@ impl Drop for Group {
     }
 }
 
-/// Of a line of `/proc/self/cgroup`: where the hierarchy is mounted, the group in it, and whether it is version 1's.
+/// Parses a line of `/proc/self/cgroup`: the mount point of the hierarchy, the group in it, and
+/// whether it is version 1.
 fn hierarchy(line: &str) -> Option<(&'static str, &str, bool)> {
     let mut fields = line.splitn(3, ':').skip(1);
     match (fields.next()?, fields.next()?) {
@@ -96,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_of_both_versions_are_told_apart() {
+    fn lines_of_both_cgroup_versions_are_distinguished() {
         assert_eq!(
             hierarchy("0::/user.slice"),
             Some(("/sys/fs/cgroup", "/user.slice", false))

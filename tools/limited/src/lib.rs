@@ -1,7 +1,8 @@
 //! Runs programs under a hard limit of memory, and measures them from outside.
 //!
-//! [`Limit`] is the limit: a cgroup where one may be made, otherwise whoever watches the process. [`measure`] runs a command to its end.
-//! [`cases`] are the commands of `tiletool` that take `--memory`, with inputs made for them.
+//! [`Limit`] is the limit: a cgroup where one may be made, otherwise a thread that watches the
+//! process. [`measure`] runs a command to its end. [`cases`] has the commands of `tiletool` that
+//! take `--memory`, with inputs made for them.
 
 pub mod cases;
 mod cgroup;
@@ -11,7 +12,7 @@ mod measure;
 pub use limit::Limit;
 pub use measure::{Ended, Took, measure};
 
-/// What stands behind the first such name and a colon, in a text of the kernel's.
+/// Returns the text after the first line's name `name` and a colon, in a text of the kernel.
 #[must_use]
 pub fn after_colon<'a>(text: &'a str, name: &str) -> Option<&'a str> {
     let mut lines = text.lines().filter_map(|line| line.split_once(':'));

@@ -1,6 +1,8 @@
-//! A hard limit to the memory of a process: by a cgroup where the system lets us have one, otherwise by watching it.
+//! A hard limit on the memory of a process: by a cgroup if the system allows one, otherwise by
+//! watching the process.
 //!
-//! A resource limit will not do: those that there are count memory that was asked for but never touched, which is no burden to anybody.
+//! A resource limit (`ulimit`) does not suffice: it counts memory that was requested but never
+//! touched.
 
 use std::ffi::OsStr;
 use std::process::{Command, Stdio};
@@ -10,11 +12,11 @@ use bytesize::ByteSize;
 
 use crate::cgroup::Group;
 
-/// How much memory a process may have resident, and what sees to it. Processes that run at the same time by clones of one limit may
-/// share it.
+/// The resident memory that a process may have, and the means that enforces it. Processes that run
+/// at the same time by clones of one limit may share it.
 #[derive(Clone, Debug)]
 pub struct Limit {
-    /// In bytes.
+    /// The limit in bytes.
     pub bytes: u64,
     means: Means,
 }
@@ -23,14 +25,14 @@ pub struct Limit {
 enum Means {
     /// A cgroup that was made by hand.
     Group(Arc<Group>),
-    /// A scope of the system's or of the user's systemd, which is a cgroup.
+    /// A scope of the system's or the user's systemd, which is a cgroup.
     Scope { is_users: bool },
-    /// Whoever measures the process looks at it all the time, and kills it.
+    /// The code that measures the process polls its memory, and kills it.
     Watch,
 }
 
 impl Limit {
-    /// By the best means that there are.
+    /// Creates a limit by the best available means.
     #[must_use]
     pub fn new(bytes: u64) -> Self {
         let group = Group::new(bytes).ok().map(|group| Means::Group(Arc::new(group)));
@@ -48,7 +50,8 @@ impl Limit {
         Self { bytes, means }
     }
 
-    /// A command that runs a program within the limit, if whoever runs it kills it beyond [`watched`](Self::watched).
+    /// Returns a command that runs a program within the limit, provided that the caller kills it
+    /// beyond [`watched`](Self::watched).
     pub fn command(&self, program: &OsStr) -> Command {
         let is_users = match &self.means {
             Means::Watch => return Command::new(program),
@@ -79,13 +82,14 @@ impl Limit {
         command
     }
 
-    /// Bytes of resident memory, beyond which the process is to be killed, as nobody else does.
+    /// Returns the bytes of resident memory beyond which the caller must kill the process, or
+    /// `None` if the system does.
     #[must_use]
     pub fn watched(&self) -> Option<u64> {
         matches!(self.means, Means::Watch).then_some(self.bytes)
     }
 
-    /// What it is, in words.
+    /// Describes the limit in words.
     #[must_use]
     pub fn describe(&self) -> String {
         let bytes = ByteSize::b(self.bytes).display().iec();
@@ -95,8 +99,8 @@ impl Limit {
                 format!("{bytes} for each process, by a cgroup (`systemd-run --scope -p MemoryMax`)")
             }
             Means::Watch => format!(
-                "{bytes} for each process: no cgroup was to be had, so each was looked at every few milliseconds, and killed \
-                 when it had more in memory, files that it reads apart"
+                "{bytes} for each process: no cgroup was available, so each was polled every few milliseconds, and killed \
+                 when it had more in memory, not counting files"
             ),
         }
     }
@@ -110,7 +114,7 @@ mod tests {
     use crate::{Ended, measure};
 
     #[test]
-    fn who_needs_more_is_ended_and_who_needs_less_goes_on() {
+    fn a_process_above_the_limit_is_killed_and_one_below_it_completes() {
         let folder = tempfile::tempdir().unwrap();
         let go = AtomicBool::new(false);
         let watching = Limit {
@@ -120,7 +124,7 @@ mod tests {
         for limit in [Limit::new(64 << 20), watching] {
             for (bytes, ends_well) in [("1000000", true), ("100000000", false)] {
                 let mut command = limit.command(OsStr::new("sh"));
-                // The shell copies what it is given, and holds it for a while.
+                // The shell copies its argument, and keeps it for a while.
                 let script = format!("x=$(head -c {bytes} /dev/zero | tr '\\0' x); sleep 0.1; [ ${{#x}} -eq {bytes} ]");
                 command.args(["-c", &script]);
                 let took = measure(command, folder.path(), limit.watched(), &go).unwrap();

@@ -1,4 +1,5 @@
-//! Measures the commands of `tiletool` that take `--memory`, each under a hard limit a little above it, and prints a table of their peaks.
+//! Measures the commands of `tiletool` that take `--memory`, each under a hard limit slightly above
+//! it, and prints a table of their peaks.
 //!
 //! ```sh
 //! cargo build --release -p tiletool -p limited
@@ -19,26 +20,26 @@ use limited::{Limit, Took};
 
 /// Measures the commands of `tiletool` under hard limits of memory.
 ///
-/// Exit code 1: one has failed, was killed, or had more resident than the limit.
+/// Exit code 1: a command failed, was killed, or had more resident memory than the limit.
 #[derive(Parser)]
 #[command(after_help = "Example: limited --points 1000000 --memory 64MiB --only verify")]
 struct Args {
-    /// The tool; by default the one beside this program
+    /// The tool; by default the one in the folder of this program
     #[arg(long)]
     tool: Option<PathBuf>,
-    /// Points of the larger inputs; others have a tenth
+    /// Number of points of the larger inputs; others have a tenth
     #[arg(long, default_value_t = 10_000_000)]
     points: u64,
-    /// What the commands get as --memory
+    /// The values of --memory
     #[arg(long, value_delimiter = ',', default_value = "64MiB,128MiB,256MiB")]
     memory: Vec<ByteSize>,
-    /// By how much the hard limit is larger
+    /// The difference between the hard limit and --memory
     #[arg(long, default_value = "16MiB")]
     more: ByteSize,
-    /// Only the cases whose names contain this; those that it needs run too
+    /// Only the cases whose names contain this text, and the builds, which they need
     #[arg(long)]
     only: Option<String>,
-    /// The folder in which a work folder is made; it needs about 250 bytes a point
+    /// The folder for the work folder; it needs about 250 bytes a point
     #[arg(long)]
     folder: Option<PathBuf>,
     /// The seed of the inputs
@@ -57,7 +58,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether all went well.
+/// Runs all cases; returns whether all succeeded.
 fn run(args: &Args) -> anyhow::Result<bool> {
     let tool = match &args.tool {
         Some(tool) => tool.canonicalize()?,
@@ -65,7 +66,7 @@ fn run(args: &Args) -> anyhow::Result<bool> {
     };
     ensure!(
         tool.is_file(),
-        "{}: there is no tool; build it, or name it with --tool",
+        "{}: there is no tool; build it, or give its path with --tool",
         tool.display()
     );
     let folder = args.folder.clone().unwrap_or_else(env::temp_dir);

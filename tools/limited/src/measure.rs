@@ -1,7 +1,8 @@
-//! Runs a program to its end and measures the whole process from outside: time, processor time, memory, storage.
+//! Runs a program to its end, and measures the whole process from outside: time, processor time,
+//! memory, storage.
 //!
-//! What the system tells of a process is read when it has ended, before it is reaped. Its peak memory is gone by then, so it is
-//! looked at all the time while the process lives.
+//! What the system reports of a process is read after it has ended, before it is reaped. Its memory
+//! is no longer reported then, so it is polled while the process lives.
 
 use std::fs::{self, File};
 use std::path::Path;
@@ -19,41 +20,41 @@ use crate::after_colon;
 /// How a process ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
-    /// It did what it should.
+    /// It succeeded.
     Done,
-    /// It gave up, with this exit code.
+    /// It failed, with this exit code.
     Failed(i32),
     /// It was ended by this signal.
     Killed(i32),
 }
 
-/// What a process took.
+/// The result and the resources of a process.
 #[derive(Clone, Debug)]
 pub struct Took {
     /// How it ended.
     pub ended: Ended,
-    /// From its start to its end.
+    /// Seconds from its start to its end.
     pub seconds: f64,
-    /// Processor time of all its threads in the program, in steps of a clock tick.
+    /// Processor time of all its threads in user mode, in steps of a clock tick.
     pub user_seconds: Option<f64>,
-    /// That in the system.
+    /// Processor time of all its threads in the kernel.
     pub system_seconds: Option<f64>,
-    /// The most memory that it had resident, in bytes.
+    /// The peak of its resident memory, in bytes.
     pub peak: Option<u64>,
-    /// The most that was seen of memory that belongs to no file, in bytes: without the program's code.
+    /// The largest observed memory that belongs to no file, in bytes: without the program's code.
     pub own_peak: Option<u64>,
-    /// Bytes that storage had to read for it; what the page cache had is not among them.
+    /// Bytes that storage had to read for it, without those in the page cache.
     pub storage_read: Option<u64>,
     /// Bytes that storage had to write for it.
     pub storage_written: Option<u64>,
-    /// What it printed.
+    /// Its standard output.
     pub output: String,
-    /// What it complained of.
+    /// Its error output.
     pub errors: String,
 }
 
 impl Took {
-    /// What it complained of, to be told as ours.
+    /// Returns its error output, without the leading `error: `.
     #[must_use]
     pub fn complaint(&self) -> &str {
         let errors = self.errors.trim();
@@ -61,14 +62,14 @@ impl Took {
     }
 }
 
-/// Between two looks at a process's memory.
+/// The interval between two polls of a process's memory.
 const LOOK: Duration = Duration::from_millis(3);
 
-/// Runs a program in a folder. It is killed if it is seen to have more than `most` bytes in memory, files apart; and if `stop` is set,
-/// which is an error.
+/// Runs a program in a folder. It is killed if a poll finds more than `most` bytes in memory, not
+/// counting files, or if `stop` is set, which is an error.
 ///
 /// # Errors
-/// If it cannot be run, watched or waited for, or `stop` was set.
+/// If the program cannot be run, watched or waited for, or if `stop` was set.
 pub fn measure(mut command: Command, folder: &Path, most: Option<u64>, stop: &AtomicBool) -> anyhow::Result<Took> {
     let name = command.get_program().to_string_lossy().into_owned();
     let [output, errors] = ["stdout", "stderr"].map(|name| folder.join(name));
@@ -79,7 +80,7 @@ pub fn measure(mut command: Command, folder: &Path, most: Option<u64>, stop: &At
     let mut child = command.spawn().with_context(|| format!("cannot run {name}"))?;
     let watched = watch(&child, most.unwrap_or(u64::MAX), stop);
     if watched.is_err() {
-        // Whoever cannot be waited for must not go on alone.
+        // A process that cannot be waited for must not go on alone.
         let _ = child.kill();
     }
     let seconds = began.elapsed().as_secs_f64();
@@ -104,7 +105,8 @@ pub fn measure(mut command: Command, folder: &Path, most: Option<u64>, stop: &At
     })
 }
 
-/// Waits until a process has ended, without reaping it. Returns the most memory that was seen.
+/// Waits until a process has ended, without reaping it. Returns the largest memory that was
+/// observed.
 fn watch(child: &Child, most: u64, stop: &AtomicBool) -> anyhow::Result<Option<Memory>> {
     let (is_over, pid) = (AtomicBool::new(false), Pid::from_child(child));
     thread::scope(|scope| {
@@ -115,7 +117,7 @@ fn watch(child: &Child, most: u64, stop: &AtomicBool) -> anyhow::Result<Option<M
                 most_seen = memory.map_or(most_seen, |memory| Some(memory.or_more(most_seen)));
                 let has_more = memory.is_some_and(|memory| memory.own > most);
                 if has_more || stop.load(Ordering::Relaxed) {
-                    // It may have ended by itself meanwhile.
+                    // The process may have ended by itself meanwhile.
                     let _ = kill_process(pid, Signal::KILL);
                 }
                 thread::sleep(LOOK);
@@ -148,17 +150,17 @@ fn ended(status: ExitStatus) -> Ended {
     }
 }
 
-/// What a process has in memory, in bytes.
+/// The memory of a process, in bytes.
 #[derive(Clone, Copy)]
 struct Memory {
-    /// The most that was resident so far.
+    /// The peak of its resident memory so far.
     peak: u64,
-    /// What is resident and belongs to no file.
+    /// Its resident memory that belongs to no file.
     own: u64,
 }
 
 impl Memory {
-    /// The larger of each.
+    /// Returns the larger of each number.
     fn or_more(self, other: Option<Self>) -> Self {
         other.map_or(self, |other| Self {
             peak: self.peak.max(other.peak),
@@ -179,10 +181,10 @@ impl Memory {
     }
 }
 
-/// Seconds of processor time in the program and in the system.
+/// Returns the seconds of processor time in user mode and in the kernel.
 fn times(pid: u32) -> Option<(f64, f64)> {
     let text = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
-    // The program's name may have blanks and brackets in it; what comes behind has none.
+    // The program's name may contain blanks and brackets; the fields behind it contain none.
     let (_, fields) = text.rsplit_once(')')?;
     let mut ticks = fields
         .split_whitespace()
@@ -193,7 +195,7 @@ fn times(pid: u32) -> Option<(f64, f64)> {
     Some((next()?, next()?))
 }
 
-/// Bytes read from storage and written to it.
+/// Returns the bytes read from storage and written to it.
 fn storage(pid: u32) -> Option<(u64, u64)> {
     let text = fs::read_to_string(format!("/proc/{pid}/io")).ok()?;
     let bytes = |name| after_colon(&text, name)?.parse::<u64>().ok();
@@ -225,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn failing_and_dying_are_told_apart() {
+    fn a_failed_process_and_a_killed_one_are_distinguished() {
         let folder = tempfile::tempdir().unwrap();
         let go = AtomicBool::new(false);
         for (script, ended) in [("exit 3", Ended::Failed(3)), ("kill -9 $$", Ended::Killed(9))] {
@@ -236,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_is_interrupted_leaves_no_process() {
+    fn an_interrupted_measurement_kills_its_process() {
         let folder = tempfile::tempdir().unwrap();
         let began = Instant::now();
         let error = measure(shell("exec sleep 60"), folder.path(), None, &AtomicBool::new(true)).unwrap_err();

@@ -1,7 +1,8 @@
 //! The input of a build, read again and compared with the file: points, lines, sites.
 //!
-//! Points, ends of segments, points where these cross and sites are vertices, and numbered as in the build, in this order. Segments
-//! between records get their ends from the points, which are read again for each part of them that fits in memory.
+//! Points, ends of segments, points where segments cross, and sites are vertices. They are numbered
+//! as in the build, in this order. Segments between record numbers get their end points from the
+//! points. The points are read again for each part of these segments that fits in memory.
 
 use std::path::{Path, PathBuf};
 
@@ -12,41 +13,43 @@ use delaunay_tiles::store::{EdgeSource, LineBatch, LineKind, LineSource, Metadat
 use delaunay_tiles::{LinesToSplit, PolygonCheck, SplitLines};
 
 use crate::common;
-use crate::lines::{LineArgs, Lines};
+use crate::lines::{LineArgs, LineInput};
 use crate::unchanged::Unchanged;
 
-/// Segments in a batch.
+/// Maximum number of segments in a batch.
 const BATCH: usize = 8192;
-/// Bytes that a segment takes while records of some are looked up: ends and source, and two records with their places.
+/// Bytes of a segment while records are looked up: its ends and source, and two records with the
+/// indices of their ends.
 const SEGMENT_BYTES: u64 = 40 + 2 * size_of::<(u64, u32)>() as u64;
 
-/// What a file is compared with.
-pub struct Against<'a> {
+/// The input of a build, which a tile file is compared with.
+pub struct BuildInput<'a> {
     /// Files of points.
     pub inputs: &'a [PathBuf],
-    /// How to read these.
+    /// Options for reading these files.
     pub options: InputOptions,
     /// Files of lines and sites.
     pub lines: &'a LineArgs,
-    /// The files that lines were added from, by the directory.
+    /// The sources of lines that the tile file's directory lists.
     pub added: Vec<LineSource>,
-    /// Bytes for segments between records, if there are any, and for a polygon that is checked.
+    /// Bytes for segments between record numbers, if there are any, and for checking a polygon.
     pub memory: u64,
-    /// Bytes for segments that are to be split.
+    /// Bytes for splitting segments.
     pub split_memory: u64,
-    /// All these files, which are read several times.
+    /// The stamps of all these files, which are read several times.
     pub files: Unchanged,
 }
 
-/// How much was compared; nothing if there are neither lines nor sites.
-pub struct Compared {
+/// The numbers of compared points, segments and sites. Segments and sites are `None` if the input
+/// has neither lines nor sites.
+pub struct ComparedCounts {
     pub points: u64,
     pub segments: Option<u64>,
     pub sites: Option<u64>,
 }
 
-impl Against<'_> {
-    /// Whether there is nothing to compare with.
+impl BuildInput<'_> {
+    /// Returns whether there is no input to compare with.
     pub fn is_empty(&self) -> bool {
         self.inputs.is_empty() && !self.has_lines()
     }
@@ -55,7 +58,8 @@ impl Against<'_> {
         !self.lines.is_empty(self.inputs)
     }
 
-    /// Bytes of memory that it takes.
+    /// Returns the bytes of memory for looking up records; 0 if no segments refer to record
+    /// numbers.
     pub fn byte_size(&self) -> u64 {
         match self.lines.has_pairs(self.inputs) {
             true => self.memory,
@@ -63,8 +67,12 @@ impl Against<'_> {
         }
     }
 
-    /// Compares a file, whose lines were split or not, with all of it: what says most of what is wrong comes first.
-    pub async fn compare(&self, reader: &TileReader, is_split: bool) -> anyhow::Result<Compared> {
+    /// Compares a tile file with all of the input. `is_split` says whether the build split lines.
+    /// Lines and sites are compared before points, because their errors are the most specific.
+    ///
+    /// # Errors
+    /// Fails at the first difference.
+    pub async fn compare(&self, reader: &TileReader, is_split: bool) -> anyhow::Result<ComparedCounts> {
         self.check_completeness(reader)?;
         let split = match is_split {
             true => Some(self.split(&reader.directory().metadata)?),
@@ -75,53 +83,61 @@ impl Against<'_> {
             segments = Some(self.compare_lines(reader, split.as_ref()).await?);
             sites = Some(self.compare_sites(reader).await?);
         }
-        let mut places = self.places(split.as_ref())?;
-        let report = reader.verify_points(|batch| places.next_batch(batch)).await?;
-        Ok(Compared {
+        let mut vertex_points = self.vertex_points(split.as_ref())?;
+        let report = reader.verify_points(|batch| vertex_points.next_batch(batch)).await?;
+        Ok(ComparedCounts {
             points: report.vertices,
             segments,
             sites,
         })
     }
 
-    /// Says what was forgotten, where the file tells that.
+    /// Fails if the tile file shows that files of points, lines or sites are missing from the
+    /// command line.
     fn check_completeness(&self, reader: &TileReader) -> anyhow::Result<()> {
         let metadata = &reader.directory().metadata;
         if metadata.points > 0 && self.inputs.is_empty() {
-            let points = common::thousands(metadata.points);
-            bail!("it was built from {points} points too; name their files with --against");
+            let points = common::counted(metadata.points, "point", "points");
+            bail!("the file was also built from {points}; name the files of points with --against");
         }
         if metadata.ends > 0 && !self.has_lines() {
             let ends = common::thousands(metadata.ends);
             bail!(
-                "{ends} of its vertices are ends of lines, or sites; name these files too, with --segments, --walls, \
-                 --obstacles and --sites"
+                "the file has vertices from lines or sites ({ends}); name the files of these too, with --segments, \
+                 --walls, --obstacles and --sites"
             );
         }
         Ok(())
     }
 
-    /// Opens the files of lines and sites, which must be what they were before.
-    fn open_lines(&self) -> anyhow::Result<Lines> {
+    /// Opens the files of lines and sites.
+    ///
+    /// # Errors
+    /// Fails if a file changed since it was first opened.
+    fn open_lines(&self) -> anyhow::Result<LineInput> {
         let lines = self.lines.open_as_added(self.inputs, &self.added)?;
         self.files.check(lines.stamps())?;
         Ok(lines)
     }
 
-    /// The same with the files of points.
+    /// Opens the files of points.
+    ///
+    /// # Errors
+    /// Fails if a file changed since it was first opened.
     fn open_points(&self) -> anyhow::Result<PointSource> {
         let points = PointSource::open(self.inputs, &self.options)?;
         self.files.check(points.stamps())?;
         Ok(points)
     }
 
-    /// Whether lines of a file were split, or polygons put right, which only a build that splits lines does.
+    /// Returns whether the build split lines or corrected polygons. Only a build that splits lines
+    /// does so.
     pub fn is_split(&self, reader: &TileReader) -> anyhow::Result<bool> {
         let metadata = &reader.directory().metadata;
         Ok(!self.is_empty() && (metadata.crossings > 0 || !metadata.borders.is_empty() || self.any_inverted()?))
     }
 
-    /// Whether any polygon is inside out.
+    /// Returns whether any polygon is inside out.
     fn any_inverted(&self) -> anyhow::Result<bool> {
         let mut check = PolygonCheck::new(&std::env::temp_dir(), self.memory);
         let (mut lines, mut batch) = (self.open_lines()?, SegmentBatch::default());
@@ -134,28 +150,30 @@ impl Against<'_> {
         Ok(faults.inverted.is_some() || faults.inverted_if_uncrossed.is_some())
     }
 
-    /// All segments, in order.
-    fn segments(&self) -> anyhow::Result<Segments<'_>> {
+    /// Returns a reader of all segments, in order.
+    fn segments(&self) -> anyhow::Result<InputSegments<'_>> {
         let has_pairs = self.lines.has_pairs(self.inputs);
         if has_pairs && self.inputs.iter().any(|path| path == Path::new("-")) {
-            bail!("points that segments name by their numbers are read more than once; name a file instead of -");
+            bail!(
+                "segments refer to points by record number, so the points are read more than once; name a file instead of -"
+            );
         }
-        let room = if has_pairs { self.memory / SEGMENT_BYTES } else { 0 };
-        Ok(Segments {
-            against: self,
+        let capacity = if has_pairs { self.memory / SEGMENT_BYTES } else { 0 };
+        Ok(InputSegments {
+            input: self,
             lines: self.open_lines()?,
             last_edit: u32::MAX,
             read: SegmentBatch::default(),
             ready: LineBatch::default(),
             z: Vec::new(),
             polygons: Vec::new(),
-            given: 0,
-            sought: Vec::new(),
-            room: room.min(1 << 30) as usize,
+            returned: 0,
+            wanted: Vec::new(),
+            capacity: capacity.min(1 << 30) as usize,
         })
     }
 
-    /// Splits the segments where they cross each other and borders, as the build did.
+    /// Splits the segments where they cross each other and cell borders, as the build did.
     fn split(&self, metadata: &Metadata) -> anyhow::Result<SplitLines> {
         let crossings = metadata.crossings;
         let (mut segments, mut batch) = (self.segments()?, LineBatch::default());
@@ -167,22 +185,22 @@ impl Against<'_> {
         let split = lines.split(|within, take| self.points_within(within, take))?;
         if split.crossings() != crossings {
             bail!(
-                "{} pairs of its lines crossed, and {} of these do: they are not those that it was built from",
-                common::thousands(crossings),
+                "the build split {}, but the given lines have {}; name the lines of the build",
+                common::counted(crossings, "crossing", "crossings"),
                 common::thousands(split.crossings())
             );
         }
         Ok(split)
     }
 
-    /// Gives the points, ends of lines and sites within a rectangle.
+    /// Passes the points, ends of lines and sites within a rectangle to `take`.
     fn points_within(&self, within: Rect, take: &mut dyn FnMut(&[Point])) -> anyhow::Result<()> {
         if self.inputs.iter().any(|path| path == Path::new("-")) {
-            bail!("points that lines are split at are read more than once; name a file instead of -");
+            bail!("lines are split at points, so the points are read more than once; name a file instead of -");
         }
-        let (mut places, mut batch) = (self.places(None)?, PointBatch::default());
-        places.last_edit = 0;
-        while places.next_batch(&mut batch)? {
+        let (mut vertex_points, mut batch) = (self.vertex_points(None)?, PointBatch::default());
+        vertex_points.last_edit = 0;
+        while vertex_points.next_batch(&mut batch)? {
             batch.points.retain(|&point| within.contains(point));
             for point in &mut batch.points {
                 *point = point.normalized();
@@ -192,9 +210,10 @@ impl Against<'_> {
         Ok(())
     }
 
-    /// All that lies at vertices, crossing points if lines were split.
-    fn places<'b>(&self, split: Option<&'b SplitLines>) -> anyhow::Result<Places<'b>> {
-        Ok(Places {
+    /// Returns a reader of all points that are vertices, with the crossing points if lines were
+    /// split.
+    fn vertex_points<'b>(&self, split: Option<&'b SplitLines>) -> anyhow::Result<VertexPoints<'b>> {
+        Ok(VertexPoints {
             points: self.open_points()?,
             lines: self.open_lines()?,
             last_edit: u32::MAX,
@@ -206,21 +225,23 @@ impl Against<'_> {
         })
     }
 
-    /// Compares the file with the segments, or with what they were split to.
+    /// Compares the file with the segments, or with the subsegments that they were split into.
+    /// Returns the number of segments.
     async fn compare_lines(&self, reader: &TileReader, split: Option<&SplitLines>) -> anyhow::Result<u64> {
         let mut segments = self.segments()?;
         let verified = match split {
             None => reader.verify_lines(|batch| segments.next_batch(batch)).await,
             Some(split) => {
-                // Those of the build are read to count them, and for the names of their lines.
+                // The segments of the build are read only to count them and for the names of their
+                // lines.
                 segments.last_edit = 0;
                 while segments.next_batch(&mut LineBatch::default())? {}
                 segments.last_edit = u32::MAX;
-                let mut pieces = split.pieces();
-                // An edit does not split lines.
-                let next = |batch: &mut LineBatch| match pieces.next() {
-                    Some(pieces) => {
-                        *batch = pieces;
+                let mut subsegments = split.subsegments();
+                // Lines of edits are not split.
+                let next = |batch: &mut LineBatch| match subsegments.next() {
+                    Some(next) => {
+                        *batch = next;
                         Ok(true)
                     }
                     None => segments.next_batch(batch),
@@ -231,7 +252,7 @@ impl Against<'_> {
         let lines = segments.lines;
         verified.map_err(|error| lines.name_in(error.into()))?;
         if reader.directory().metadata.seeds != lines.seeds() {
-            bail!("its hole points are not those of the .poly files");
+            bail!("the hole points of the file are not those of the .poly files");
         }
         Ok(lines.segments())
     }
@@ -242,32 +263,34 @@ impl Against<'_> {
     }
 }
 
-/// Of the memory of a verification, in bytes, the part for lines that are split again: half, or what the build may have had for as many.
+/// Returns the part of a verification's `memory`, in bytes, for splitting lines again: half, or up
+/// to three quarters if the file has so many constraint edges and crossings that the build may have
+/// needed more.
 pub fn split_memory(metadata: &Metadata, memory: u64) -> u64 {
-    /// Bytes of a segment, and of a crossing, while segments are split.
+    /// Bytes per segment, and per crossing, while segments are split.
     const BYTES: u64 = 300;
-    // Each segment is an edge at least.
+    // Each segment has at least one edge.
     let most = metadata.constraint_edges.saturating_add(metadata.crossings);
     most.saturating_mul(BYTES).clamp(memory / 2, memory / 4 * 3)
 }
 
-/// All that lies at vertices, numbered one behind the other: points, ends of the build's segments, points where these cross, sites,
-/// and ends of the segments of each edit.
-struct Places<'a> {
+/// A reader of all points that are vertices, numbered consecutively: points, ends of the build's
+/// segments, points where these segments cross, sites, and ends of the segments of each edit.
+struct VertexPoints<'a> {
     points: PointSource,
-    lines: Lines,
-    /// The last edit whose lines belong to them.
+    lines: LineInput,
+    /// Number of the last edit whose lines are included.
     last_edit: u32,
     segments: SegmentBatch,
     sites: SiteBatch,
     split: Option<&'a SplitLines>,
-    /// The points where segments cross, once it is their turn.
+    /// The remaining points where segments cross, once the ends of the build's segments are read.
     crossing_points: Option<Box<dyn Iterator<Item = PointBatch> + 'a>>,
-    /// One more than the largest number so far.
+    /// The largest record number so far, plus 1.
     next_record: u64,
 }
 
-impl Places<'_> {
+impl VertexPoints<'_> {
     fn next_batch(&mut self, batch: &mut PointBatch) -> anyhow::Result<bool> {
         if self.points.next_batch(batch)? {
             self.next_record = batch.records.last().map_or(0, |last| last + 1);
@@ -312,53 +335,58 @@ impl Places<'_> {
     }
 }
 
-/// z at the ends of segments, and their polygons.
-type WithZ<'a> = (&'a [[f64; 2]], &'a [u64]);
+/// The z at both ends of each segment, and the polygon of each segment.
+type ZAndPolygons<'a> = (&'a [[f64; 2]], &'a [u64]);
 
-/// All segments by their ends, in order.
-struct Segments<'a> {
-    against: &'a Against<'a>,
-    lines: Lines,
-    /// The last edit whose segments are handed out.
+/// A reader of all segments with their end points, in order.
+struct InputSegments<'a> {
+    input: &'a BuildInput<'a>,
+    lines: LineInput,
+    /// Number of the last edit whose segments are returned.
     last_edit: u32,
-    /// What was read last.
+    /// The batch that was read last.
     read: SegmentBatch,
-    /// Segments that are handed out next, of which so many were; and z at their ends, or NaN.
+    /// The segments to return next; the first `returned` of them were returned already.
     ready: LineBatch,
+    /// The z at the ends of `ready`, or NaN.
     z: Vec<[f64; 2]>,
-    /// The polygons of those that are of obstacles.
+    /// The polygons of `ready` for segments of obstacles.
     polygons: Vec<u64>,
-    given: usize,
-    /// Records whose places are ends of these: twice the segment's place among them, and one more for its second end.
-    sought: Vec<(u64, u32)>,
-    /// About how many of them wait for points.
-    room: usize,
+    /// The number of segments of `ready` that were returned.
+    returned: usize,
+    /// The record numbers to look up, each with the index of its end in `ready`: twice the index of
+    /// the segment, plus 1 for its second end.
+    wanted: Vec<(u64, u32)>,
+    /// Approximate maximum number of segments in `ready` that wait for points.
+    capacity: usize,
 }
 
-impl Segments<'_> {
+impl InputSegments<'_> {
     fn next_batch(&mut self, batch: &mut LineBatch) -> anyhow::Result<bool> {
         Ok(self.next_with_z(batch)?.is_some())
     }
 
-    /// The same, with z at the ends, and the polygon of each.
-    fn next_with_z(&mut self, batch: &mut LineBatch) -> anyhow::Result<Option<WithZ<'_>>> {
+    /// Fills the batch with the next segments. Returns the z of their ends and the polygon of each;
+    /// `None` at the end.
+    fn next_with_z(&mut self, batch: &mut LineBatch) -> anyhow::Result<Option<ZAndPolygons<'_>>> {
         batch.clear();
-        if self.given == self.ready.ends.len() {
+        if self.returned == self.ready.ends.len() {
             self.ready.clear();
             self.z.clear();
             self.polygons.clear();
-            self.given = 0;
+            self.returned = 0;
             self.fill()?;
         }
-        let end = self.ready.ends.len().min(self.given + BATCH);
-        batch.ends.extend_from_slice(&self.ready.ends[self.given..end]);
-        batch.sources.extend_from_slice(&self.ready.sources[self.given..end]);
-        let given = self.given..end;
-        self.given = end;
-        Ok((!batch.ends.is_empty()).then_some((&self.z[given.clone()], &self.polygons[given])))
+        let end = self.ready.ends.len().min(self.returned + BATCH);
+        batch.ends.extend_from_slice(&self.ready.ends[self.returned..end]);
+        batch.sources.extend_from_slice(&self.ready.sources[self.returned..end]);
+        let returned = self.returned..end;
+        self.returned = end;
+        Ok((!batch.ends.is_empty()).then_some((&self.z[returned.clone()], &self.polygons[returned])))
     }
 
-    /// Reads segments: a few, or as many as there is room for if points are to be read for them.
+    /// Reads segments into `ready`: one batch, or up to `capacity` segments if points must be read
+    /// for them.
     fn fill(&mut self) -> anyhow::Result<()> {
         while let Some((kind, first)) = self.lines.next_batch_until(self.last_edit, &mut self.read)? {
             let SegmentBatch {
@@ -368,11 +396,11 @@ impl Segments<'_> {
                 lines,
                 polygons,
             } = &self.read;
-            if !records.is_empty() && self.sought.is_empty() {
-                let more = (self.room + BATCH).saturating_sub(self.ready.ends.len());
+            if !records.is_empty() && self.wanted.is_empty() {
+                let more = (self.capacity + BATCH).saturating_sub(self.ready.ends.len());
                 self.ready.ends.reserve_exact(more);
                 self.ready.sources.reserve_exact(more);
-                self.sought.reserve_exact(2 * (self.room + BATCH));
+                self.wanted.reserve_exact(2 * (self.capacity + BATCH));
             }
             let sources = lines.iter().map(|line| EdgeSource::new(kind, first + line));
             self.ready.sources.extend(sources);
@@ -382,11 +410,11 @@ impl Segments<'_> {
             self.polygons.extend_from_slice(polygons);
             self.ready.ends.extend_from_slice(ends);
             for pair in records {
-                let place = 2 * self.ready.ends.len() as u32;
-                self.sought.extend(pair.iter().copied().zip(place..));
+                let index = 2 * self.ready.ends.len() as u32;
+                self.wanted.extend(pair.iter().copied().zip(index..));
                 self.ready.ends.push(Default::default());
             }
-            if self.sought.is_empty() || self.ready.ends.len() >= self.room {
+            if self.wanted.is_empty() || self.ready.ends.len() >= self.capacity {
                 break;
             }
         }
@@ -395,33 +423,33 @@ impl Segments<'_> {
         self.look_up()
     }
 
-    /// Reads the points, and takes those whose records are sought.
+    /// Reads the points and fills in the ends whose records are wanted.
     fn look_up(&mut self) -> anyhow::Result<()> {
-        if self.sought.is_empty() {
+        if self.wanted.is_empty() {
             return Ok(());
         }
-        self.sought.sort_unstable();
-        let mut points = self.against.open_points()?;
+        self.wanted.sort_unstable();
+        let mut points = self.input.open_points()?;
         let mut batch = PointBatch::default();
         let ends = self.ready.ends.as_flattened_mut();
-        let mut sought = self.sought.iter().peekable();
-        // Records ascend in both.
-        while sought.peek().is_some() && points.next_batch(&mut batch)? {
+        let mut wanted = self.wanted.iter().peekable();
+        // Records ascend in both lists.
+        while wanted.peek().is_some() && points.next_batch(&mut batch)? {
             let last = batch.records.last().copied().unwrap_or(0);
-            while let Some((record, end)) = sought.next_if(|(record, _)| *record <= last) {
+            while let Some((record, end)) = wanted.next_if(|(record, _)| *record <= last) {
                 let found = batch.records.binary_search(record).ok();
-                let found = found.with_context(|| missing(*record))?;
+                let found = found.with_context(|| missing_point(*record))?;
                 ends[*end as usize] = batch.points[found];
             }
         }
-        if let Some((record, _)) = sought.next() {
-            bail!(missing(*record));
+        if let Some((record, _)) = wanted.next() {
+            bail!(missing_point(*record));
         }
-        self.sought.clear();
+        self.wanted.clear();
         Ok(())
     }
 }
 
-fn missing(record: u64) -> String {
-    format!("a segment ends at record {record}, and there is no point of this number")
+fn missing_point(record: u64) -> String {
+    format!("a segment ends at record {record}, but no point has this number")
 }

@@ -1,19 +1,23 @@
-//! The settings of the C library's allocator that `--memory` needs to hold.
+//! Settings of the C library's allocator, without which a process would exceed `--memory`.
 //!
-//! The library counts the bytes that it asks for. By default glibc has up to eight arenas for each processor, and each keeps what was
-//! given back to it: memory that one thread has freed is of no use to the others. So there is one arena here. What is large is
-//! mapped by itself, and so given back at once. These settings concern the whole process, so they are the program's and not the library's.
+//! The delaunay-tiles library counts the bytes that it allocates. By default glibc has up to eight
+//! arenas per processor. Each arena keeps the memory that was freed to it, so memory that one
+//! thread freed is of no use to other threads. Therefore this module sets a single arena. Large
+//! allocations are separate mappings, which are returned to the system at once. These settings
+//! concern the whole process, so they belong to the program and not to the library.
 //!
-//! Other allocators have no such settings, and are left as they are.
+//! Other allocators do not have such settings and are left unchanged.
 
-/// One arena for all threads. To be called before there are any.
+/// Sets one arena for all threads. Must be called before threads are started.
 pub fn begin() {
     set::arenas(1);
 }
 
-/// Has at most a 32nd of this memory, in bytes, kept by the allocator once it was given back, as far as a program can tell it.
+/// Limits the freed memory that the allocator keeps to 1/32 of `memory` bytes, as far as a program
+/// can control it.
 pub fn keep_to(memory: u64) {
-    /// From so many bytes on an allocation is a mapping of its own, at least and at most. Less costs time, and glibc takes no more.
+    /// Minimum and maximum of the size in bytes from which an allocation is a mapping of its own. A
+    /// smaller threshold costs time, and glibc accepts no larger one.
     const MAPPED: (u64, u64) = (1 << 20, 32 << 20);
     let mapped = (memory / 64).clamp(MAPPED.0, MAPPED.1) as i32;
     set::mapped_from(mapped);
@@ -21,12 +25,12 @@ pub fn keep_to(memory: u64) {
 }
 
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
-#[allow(unsafe_code, reason = "the C library has no other way to set it")]
+#[allow(unsafe_code, reason = "the C library offers no safe way to set it")]
 mod set {
     use libc::{M_ARENA_MAX, M_MMAP_THRESHOLD, M_TRIM_THRESHOLD, mallopt};
 
     pub fn arenas(count: i32) {
-        // SAFETY: it takes two numbers, and any thread may call it at any time.
+        // SAFETY: `mallopt` takes two numbers, and any thread may call it at any time.
         unsafe { mallopt(M_ARENA_MAX, count) };
     }
 

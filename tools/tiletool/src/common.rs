@@ -1,4 +1,4 @@
-//! What several commands need.
+//! Functions that several commands share.
 
 use std::fmt::Display;
 use std::future::Future;
@@ -21,10 +21,11 @@ use tokio::sync::oneshot;
 
 use crate::{allocator, limits};
 
-/// Runs a command's asynchronous part: on a thread for each processor, or on this one where the system refuses others.
+/// Runs the asynchronous part of a command, with one worker thread per processor, or on this thread
+/// if the system refuses threads.
 pub fn block_on<T>(future: impl Future<Output = anyhow::Result<T>>) -> anyhow::Result<T> {
     let workers = available_parallelism().map_or(1, usize::from);
-    // A runtime panics where it is refused a thread.
+    // A runtime panics if it is refused a thread.
     let mut runtime = match limits::can_start(workers) {
         true => Builder::new_multi_thread(),
         false => Builder::new_current_thread(),
@@ -32,19 +33,19 @@ pub fn block_on<T>(future: impl Future<Output = anyhow::Result<T>>) -> anyhow::R
     runtime.worker_threads(workers);
     let runtime = runtime.enable_all().build().context("cannot start the runtime")?;
     let done = runtime.block_on(future);
-    // Operations nobody waits for any more must not hold up the end.
+    // Operations that nothing waits for must not delay the end of the process.
     runtime.shutdown_background();
     done
 }
 
-/// Does what takes long on a thread of its own, or here if the system refuses one.
+/// Runs long work on a thread of its own, or on this one if the system refuses a thread.
 pub async fn on_thread<T: Send + 'static>(
     name: &str,
     work: impl FnOnce() -> anyhow::Result<T> + Send + 'static,
 ) -> anyhow::Result<T> {
     let work = Arc::new(Mutex::new(Some(work)));
-    let theirs = Arc::clone(&work);
-    match begin(name, move || take(&theirs)?()) {
+    let for_thread = Arc::clone(&work);
+    match begin(name, move || take(&for_thread)?()) {
         Ok(done) => done.await,
         Err(_) => take(&work)?(),
     }
@@ -52,48 +53,54 @@ pub async fn on_thread<T: Send + 'static>(
 
 fn take<F>(work: &Mutex<Option<F>>) -> anyhow::Result<F> {
     let work = work.lock().ok().and_then(|mut work| work.take());
-    work.context("the work is done already")
+    work.context("the work was taken already")
 }
 
-/// Begins what takes long on a thread of its own.
+/// Starts long work on a thread of its own. Returns a future of its result.
+///
+/// # Errors
+/// Fails if the system refuses a thread.
 pub fn begin<T: Send + 'static>(
     name: &str,
     work: impl FnOnce() -> anyhow::Result<T> + Send + 'static,
 ) -> anyhow::Result<impl Future<Output = anyhow::Result<T>>> {
     let (reply, answer) = oneshot::channel();
-    // Whoever asked may have gone away; then nobody needs the answer.
+    // The receiver may be gone. Then the result is not needed.
     start_thread(name, move || drop(reply.send(work())))?;
-    Ok(async { answer.await.context("a thread broke down")? })
+    Ok(async { answer.await.context("a worker thread failed")? })
 }
 
-/// How much memory a command may use.
+/// The memory that a command may use.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct MemoryArgs {
-    /// Memory to use, as 512MiB or 2GB; by default a quarter of what there is
-    #[arg(long, value_name = "SIZE")]
+    /// Memory limit, such as 512MiB or 2GB [default: a quarter of the available memory]
+    ///
+    /// The available memory is the smallest of the machine's memory, the limit of the cgroup and
+    /// the limits of the process.
+    #[arg(long, value_name = "BYTES")]
     memory: Option<ByteSize>,
 }
 
 impl MemoryArgs {
-    /// Opens a tile file for a command that passes over it once or twice, and keeps to this memory.
+    /// Opens a tile file for a command that reads it once or twice and keeps to this memory.
     pub async fn open(self, path: &Path) -> anyhow::Result<TileReader> {
         self.open_beside(path, 0).await
     }
 
-    /// Opens a tile file for a command that needs so many bytes of this memory for other things.
+    /// Opens a tile file for a command that needs `others` bytes of this memory for other purposes.
     pub async fn open_beside(self, path: &Path, others: u64) -> anyhow::Result<TileReader> {
         allocator::keep_to(self.bytes());
         let memory = self.bytes().saturating_sub(others);
         open(path, OpenOptions::default().memory(memory)).await
     }
 
-    /// How many bytes it is.
+    /// Returns the memory in bytes.
     pub fn bytes(self) -> u64 {
         self.memory.map_or_else(default_memory, |memory| memory.as_u64())
     }
 }
 
-/// Opens a tile file, which may lie on a web server or in an object store.
+/// Opens a tile file, by its path or by a URL of a web server or an object store.
 pub async fn open(path: &Path, options: OpenOptions) -> anyhow::Result<TileReader> {
     match path.to_str().filter(|path| path.contains("://")) {
         Some(url) => open_url(url, options).await,
@@ -108,14 +115,14 @@ async fn open_url(url: &str, options: OpenOptions) -> anyhow::Result<TileReader>
 
 #[cfg(not(feature = "object-store"))]
 async fn open_url(url: &str, _: OpenOptions) -> anyhow::Result<TileReader> {
-    anyhow::bail!("{url}: this tiletool reads files only; build it with `--features object-store`")
+    anyhow::bail!("{url}: this tiletool reads only local files; build it with `--features object-store` to read URLs")
 }
 
-/// A flag that Ctrl-C sets, so that no half-written file is left behind.
+/// Returns a flag that Ctrl-C sets. A command that checks it can remove its unfinished files.
 pub fn interruption() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
-    // Without a thread or a runtime Ctrl-C ends the process at once, and the next run cleans up.
+    // Without a thread or a runtime, Ctrl-C ends the process at once, and the next run cleans up.
     let _ = start_thread("interruption", move || {
         let Ok(runtime) = Builder::new_current_thread().enable_all().build() else {
             return;
@@ -127,36 +134,36 @@ pub fn interruption() -> Arc<AtomicBool> {
     stop
 }
 
-/// Prints an object as JSON, on one line.
+/// Prints a value as JSON on one line.
 pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     let mut text = serde_json::to_string(value)?;
     text.push('\n');
     Ok(io::stdout().write_all(text.as_bytes())?)
 }
 
-/// Prints lines for people. Nothing in them commands a terminal, wherever it comes from.
+/// Prints text for people. Control characters are escaped, so the text cannot control the terminal.
 pub fn print(text: &str) -> anyhow::Result<()> {
     Ok(io::stdout().write_all(shown::message(text).as_bytes())?)
 }
 
-/// Says something on standard error; nothing in it commands a terminal. Whoever has closed that
-/// wants to hear nothing, which is no failure.
+/// Prints a line for people to standard error, with control characters escaped. A closed standard
+/// error is not a failure.
 pub fn say(line: impl Display) {
     drop(writeln!(io::stderr(), "{}", shown::message(&line.to_string())));
 }
 
-/// A path, to be shown on one line.
+/// Returns a path as text on one line, with control characters escaped.
 pub fn shown(path: &Path) -> String {
     shown::path(path)
 }
 
-/// Whether whoever read our output has gone away, which is no failure.
+/// Returns whether the error says that the reader of the output closed it, which is not a failure.
 pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
     let io = error.root_cause().downcast_ref::<io::Error>();
     io.is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }
 
-/// A number with its thousands apart: `1 234 567`.
+/// Formats a number with a space between groups of three digits: `1 234 567`.
 pub fn thousands(number: u64) -> String {
     let digits = number.to_string();
     let first = digits.len() % 3;
@@ -168,17 +175,22 @@ pub fn thousands(number: u64) -> String {
     groups.join(" ")
 }
 
-/// A quotient that is 0 where there is nothing to divide by.
+/// Formats a number with its noun: `1 tile`, `2 000 tiles`.
+pub fn counted(number: u64, one: &str, many: &str) -> String {
+    format!("{} {}", thousands(number), if number == 1 { one } else { many })
+}
+
+/// Returns `part / whole`, or 0 if `whole` is 0.
 pub fn share(part: u64, whole: u64) -> f64 {
     if whole == 0 { 0.0 } else { part as f64 / whole as f64 }
 }
 
-/// Bytes for people: `1.5 MiB`.
+/// Formats a number of bytes for people: `1.5 MiB`.
 pub fn bytes(number: u64) -> String {
     bytesize::ByteSize::b(number).display().iec().to_string()
 }
 
-/// A cell of a table of comma-separated values, in quotes where it must be.
+/// Formats a cell of a CSV table, in quotes if necessary.
 pub fn cell(text: &str) -> String {
     match text.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")),
@@ -186,7 +198,7 @@ pub fn cell(text: &str) -> String {
     }
 }
 
-/// The name of a file without its folder.
+/// Returns the name of a file without its folder.
 pub fn file_name(path: &Path) -> String {
     path.file_name()
         .unwrap_or(path.as_os_str())
@@ -199,7 +211,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn thousands_are_apart() {
+    fn thousands_are_separated_by_spaces() {
         for (number, text) in [
             (0, "0"),
             (12, "12"),

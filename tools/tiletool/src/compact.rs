@@ -1,4 +1,4 @@
-//! `tiletool compact`: writes a file anew without what edits left behind.
+//! `tiletool compact`: rewrites a tile file without the bytes that edits left unused.
 
 use std::fs::File;
 use std::path::PathBuf;
@@ -11,45 +11,47 @@ use serde::Serialize;
 
 use crate::common;
 
-/// Write a tile file anew, in the order of its tiles and without the bytes that `tiletool constrain` has left unused.
+/// Rewrite a tile file without the bytes that edits left unused
 ///
-/// Its tiles stay as they are. The file is replaced at once when all is written; readers that have it open go on with the old one.
+/// The new file has the same tiles, in their order, without the bytes that `tiletool constrain`
+/// left unused. It replaces the old file in one step when it is complete. Readers that have the old
+/// file open continue with it.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Example:
   tiletool compact survey.tiles")]
 pub struct CompactArgs {
-    /// The tile file
-    #[arg(value_name = "FILE.tiles")]
+    /// Tile file to compact
+    #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Where to write it, if not in its own place
-    #[arg(short, long, value_name = "FILE.tiles")]
+    /// File to write [default: replace the tile file]
+    #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Replace the output if it exists
     #[arg(long, requires = "output")]
     force: bool,
-    /// Print one JSON object
+    /// Print the result as one JSON object
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Serialize)]
-struct Output {
+struct CompactReport {
     bytes_before: u64,
     bytes_after: u64,
 }
 
-/// Writes a file anew.
+/// Rewrites a tile file.
 pub fn run(args: CompactArgs) -> anyhow::Result<()> {
     let output = args.output.as_ref().unwrap_or(&args.file);
     if args.output.is_some() && !args.force && output.exists() {
-        anyhow::bail!("{} exists; give --force to replace it", common::shown(output));
+        anyhow::bail!("{} exists already; give --force to replace it", common::shown(output));
     }
-    // Whoever edits it has it locked.
+    // A process that edits the file holds a lock on it.
     let lock = output_target(&args.file).and_then(|file| open_regular(&file, File::options().read(true)));
     let (lock, _) = lock.with_context(|| common::shown(&args.file))?;
     if lock.try_lock().is_err() {
         anyhow::bail!(
-            "{}: somebody else is changing it; try again later",
+            "{}: another process is changing the file; try again later",
             common::shown(&args.file)
         );
     }
@@ -58,15 +60,15 @@ pub fn run(args: CompactArgs) -> anyhow::Result<()> {
         Ok((reader.file_length(), reader.compact(output).await?))
     })?;
     if args.json {
-        return common::print_json(&Output {
+        return common::print_json(&CompactReport {
             bytes_before,
             bytes_after,
         });
     }
     common::print(&format!(
-        "{}: {}, before {}\n",
+        "{}: compacted from {} to {}\n",
         common::shown(output),
-        common::bytes(bytes_after),
-        common::bytes(bytes_before)
+        common::bytes(bytes_before),
+        common::bytes(bytes_after)
     ))
 }

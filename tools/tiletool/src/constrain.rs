@@ -1,4 +1,4 @@
-//! `tiletool constrain`: makes lines constraints of a tile file that is there already.
+//! `tiletool constrain`: adds lines to an existing tile file as constraints.
 
 use std::path::{Path, PathBuf};
 
@@ -8,21 +8,24 @@ use delaunay_tiles::{EditError, EditSummary, Editor, peak_memory};
 use serde::Serialize;
 
 use crate::allocator;
-use crate::common::{self, MemoryArgs};
-use crate::lines::{LineFiles, Lines, MissingZArgs};
+use crate::common::{self, MemoryArgs, counted};
+use crate::lines::{LineFiles, LineInput, MissingZArgs};
 
-/// Make lines constraints of a tile file that is there already.
+/// Add lines to a tile file as constraints
 ///
-/// The ends of the lines become vertices, which must lie within the hull; no line may cross another or a constraint. What changes is
-/// written behind the end of the file, and comes into force at once when all is there; until then, and for those who have the
-/// file open, it is as it was. The triangles are those of a build with the lines from the start. What is replaced stays in the file as
-/// unused bytes until `tiletool compact` writes it anew.
+/// The resulting triangles are those of a build with the lines from the start. The ends of the
+/// lines become vertices, which must lie within the convex hull. No line may cross another line or
+/// a constraint.
+///
+/// The changes are appended to the file and become valid in one step when they are complete. Until
+/// then, and for readers that have the file open, the file is unchanged. Replaced tiles stay in the
+/// file as unused bytes until `tiletool compact` rewrites it.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Example:
   tiletool constrain survey.tiles --segments breaklines.geojson --walls fences.geojson")]
 pub struct ConstrainArgs {
-    /// The tile file to change
-    #[arg(value_name = "FILE.tiles")]
+    /// Tile file to change
+    #[arg(value_name = "FILE")]
     file: PathBuf,
     #[command(flatten)]
     lines: LineFiles,
@@ -31,16 +34,16 @@ pub struct ConstrainArgs {
     /// Print the summary as one JSON object
     #[arg(long)]
     json: bool,
-    /// Print nothing but errors
+    /// Print only errors
     #[arg(long)]
     quiet: bool,
     #[command(flatten)]
     memory: MemoryArgs,
 }
 
-/// The keys of `--json`, which are stable.
+/// The output of `--json`. Its keys are stable.
 #[derive(Serialize)]
-struct Output {
+struct ConstrainReport {
     segments: u64,
     vertices: u64,
     edges: u64,
@@ -57,10 +60,10 @@ struct Output {
     notes: Vec<String>,
 }
 
-/// Changes a file.
+/// Adds the lines to the file.
 pub fn run(args: ConstrainArgs) -> anyhow::Result<()> {
     if args.lines.is_empty() {
-        anyhow::bail!("there are no lines; give --segments, --walls or --obstacles");
+        anyhow::bail!("no lines are given; add --segments, --walls or --obstacles");
     }
     let lines = args.lines.clone().open()?;
     let (summary, lines) = common::block_on(constrain(&args, lines))?;
@@ -68,7 +71,7 @@ pub fn run(args: ConstrainArgs) -> anyhow::Result<()> {
         common::say(format_args!("note: {note}"));
     }
     if args.json {
-        common::print_json(&Output {
+        common::print_json(&ConstrainReport {
             segments: summary.segments,
             vertices: summary.vertices,
             edges: summary.edges,
@@ -91,9 +94,10 @@ pub fn run(args: ConstrainArgs) -> anyhow::Result<()> {
     }
 }
 
-async fn constrain(args: &ConstrainArgs, lines: Lines) -> anyhow::Result<(EditSummary, Lines)> {
+async fn constrain(args: &ConstrainArgs, lines: LineInput) -> anyhow::Result<(EditSummary, LineInput)> {
     let file = &args.file;
-    // Lists of tiles grow bit by bit, and would leave holes of their size behind: as much of them as can be is to be mapped.
+    // Lists of tiles grow in small steps and would leave free gaps of their sizes in the heap. So
+    // as many allocations as possible are mappings of their own.
     allocator::keep_to(0);
     let mut editor = Editor::open(file, args.memory.bytes()).await?;
     editor.missing_z(args.missing_z.option());
@@ -111,7 +115,7 @@ async fn constrain(args: &ConstrainArgs, lines: Lines) -> anyhow::Result<(EditSu
     };
     match edited {
         Ok(summary) => Ok((summary, lines)),
-        Err(EditError::Cancelled) => anyhow::bail!("interrupted; {} is as it was", common::shown(file)),
+        Err(EditError::Cancelled) => anyhow::bail!("interrupted; {} was not changed", common::shown(file)),
         Err(error) => {
             let name = |number: u64| match number.checked_sub(first_line) {
                 Some(line) => lines.name(line),
@@ -139,21 +143,20 @@ async fn constrain(args: &ConstrainArgs, lines: Lines) -> anyhow::Result<(EditSu
 }
 
 fn report(file: &Path, summary: &EditSummary) -> String {
-    let thousands = common::thousands;
     format!(
-        "{}: {} segments became {} edges, and their ends {} new vertices; {} constraint edges in all\n\
-         regions    {}, of them {} holes with {} triangles\n\
-         written    {} tiles anew, {} more; the file has {}\n\
-         took       {:.2} s\n",
+        "{}: inserted {} as {}, with {}; the file has {}\n\
+         regions    {}; {} with {}\n\
+         written    {}, {} appended; the file has {}\n\
+         time       {:.2} s\n",
         common::shown(file),
-        thousands(summary.segments),
-        thousands(summary.edges),
-        thousands(summary.vertices),
-        thousands(summary.constraint_edges),
-        thousands(summary.regions),
-        thousands(summary.hole_regions),
-        thousands(summary.hole_triangles),
-        thousands(summary.tiles),
+        counted(summary.segments, "segment", "segments"),
+        counted(summary.edges, "edge", "edges"),
+        counted(summary.vertices, "new vertex", "new vertices"),
+        counted(summary.constraint_edges, "constraint edge", "constraint edges"),
+        counted(summary.regions, "region", "regions"),
+        counted(summary.hole_regions, "hole", "holes"),
+        counted(summary.hole_triangles, "triangle", "triangles"),
+        counted(summary.tiles, "tile", "tiles"),
         common::bytes(summary.bytes_appended),
         common::bytes(summary.file_bytes),
         summary.seconds,

@@ -1,4 +1,4 @@
-//! `tiletool digest`: what a triangulation is, whatever its tiles.
+//! `tiletool digest`: a digest of the triangulation that does not depend on the tiles.
 
 use std::path::PathBuf;
 
@@ -9,16 +9,19 @@ use serde::Serialize;
 
 use crate::common::{self, MemoryArgs};
 
-/// Print a digest of the triangulation that does not depend on tile size, memory, threads or engine.
+/// Print a digest of the triangulation, independent of its tiles
 ///
-/// A line each for triangles, vertices, constraint edges and holes: name, count, and the sum modulo 2^128 of the XXH3
-/// hashes of their coordinates.
+/// Files with the same triangulation have the same digest, whatever the tile size, memory, threads
+/// or engine of their builds.
+///
+/// The digest has one line each for triangles, vertices, constraint edges and holes: name, count,
+/// and the sum modulo 2^128 of the XXH3 hashes of their coordinates.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Example:\n  tiletool digest survey.tiles")]
 pub struct DigestArgs {
-    /// The tile file
+    /// Tile file to read
     file: PathBuf,
-    /// Print one JSON object
+    /// Print the result as one JSON object
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -26,31 +29,31 @@ pub struct DigestArgs {
 }
 
 #[derive(Serialize)]
-struct Sum {
+struct PartDigest {
     count: u64,
     digest: String,
 }
 
 #[derive(Serialize)]
-struct Output {
-    triangles: Sum,
-    vertices: Sum,
-    constraint_edges: Sum,
-    holes: Sum,
+struct DigestReport {
+    triangles: PartDigest,
+    vertices: PartDigest,
+    constraint_edges: PartDigest,
+    holes: PartDigest,
     peak_memory_bytes: Option<u64>,
 }
 
-/// Prints the digest of a file.
+/// Prints the digest of a tile file.
 pub fn run(args: DigestArgs) -> anyhow::Result<()> {
     let digest = common::block_on(async { Ok(args.memory.open(&args.file).await?.digest().await?) })?;
     if !args.json {
         return common::print(&format!("{digest}\n"));
     }
-    let sum = |DigestSum { count, sum }| Sum {
+    let sum = |DigestSum { count, sum }| PartDigest {
         count,
         digest: format!("{sum:032x}"),
     };
-    common::print_json(&Output {
+    common::print_json(&DigestReport {
         triangles: sum(digest.triangles),
         vertices: sum(digest.vertices),
         constraint_edges: sum(digest.constraint_edges),

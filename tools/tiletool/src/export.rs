@@ -1,7 +1,8 @@
-//! `tiletool export`: the triangulation in formats that other programs read.
+//! `tiletool export`: writes the triangulation in formats that other programs read.
 //!
-//! What goes to a file is written beside it under another name, and renamed when all of it is complete and on the disk: an
-//! export that fails or is interrupted leaves nothing, and does not touch what stood there before.
+//! A file is written under a temporary name beside its final one, and renamed when it is complete
+//! and on the disk. An export that fails or is interrupted leaves no files, and does not change
+//! existing ones.
 
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -13,29 +14,31 @@ use delaunay_tiles::peak_memory;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use crate::common::{self, MemoryArgs};
-use crate::output::Output;
+use crate::common::{self, MemoryArgs, counted};
+use crate::output::StreamOutput;
 
-/// Write the triangulation in another format: PLY, Triangle's .node and .ele, OBJ or GeoJSON.
+/// Export the triangulation as PLY, Triangle's .node and .ele, OBJ or GeoJSON
 ///
-/// Vertices are numbered in the order of the file. PLY has the record number of each vertex too; Triangle's format has z
-/// as an attribute; GeoJSON has a polygon for each triangle. Triangles in holes are left out, vertices never. An output that exists is replaced once the new one is
-/// complete.
+/// Vertices are numbered in the order of the file. PLY also has the record number of each vertex.
+/// Triangle's format has z as an attribute. GeoJSON has a polygon for each triangle.
+///
+/// Triangles in holes are left out, but never vertices. An existing output is replaced when the new
+/// one is complete.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
   tiletool export survey.tiles -o survey.ply
   tiletool export survey.tiles -o survey --format node    # survey.node and survey.ele
   tiletool export survey.tiles -o - --format geojson | gzip > survey.geojson.gz")]
 pub struct ExportArgs {
-    /// The tile file
+    /// Tile file to read
     file: PathBuf,
-    /// What to write: .ply, .node or .ele (both are written), .obj, .geojson; - is standard output
+    /// File to write: .ply, .node or .ele (writes both), .obj or .geojson; - is standard output
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// The format, if the output's suffix does not tell
+    /// Output format [default: by the suffix of the output]
     #[arg(long, value_name = "ply|node|obj|geojson")]
     format: Option<Format>,
-    /// Write the triangles in holes too
+    /// Also write triangles in holes
     #[arg(long)]
     all: bool,
     /// Print the summary as one JSON object
@@ -45,9 +48,9 @@ pub struct ExportArgs {
     memory: MemoryArgs,
 }
 
-/// The keys of `--json`, which are stable.
+/// The output of `--json`. Its keys are stable.
 #[derive(Serialize)]
-struct Summary {
+struct ExportReport {
     vertices: u64,
     triangles: u64,
     files: Vec<String>,
@@ -55,7 +58,7 @@ struct Summary {
     peak_memory_bytes: Option<u64>,
 }
 
-/// Exports a file.
+/// Exports a tile file.
 pub fn run(args: ExportArgs) -> anyhow::Result<()> {
     let to_stdout = args.output == Path::new("-");
     let (format, names) = outputs(&args).unwrap_or_else(|error| error.exit());
@@ -63,13 +66,13 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
     let done = common::block_on(async {
         tokio::select! {
             done = write(&args, format, to_stdout, &names, &bar) => done,
-            // What is written goes away with the future of the other branch.
+            // Dropping the future of the other branch removes the unfinished files.
             _ = tokio::signal::ctrl_c() => bail!("interrupted"),
         }
     });
     bar.finish_and_clear();
     let exported = done?;
-    let summary = Summary {
+    let summary = ExportReport {
         vertices: exported.vertices,
         triangles: exported.triangles,
         files: names.iter().map(|name| name.display().to_string()).collect(),
@@ -77,33 +80,33 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
         peak_memory_bytes: peak_memory(),
     };
     if to_stdout {
-        // The output proper is there.
+        // Standard output holds the triangulation, so the summary goes to standard error.
         common::say(text(&summary, args.json)?.trim_end());
         return Ok(());
     }
     common::print(&text(&summary, args.json)?)
 }
 
-/// The format and the names of the outputs.
+/// Returns the format and the names of the outputs.
 fn outputs(args: &ExportArgs) -> Result<(Format, Vec<PathBuf>), clap::Error> {
     let to_stdout = args.output == Path::new("-");
     let format = match args.format {
         Some(format) => format,
         None if to_stdout => {
             return Err(usage(
-                "standard output has no suffix: choose a --format of ply, obj or geojson",
+                "standard output has no suffix: choose a --format: ply, obj or geojson",
             ));
         }
         None => Format::from_path(&args.output).map_err(|error| {
             let output = common::shown(&args.output);
-            usage(&format!("{output}: {error}; choose another suffix, or a --format"))
+            usage(&format!("{output}: {error}; choose another suffix or a --format"))
         })?,
     };
     let names = names(&args.output, format);
     if to_stdout && names.len() > 1 {
         let count = names.len();
         return Err(usage(&format!(
-            "--format {format} makes {count} files, so it cannot go to standard output"
+            "--format {format} writes {count} files, so it cannot go to standard output"
         )));
     }
     Ok((format, names))
@@ -114,20 +117,21 @@ fn usage(why: &str) -> clap::Error {
     command.error(clap::error::ErrorKind::ValueValidation, why)
 }
 
-fn text(summary: &Summary, json: bool) -> anyhow::Result<String> {
+fn text(summary: &ExportReport, json: bool) -> anyhow::Result<String> {
     if json {
         return Ok(serde_json::to_string(summary)? + "\n");
     }
     Ok(format!(
-        "{}: {} vertices, {} triangles; {}\n",
+        "{}: {}, {}; {}\n",
         summary.files.join(", "),
-        common::thousands(summary.vertices),
-        common::thousands(summary.triangles),
+        counted(summary.vertices, "vertex", "vertices"),
+        counted(summary.triangles, "triangle", "triangles"),
         common::bytes(summary.bytes)
     ))
 }
 
-/// The names of the outputs: the one given, or with a format of several files its stem with all their suffixes.
+/// Returns the names of the outputs: `output` itself, or its stem with each suffix of a format that
+/// has several files.
 fn names(output: &Path, format: Format) -> Vec<PathBuf> {
     let suffixes = format.suffixes();
     if suffixes.len() == 1 {
@@ -146,7 +150,7 @@ fn names(output: &Path, format: Format) -> Vec<PathBuf> {
     suffixes.iter().map(with_suffix).collect()
 }
 
-/// A bar of tiles, where people see it.
+/// Returns a progress bar that counts tiles, hidden if standard error is not a terminal.
 fn bar(json: bool) -> ProgressBar {
     if json || !io::stderr().is_terminal() {
         return ProgressBar::hidden();
@@ -189,10 +193,11 @@ async fn write(
             joined(names)
         }
     })?;
-    // All are on the disk before the first gets its name: on another thread, because an interrupt shall not wait for it.
+    // All files are on the disk before the first one gets its name. This runs on another thread,
+    // because an interrupt must not wait for it.
     let finish = move || {
-        targets.iter().try_for_each(Output::sync)?;
-        Ok(targets.into_iter().try_for_each(Output::publish)?)
+        targets.iter().try_for_each(StreamOutput::sync)?;
+        Ok(targets.into_iter().try_for_each(StreamOutput::publish)?)
     };
     let finished = common::on_thread("finishing", finish).await;
     finished.with_context(|| format!("cannot write {}", joined(names)))?;
@@ -207,12 +212,15 @@ fn joined(names: &[PathBuf]) -> String {
         .join(", ")
 }
 
-/// Opens an output that is not the input.
-fn create(name: &Path, input: &Path) -> anyhow::Result<Output> {
+/// Opens an output.
+///
+/// # Errors
+/// Fails if the output is the input.
+fn create(name: &Path, input: &Path) -> anyhow::Result<StreamOutput> {
     let shown = common::shown(name);
     let is_input = name
         .canonicalize()
         .is_ok_and(|name| input.canonicalize().is_ok_and(|input| input == name));
-    ensure!(!is_input, "{shown} is the tile file itself");
-    Output::create(name).with_context(|| format!("cannot create {shown}"))
+    ensure!(!is_input, "{shown} is the tile file itself; choose another output");
+    StreamOutput::create(name).with_context(|| format!("cannot create {shown}"))
 }

@@ -1,5 +1,9 @@
-//! What the command `tiletool` is made of: a file or a folder per command. Beside the command, the laboratory (`tools/lab`) uses it.
-#![allow(missing_docs, reason = "what it has is the command's, and documented there")]
+//! The commands of `tiletool`, one file or folder per command. The laboratory (`tools/lab`) uses
+//! them too.
+#![allow(
+    missing_docs,
+    reason = "the items belong to commands, whose help texts document them"
+)]
 
 mod against;
 mod allocator;
@@ -33,7 +37,7 @@ use tracing_subscriber::fmt::format::FmtSpan;
 
 pub use system::Ending;
 
-/// What the tool can do.
+/// The commands of the tool.
 #[derive(Subcommand, Debug)]
 pub enum Command {
     Build(build::BuildArgs),
@@ -48,12 +52,12 @@ pub enum Command {
     Bench(bench::BenchArgs),
 }
 
-/// What a program's `main` does: reads the command line and runs what it says. Errors are told in one line.
+/// Runs a program: parses the command line and calls `run` with it. Prints an error in one line.
 pub fn start<C: Parser>(run: impl FnOnce(C) -> anyhow::Result<()>) -> ExitCode {
     allocator::begin();
     let report = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        // What a reader catches becomes an error.
+        // A reader turns this panic into an error.
         if !panic_is_caught() {
             report(panic);
         }
@@ -73,7 +77,8 @@ pub fn start<C: Parser>(run: impl FnOnce(C) -> anyhow::Result<()>) -> ExitCode {
     }
 }
 
-/// Has the library tell on standard error what it does: nothing, what a build goes by, each step, or all.
+/// Sends the library's log to standard error: nothing at level 0, the plan of a build at 1, each
+/// step at 2, and everything from 3 on.
 pub fn log(verbose: u8) {
     let level = match verbose {
         0 => return,
@@ -89,10 +94,10 @@ pub fn log(verbose: u8) {
         .init();
 }
 
-/// Does what a command says.
+/// Runs a command.
 ///
 /// # Errors
-/// Whatever the command has to complain of.
+/// Returns the error of the command.
 pub fn run(command: Command) -> anyhow::Result<()> {
     match command {
         Command::Build(args) => build::run(args),
@@ -108,13 +113,14 @@ pub fn run(command: Command) -> anyhow::Result<()> {
     }
 }
 
-/// Says that the command line is not understood, or what was asked for with `--help`.
+/// Prints an error of the command line, or the text of `--help` or `--version`.
 fn refuse(error: &clap::Error) -> ExitCode {
     let text = error.render().to_string();
     if shown::message(&text) == text {
         error.exit();
     }
-    // A name on the command line, perhaps of a file that others named, would command the terminal.
+    // A name on the command line, perhaps of a file that someone else named, must not control the
+    // terminal.
     common::say(text.trim_end());
     ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }

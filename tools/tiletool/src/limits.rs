@@ -1,4 +1,5 @@
-//! Limits of the process: what is checked before a command begins, so that a refusal is an error and no panic.
+//! Limits of the process. They are checked before a command starts, so that exceeding one is an
+//! error and not a panic.
 
 use std::fs::{self, File};
 use std::hint::black_box;
@@ -13,27 +14,33 @@ use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
 use crate::system;
 
-/// Files that the runtime has open: it panics where it gets fewer. Two for files of the command.
+/// File descriptors that a command needs: those of the runtime, which panics if it gets fewer, and
+/// two for files of the command.
 const DESCRIPTORS: usize = 9;
-/// Bytes of the main thread's stack that are taken at once: where the address space ends, it cannot grow later.
+/// Bytes of the main thread's stack that are touched at the start. Where the address space is
+/// limited, the stack may be unable to grow later.
 const STACK: usize = 256 << 10;
-/// Threads that a command needs beside the runtime's workers.
+/// Number of threads that a command needs besides the runtime's workers.
 const OTHER_THREADS: usize = 8;
 
 /// Prepares the process. Must be called before any thread is started.
+///
+/// # Errors
+/// Fails if the limit on open files is too low.
 pub fn prepare() -> anyhow::Result<()> {
     let is_limited = [Resource::As, Resource::Data].map(|resource| getrlimit(resource).current.is_some());
     let is_limited = is_limited.contains(&true);
     system::prepare(is_limited);
     if is_limited {
-        // A refused allocation is an error, whereas a stack that cannot grow is a signal: the allocator asks first.
+        // A failed allocation is an error, but a stack that cannot grow is a signal. So this
+        // allocation comes first and fails if memory is too short for the stack.
         drop(black_box(Vec::<u8>::with_capacity(4 * STACK)));
         take_stack();
     }
-    tell_of_refused_stacks();
+    report_refused_stacks();
     let files = getrlimit(Resource::Nofile);
     if files.current < files.maximum {
-        // It stays as it is where the system does not want it.
+        // If the system refuses, the limit stays unchanged.
         let _ = setrlimit(
             Resource::Nofile,
             Rlimit {
@@ -45,7 +52,7 @@ pub fn prepare() -> anyhow::Result<()> {
     let opened: io::Result<Vec<File>> = (0..DESCRIPTORS).map(|_| File::open("/")).collect();
     opened
         .map(drop)
-        .context("a command needs more open files than the system allows (ulimit -n)")
+        .context("the system allows too few open files; raise the limit (ulimit -n)")
 }
 
 #[inline(never)]
@@ -53,8 +60,9 @@ fn take_stack() {
     black_box([0u8; STACK]);
 }
 
-/// A new thread panics, and takes the process with it, if its stack for signals is refused. Says so in one line.
-fn tell_of_refused_stacks() {
+/// Reports in one line that a thread's signal stack was refused. Such a thread panics and takes the
+/// process down with it.
+fn report_refused_stacks() {
     let others = panic::take_hook();
     panic::set_hook(Box::new(move |info| {
         let is_refused = info
@@ -67,7 +75,8 @@ fn tell_of_refused_stacks() {
     }));
 }
 
-/// Whether the system starts so many threads at once, and those that a command needs beside them.
+/// Returns whether the system can start `threads` threads at once, and the others that a command
+/// needs.
 pub fn can_start(threads: usize) -> bool {
     let before = threads_now();
     let gate = Arc::new(Mutex::new(()));
@@ -81,7 +90,7 @@ pub fn can_start(threads: usize) -> bool {
     drop(closed);
     let count = started.len();
     started.into_iter().for_each(|thread| drop(thread.join()));
-    // A thread counts until the system has cleaned up behind it.
+    // A joined thread counts until the system has cleaned it up.
     for _ in 0..100 {
         if threads_now() <= before {
             break;

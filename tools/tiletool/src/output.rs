@@ -1,4 +1,5 @@
-//! Where commands write: files that appear under their name when they are complete, and devices and pipes, which are written as they are.
+//! Outputs of commands. A file appears under its name only when it is complete. Devices and pipes
+//! are written directly.
 
 use std::fs::{self, File, FileType};
 use std::io::{self, Write};
@@ -7,16 +8,18 @@ use std::path::Path;
 
 use delaunay_tiles::io::OutputFile;
 
-/// An output that is written from front to back.
-pub struct Output {
+/// An output that is written sequentially: a file, a device or a pipe.
+pub struct StreamOutput {
     file: File,
     /// None for a device or a pipe.
     unfinished: Option<OutputFile>,
 }
 
-impl Output {
-    /// Opens an output. A file that has the name stays as it is until [`publish`](Self::publish).
+impl StreamOutput {
+    /// Opens an output. An existing file of this name stays unchanged until
+    /// [`publish`](Self::publish).
     ///
+    /// # Errors
     /// Fails for a folder or a socket, and if another process is writing the same output.
     pub fn create(path: &Path) -> io::Result<Self> {
         let is_stream = |kind: FileType| kind.is_fifo() || kind.is_char_device() || kind.is_block_device();
@@ -31,12 +34,12 @@ impl Output {
         })
     }
 
-    /// What to write to.
+    /// Returns the file to write to.
     pub fn file(&mut self) -> &mut File {
         &mut self.file
     }
 
-    /// Waits until everything is on the disk: a full disk may show only then.
+    /// Flushes the file to the disk. A full disk may show only then.
     pub fn sync(&self) -> io::Result<()> {
         match &self.unfinished {
             Some(unfinished) => unfinished.file().sync_all(),
@@ -44,13 +47,16 @@ impl Output {
         }
     }
 
-    /// Gives the file its name.
+    /// Renames the finished file to its final name.
     pub fn publish(self) -> io::Result<()> {
         self.unfinished.map_or(Ok(()), OutputFile::publish)
     }
 }
 
-/// Writes a whole file, which replaces what has the name. Fails if that is no file.
+/// Writes a whole file, and replaces the file that has the name.
+///
+/// # Errors
+/// Fails if the name belongs to something that is not a file.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let output = OutputFile::create(path)?;
     output.file().write_all(bytes)?;

@@ -1,4 +1,4 @@
-//! Files that a command opens more than once must be the same each time.
+//! Detects changes of files that a command opens more than once.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -6,12 +6,15 @@ use std::sync::{Mutex, PoisonError};
 
 use delaunay_tiles::input::{FileStamp, InputError};
 
-/// Files that were opened by now, as they were the first time.
+/// The files that were opened so far, each with its stamp of the first time.
 #[derive(Debug, Default)]
 pub struct Unchanged(Mutex<HashMap<PathBuf, FileStamp>>);
 
 impl Unchanged {
-    /// Notes files, and fails if one is not what it was before.
+    /// Records the stamps of files.
+    ///
+    /// # Errors
+    /// Fails if a file changed since it was first recorded.
     pub fn check<'a>(&self, files: impl IntoIterator<Item = &'a (PathBuf, FileStamp)>) -> Result<(), InputError> {
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         for (path, stamp) in files {

@@ -1,4 +1,4 @@
-//! `tiletool verify`: proves a tile file, and compares it with its input.
+//! `tiletool verify`: checks a tile file, and compares it with its input.
 
 use std::path::PathBuf;
 
@@ -7,34 +7,44 @@ use clap::Args;
 use delaunay_tiles::peak_memory;
 use serde::Serialize;
 
-use crate::against::{self, Against, Compared};
-use crate::common::{self, MemoryArgs, thousands};
+use crate::against::{self, BuildInput, ComparedCounts};
+use crate::common::{self, MemoryArgs, counted, thousands};
 use crate::input_args::InputArgs;
 use crate::lines::LineArgs;
 use crate::unchanged::Unchanged;
 
-/// Check a tile file: checksums and structure; with --deep, that it is the Delaunay triangulation; with --against and the
-/// lines and sites of the build, that it holds all of its input, and nothing else.
+/// Check that a tile file is valid and holds its input
 ///
-/// The first thing that is wrong is named with its tile and triangle, or file and line, and the exit code is 1. The file is
-/// read once for each part of the input that fits in three quarters of the memory, at 40 bytes a point, 48 a site and 72 a segment;
-/// the points once for each part of the segments between records that fits in an eighth, at 72 bytes.
+/// By default, checksums and structure are checked. --deep also proves that the file holds the
+/// Delaunay triangulation. --against and the files of lines and sites of the build prove that the
+/// file holds all of this input and nothing else.
+///
+/// The first fault is reported with its tile and triangle, or with its file and line, and the exit
+/// code is 1.
+///
+/// The tile file is read once for each part of the input that fits in three quarters of the memory,
+/// at 40 bytes per point, 48 per site and 72 per segment. The points are read once for each part of
+/// the segments between record numbers that fits in an eighth of the memory, at 72 bytes per
+/// segment.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
   tiletool verify --deep survey.tiles --against survey.laz
   tiletool verify --deep town.tiles --obstacles houses.geojson --walls fences.geojson --sites shops.csv")]
 pub struct VerifyArgs {
-    /// The tile file
+    /// Tile file to check
     file: PathBuf,
-    /// Prove the triangulation: orientation, stars, convex hull, agreement across tiles, empty circles, regions and holes
+    /// Prove that the file holds the Delaunay triangulation
+    ///
+    /// This checks orientation, stars, the convex hull, agreement across tiles, empty circles,
+    /// regions and holes.
     #[arg(long)]
     deep: bool,
-    /// Look up every point of these inputs too, read with the same options as for the build
+    /// Files of points to compare with, read with the same options as for the build
     #[arg(long, value_name = "INPUT", num_args = 1..)]
     against: Vec<PathBuf>,
     #[command(flatten)]
     lines: LineArgs,
-    /// Print one JSON object
+    /// Print the result as one JSON object
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -44,7 +54,7 @@ pub struct VerifyArgs {
 }
 
 #[derive(Default, Serialize)]
-struct Output {
+struct VerifyReport {
     ok: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
@@ -62,73 +72,80 @@ struct Output {
     input_segments: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     input_sites: Option<u64>,
-    /// Whether segments were compared as they were split.
+    /// Whether the segments were split before they were compared.
     #[serde(skip)]
     is_split: bool,
     peak_memory_bytes: Option<u64>,
 }
 
-/// Checks a file.
+/// Checks a tile file.
 pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
-    let mut output = Output {
+    let mut report = VerifyReport {
         deep: args.deep,
-        ..Output::default()
+        ..VerifyReport::default()
     };
-    let done = common::block_on(check(&args, &mut output)).with_context(|| common::shown(&args.file));
-    output.ok = done.is_ok();
+    let done = common::block_on(check(&args, &mut report)).with_context(|| common::shown(&args.file));
+    report.ok = done.is_ok();
     if args.json {
-        output.peak_memory_bytes = peak_memory();
-        output.error = done.as_ref().err().map(|error| format!("{error:#}"));
-        common::print_json(&output)?;
+        report.peak_memory_bytes = peak_memory();
+        report.error = done.as_ref().err().map(|error| format!("{error:#}"));
+        common::print_json(&report)?;
         return done;
     }
     done?;
-    common::print(&output.text())
+    common::print(&report.text())
 }
 
-impl Output {
-    /// What was proven, for people.
+impl VerifyReport {
+    /// Returns the report for people.
     fn text(&self) -> String {
-        let [vertices, triangles, tiles, edges] =
-            [self.vertices, self.triangles, self.tiles, self.edges].map(thousands);
         let mut text = format!(
-            "{vertices} vertices and {triangles} triangles in {tiles} tiles: checksums and structure are right\n"
+            "{}, {} and {}: checksums and structure are correct\n",
+            counted(self.tiles, "tile", "tiles"),
+            counted(self.vertices, "vertex", "vertices"),
+            counted(self.triangles, "triangle", "triangles"),
         );
         if self.deep {
+            let edges = counted(self.edges, "edge", "edges");
             text += &match self.constraint_edges {
-                0 => format!("It is the Delaunay triangulation: {edges} edges proven\n"),
+                0 => format!("The file holds the Delaunay triangulation: {edges} proven\n"),
                 constraints => format!(
-                    "It is the constrained Delaunay triangulation: {edges} edges proven, of which {} are constraints\n",
-                    thousands(constraints)
+                    "The file holds the constrained Delaunay triangulation: {edges} proven, including {}\n",
+                    counted(constraints, "constraint", "constraints")
                 ),
             };
         }
         if self.regions > 0 {
-            let [regions, holes] = [self.regions, self.hole_regions].map(thousands);
-            text +=
-                &format!("{regions} regions end at constraints only; {holes} of them are holes, each for a reason\n");
+            text += &format!(
+                "{}, separated only by constraints; all holes ({}) are due to obstacles, hole points or the exterior\n",
+                counted(self.regions, "region", "regions"),
+                thousands(self.hole_regions),
+            );
         }
         if let Some(points) = self.input_points.map(thousands) {
-            text += &format!("All {points} points of the input are in it, and nothing else\n");
+            text += &format!("The file holds all points of the input ({points}) and no others\n");
         }
         if let Some(segments) = self.input_segments.map(thousands) {
             let split = match self.is_split {
-                true => ", split again where they cross each other, or borders,",
+                true => ", split where they cross each other or cell borders,",
                 false => "",
             };
             text += &format!(
-                "All {segments} segments of the input{split} are chains of edges that know their line, and no other edge is a constraint\n"
+                "All segments of the input ({segments}){split} are chains of edges that name their lines, and no other edge is a constraint\n"
             );
         }
         if let Some(sites) = self.input_sites.filter(|&sites| sites > 0) {
-            text += &format!("All {} sites of the input are in it, and no others\n", thousands(sites));
+            text += &format!(
+                "The file holds all sites of the input ({}) and no others\n",
+                thousands(sites)
+            );
         }
         text
     }
 }
 
-async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
-    let mut against = Against {
+async fn check(args: &VerifyArgs, report: &mut VerifyReport) -> anyhow::Result<()> {
+    let mut input = BuildInput {
         inputs: &args.against,
         options: args.input.options(),
         lines: &args.lines,
@@ -138,35 +155,35 @@ async fn check(args: &VerifyArgs, output: &mut Output) -> anyhow::Result<()> {
         files: Unchanged::default(),
     };
     let mut reader = args.memory.open(&args.file).await?;
-    against.added = reader.directory().metadata.lines.clone();
-    let is_split = against.is_split(&reader)?;
-    let report = reader.verify(args.deep).await?;
-    output.tiles = report.tiles;
-    output.vertices = report.vertices;
-    output.triangles = report.triangles;
-    output.edges = report.edges;
-    output.constraint_edges = report.constraint_edges;
-    output.regions = report.regions;
-    output.hole_regions = report.hole_regions;
-    if against.is_empty() {
+    input.added = reader.directory().metadata.lines.clone();
+    let is_split = input.is_split(&reader)?;
+    let verified = reader.verify(args.deep).await?;
+    report.tiles = verified.tiles;
+    report.vertices = verified.vertices;
+    report.triangles = verified.triangles;
+    report.edges = verified.edges;
+    report.constraint_edges = verified.constraint_edges;
+    report.regions = verified.regions;
+    report.hole_regions = verified.hole_regions;
+    if input.is_empty() {
         return Ok(());
     }
-    let mut others = against.byte_size();
+    let mut others = input.byte_size();
     if is_split {
-        against.split_memory = against::split_memory(&reader.directory().metadata, args.memory.bytes());
-        others += against.split_memory;
+        input.split_memory = against::split_memory(&reader.directory().metadata, args.memory.bytes());
+        others += input.split_memory;
     }
     if others > 0 {
         reader = args.memory.open_beside(&args.file, others).await?;
     }
-    let Compared {
+    let ComparedCounts {
         points,
         segments,
         sites,
-    } = against.compare(&reader, is_split).await?;
-    output.input_points = Some(points);
-    output.input_segments = segments;
-    output.is_split = is_split;
-    output.input_sites = sites;
+    } = input.compare(&reader, is_split).await?;
+    report.input_points = Some(points);
+    report.input_segments = segments;
+    report.is_split = is_split;
+    report.input_sites = sites;
     Ok(())
 }

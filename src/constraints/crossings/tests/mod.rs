@@ -1,4 +1,4 @@
-//! Crossings against brute force: all pairs, by the predicate.
+//! Tests of crossings against brute force: the predicate on all pairs.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -13,8 +13,8 @@ use crate::geometry::{Orientation, Point, Rect, crossing_point, orient2d};
 mod shapes;
 mod splitting;
 
-/// The pairs that cross, the smaller number first, and where.
-type Found = BTreeMap<[u32; 2], [u64; 2]>;
+/// The pairs that cross, the smaller number first, and the bits of their crossing points.
+type Crossings = BTreeMap<[u32; 2], [u64; 2]>;
 
 fn bits(p: Point) -> [u64; 2] {
     [p.x.to_bits(), p.y.to_bits()]
@@ -24,9 +24,9 @@ fn point([x, y]: [i32; 2]) -> Point {
     Point::new(x.into(), y.into())
 }
 
-/// What is found in a cell; each pair once.
-fn found_in(segments: &[[Point; 2]], cell: Rect) -> Found {
-    let mut all = Found::new();
+/// Returns the pairs that are found in a cell. Asserts that each is found once.
+fn found_in(segments: &[[Point; 2]], cell: Rect) -> Crossings {
+    let mut all = Crossings::new();
     let done = find(segments, cell, &mut |one, other, point| {
         let before = all.insert([one.min(other), one.max(other)], bits(point));
         assert_eq!(before, None, "{one} and {other} are found twice");
@@ -36,13 +36,13 @@ fn found_in(segments: &[[Point; 2]], cell: Rect) -> Found {
     all
 }
 
-/// All pairs that cross, from left to right.
-fn by_brute_force(segments: &[[Point; 2]]) -> Found {
+/// Returns all pairs that cross, searched from left to right.
+fn by_brute_force(segments: &[[Point; 2]]) -> Crossings {
     let mut order: Vec<(Rect, u32)> = segments.iter().map(|&segment| bounds(segment)).zip(0..).collect();
     order.sort_by(|a, b| a.0.min_x.total_cmp(&b.0.min_x));
-    let mut all = Found::new();
-    for (place, &(one, i)) in order.iter().enumerate() {
-        for &(other, j) in order[place + 1..]
+    let mut all = Crossings::new();
+    for (position, &(one, i)) in order.iter().enumerate() {
+        for &(other, j) in order[position + 1..]
             .iter()
             .take_while(|(other, _)| other.min_x <= one.max_x)
         {
@@ -61,7 +61,7 @@ fn check(segments: &[[Point; 2]]) {
     assert_eq!(found_in(segments, Rect::PLANE), by_brute_force(segments));
 }
 
-/// Whether a segment meets a closed cell. Sides are finite.
+/// Returns whether a segment meets a closed cell with finite sides.
 fn meets([a, b]: [Point; 2], cell: Rect) -> bool {
     let corners = [
         Point::new(cell.min_x, cell.min_y),
@@ -74,7 +74,7 @@ fn meets([a, b]: [Point; 2], cell: Rect) -> bool {
     bounds([a, b]).intersects(cell) && !is_aside
 }
 
-/// Cuts a cell again and again; the cells that come of it.
+/// Cuts a cell recursively. Returns the resulting cells.
 fn cut(cell: Rect, cuts: &[(bool, Point)]) -> Vec<Rect> {
     let Some((&(by_x, at), cuts)) = cuts.split_first() else {
         return vec![cell];
@@ -91,21 +91,22 @@ fn cut(cell: Rect, cuts: &[(bool, Point)]) -> Vec<Rect> {
     [self::cut(low, one), self::cut(high, other)].concat()
 }
 
-/// Cells are given no more than the segments that meet them. Cuts pass through ends and through rounded crossing points,
-/// which may be on the other side than the exact ones.
+/// Checks that each pair is found in one cell if a cell is given only the segments that meet it.
+/// Cuts pass through ends and through rounded crossing points, which may be on the other side of a
+/// cut than the exact ones.
 fn check_cells(segments: &[[Point; 2]], cuts: &[(bool, usize)]) {
     let all = by_brute_force(segments);
-    let mut places: Vec<Point> = segments.iter().flatten().copied().collect();
-    places.extend(
+    let mut points: Vec<Point> = segments.iter().flatten().copied().collect();
+    points.extend(
         all.values()
             .map(|&[x, y]| Point::new(f64::from_bits(x), f64::from_bits(y))),
     );
     let cuts: Vec<(bool, Point)> = cuts
         .iter()
-        .map(|&(by_x, at)| (by_x, places[at % places.len()]))
+        .map(|&(by_x, at)| (by_x, points[at % points.len()]))
         .collect();
     let far = 1e9;
-    let mut sum = Found::new();
+    let mut sum = Crossings::new();
     for cell in cut(Rect::new(-far, -far, far, far), &cuts) {
         let its: Vec<u32> = (0..)
             .zip(segments)
@@ -133,12 +134,12 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn few_on_a_small_grid(segments in prop::collection::vec(small(), 0..60)) {
+    fn crossings_of_few_segments_on_a_grid_equal_brute_force(segments in prop::collection::vec(small(), 0..60)) {
         check(&segments);
     }
 
     #[test]
-    fn few_floats(segments in prop::collection::vec(float(), 0..60)) {
+    fn crossings_of_few_float_segments_equal_brute_force(segments in prop::collection::vec(float(), 0..60)) {
         check(&segments);
     }
 
@@ -160,7 +161,7 @@ proptest! {
 }
 
 #[test]
-fn the_search_can_be_broken_off() {
+fn the_callback_can_stop_the_search() {
     let comb: Vec<[Point; 2]> = (0..300).map(|i| [point([i, 0]), point([i, 9])]).collect();
     let mut segments = comb.clone();
     segments.extend((0..300).map(|i| [Point::new(-1.0, f64::from(i) / 50.0 + 1.0), Point::new(300.0, 2.0)]));

@@ -1,4 +1,5 @@
-//! Many segments, of all shapes: they are found by brute force too, and it does not take too many tests of pairs.
+//! Many segments of all shapes: the search finds the same crossings as brute force, and does not
+//! test too many pairs.
 
 use std::cell::Cell;
 use std::ops::ControlFlow;
@@ -6,7 +7,7 @@ use std::ops::ControlFlow;
 use crate::constraints::crossings::tests::*;
 use crate::geometry::{Point, Rect};
 
-/// Numbers as if at random, the same each time.
+/// A pseudo-random number generator, the same each time.
 struct Random(u64);
 
 impl Random {
@@ -16,7 +17,7 @@ impl Random {
         mixed ^ (mixed >> 31)
     }
 
-    /// From 0 to 1.
+    /// Returns a number from 0 to 1.
     fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -25,7 +26,7 @@ impl Random {
         Point::new(self.unit(), self.unit())
     }
 
-    /// A segment of about this length.
+    /// Returns a segment whose length is about `length`.
     fn short(&mut self, length: f64) -> [Point; 2] {
         let (a, step) = (self.point(), self.point());
         [
@@ -45,7 +46,7 @@ fn moved(p: Point, x: f64, y: f64) -> Point {
     Point::new(p.x + x, p.y + y)
 }
 
-/// The edges of a triangulated grid, with vertices moved a little.
+/// Returns the edges of a triangulated grid whose vertices are moved a little.
 fn mesh(side: usize, random: &mut Random) -> Vec<[Point; 2]> {
     let vertices: Vec<Point> = (0..side * side)
         .map(|i| {
@@ -74,7 +75,7 @@ fn star(rays: usize, centre: Point, mut length: impl FnMut() -> f64) -> Vec<[Poi
     (0..rays).map(ray).collect()
 }
 
-/// How many pairs are tested for each segment.
+/// Returns the number of tested pairs per segment.
 fn tests_per_segment(segments: &[[Point; 2]]) -> f64 {
     let tests = Cell::new(0u64);
     let meet = |_: [Point; 2], _: [Point; 2], _: Rect| {
@@ -94,17 +95,17 @@ fn check_effort(segments: &[[Point; 2]], most: f64) {
 
 #[test]
 fn edges_of_a_mesh_do_not_cross() {
-    // More than are copied to lie together.
+    // More than the search copies to be contiguous.
     let mut segments = mesh(90, &mut Random(1));
-    assert_eq!(found_in(&segments, Rect::PLANE), Found::new());
+    assert_eq!(found_in(&segments, Rect::PLANE), Crossings::new());
     check_effort(&segments, 10.0);
-    // Until some do.
+    // Now add some that cross.
     segments.extend((0..20).map(|i| [point([i, -1]), point([80 - 3 * i, 91])]));
     check(&segments);
 }
 
 #[test]
-fn many_short_ones() {
+fn many_short_segments_take_few_tests() {
     let mut random = Random(2);
     let segments: Vec<_> = (0..40_000).map(|_| random.short(0.01)).collect();
     check(&segments);
@@ -112,7 +113,7 @@ fn many_short_ones() {
 }
 
 #[test]
-fn long_ones_across_short_ones() {
+fn long_segments_across_short_ones_take_few_tests() {
     let mut random = Random(3);
     let mut segments: Vec<_> = (0..20_000).map(|_| random.short(0.01)).collect();
     segments.extend((0..60).map(|_| [random.point(), random.point()]));
@@ -122,14 +123,14 @@ fn long_ones_across_short_ones() {
 }
 
 #[test]
-fn only_long_ones() {
+fn crossings_of_long_segments_equal_brute_force() {
     let mut random = Random(4);
     let segments: Vec<_> = (0..400).map(|_| [random.point(), random.point()]).collect();
     check(&segments);
 }
 
 #[test]
-fn integers_with_all_kinds_of_touches() {
+fn crossings_among_touching_integer_segments_equal_brute_force() {
     let mut random = Random(5);
     let mut coordinate = |most: u64| (random.next() % most) as i32;
     let segments: Vec<_> = (0..20_000)
@@ -142,15 +143,15 @@ fn integers_with_all_kinds_of_touches() {
 }
 
 #[test]
-fn stars() {
+fn stars_take_few_tests() {
     let mut random = Random(6);
     let centre = Point::new(0.25, 0.5);
     let even = star(20_000, centre, || 1.0);
-    assert_eq!(found_in(&even, Rect::PLANE), Found::new());
+    assert_eq!(found_in(&even, Rect::PLANE), Crossings::new());
     check_effort(&even, 0.0);
     let mut uneven = star(20_000, centre, || random.unit().powi(4));
     check_effort(&uneven, 1.0);
-    // A few across, and many that go elsewhere.
+    // A few segments across the rays, and many elsewhere.
     let mut random = Random(7);
     uneven.extend((0..30).map(|_| random.short(0.5)));
     uneven.extend((0..20_000).map(|_| random.short(0.002).map(|p| moved(p, 1.5, 0.0))));
@@ -159,28 +160,28 @@ fn stars() {
 }
 
 #[test]
-fn a_star_with_something_between_its_rays() {
+fn segments_between_the_rays_of_a_star_take_few_tests() {
     let rays = 4000;
     let mut segments = star(rays, Point::new(0.0, 0.0), || 1.0);
     for i in 0..rays {
         let (sine, cosine) = ((i as f64 + 0.5) / rays as f64 * std::f64::consts::TAU).sin_cos();
         segments.push([0.6, 0.601].map(|at| Point::new(cosine * at, sine * at)));
     }
-    assert_eq!(found_in(&segments, Rect::PLANE), Found::new());
+    assert_eq!(found_in(&segments, Rect::PLANE), Crossings::new());
     check_effort(&segments, 400.0);
 }
 
 #[test]
-fn two_stars_that_face_each_other() {
+fn two_facing_stars_take_few_tests() {
     let between = |i: i32| Point::new(0.5, f64::from(i) / 20_000.0);
     let mut segments: Vec<_> = (0..20_000).map(|i| [Point::new(0.0, 0.0), between(i)]).collect();
     segments.extend((0..20_000).map(|i| [Point::new(1.0, 0.0), between(i)]));
-    assert_eq!(found_in(&segments, Rect::PLANE), Found::new());
+    assert_eq!(found_in(&segments, Rect::PLANE), Crossings::new());
     check_effort(&segments, 400.0);
 }
 
 #[test]
-fn combs() {
+fn combs_of_any_slope_take_few_tests() {
     for [x, y] in [[0, 1], [1, 0], [1, 1], [-7, 3]] {
         let along = |i: f64, at: f64| {
             Point::new(
@@ -191,7 +192,7 @@ fn combs() {
         let mut segments: Vec<_> = (0..20_000)
             .map(|i| [along(i.into(), 0.0), along(i.into(), 1e5)])
             .collect();
-        assert_eq!(found_in(&segments, Rect::PLANE), Found::new());
+        assert_eq!(found_in(&segments, Rect::PLANE), Crossings::new());
         check_effort(&segments, 20.0);
         segments.push([along(-0.5, -1.0), along(2000.5, 7e4)]);
         assert_eq!(found_in(&segments, Rect::PLANE).len(), 2001);
@@ -199,27 +200,27 @@ fn combs() {
 }
 
 #[test]
-fn the_same_again_and_again() {
+fn copies_of_one_segment_take_few_tests() {
     let (a, b) = (point([0, 0]), point([3, 1]));
     let mut segments = vec![[a, b]; 10_000];
     segments.extend(vec![[b, a]; 10_000]);
-    assert_eq!(found_in(&segments, Rect::PLANE), Found::new());
+    assert_eq!(found_in(&segments, Rect::PLANE), Crossings::new());
     check_effort(&segments, 0.0);
     segments.extend([[point([1, 2]), point([2, -2])]; 3]);
     assert_eq!(found_in(&segments, Rect::PLANE).len(), 60_000);
 }
 
 #[test]
-fn overlapping_chains() {
+fn overlapping_chains_do_not_cross() {
     let segments: Vec<_> = (0..20_000)
         .map(|i| [point([i, 2 * i]), point([i + 4, 2 * i + 8])])
         .collect();
-    assert_eq!(found_in(&segments, Rect::PLANE), Found::new());
+    assert_eq!(found_in(&segments, Rect::PLANE), Crossings::new());
     check_effort(&segments, 20.0);
 }
 
 #[test]
-fn clusters_within_clusters() {
+fn crossings_in_nested_clusters_equal_brute_force() {
     let mut random = Random(8);
     let mut segments = Vec::new();
     for level in 0..40 {
@@ -230,9 +231,10 @@ fn clusters_within_clusters() {
     check(&segments);
 }
 
-/// So close together that a grid cannot tell where they are, and long ones far too coarse for it.
+/// Segments so close together that a grid cannot distinguish their positions, and long ones whose
+/// rounding is far too coarse for the grid.
 #[test]
-fn a_few_units_in_the_last_place() {
+fn crossings_within_a_few_units_in_the_last_place_equal_brute_force() {
     let mut random = Random(9);
     let unit = 2f64.powi(-33);
     let mut near = || 1e6 + (random.next() % 64) as f64 * unit;

@@ -4,22 +4,22 @@ use crate::constraints::error::ConstraintError;
 use crate::constraints::polygons::check::PolygonCheck;
 use crate::constraints::polygons::sweep::*;
 
-/// The sides of rings that may be anything, on a grid.
+/// Generates the sides of arbitrary rings on a grid.
 pub(crate) fn rings() -> impl Strategy<Value = Vec<[Point; 2]>> {
     let ring = prop::collection::vec((0i32..7, 0i32..7), 1..7);
     prop::collection::vec(ring, 1..5).prop_map(|rings| {
         let sides = |ring: Vec<(i32, i32)>| -> Vec<[Point; 2]> {
-            let at = |place: usize| {
-                let (x, y) = ring[place % ring.len()];
+            let at = |index: usize| {
+                let (x, y) = ring[index % ring.len()];
                 Point::new(x.into(), y.into())
             };
-            (0..ring.len()).map(|place| [at(place), at(place + 1)]).collect()
+            (0..ring.len()).map(|index| [at(index), at(index + 1)]).collect()
         };
         rings.into_iter().flat_map(sides).collect()
     })
 }
 
-/// How often segments go round a point that is on none of them.
+/// Returns the winding of segments around a point that is on none of them.
 fn winding(segments: &[[Point; 2]], p: Point) -> i32 {
     let mut winding = 0;
     for &[a, b] in segments {
@@ -34,14 +34,15 @@ fn winding(segments: &[[Point; 2]], p: Point) -> i32 {
     winding
 }
 
-/// All pairs that cross, and whether each does at an end of a segment, or at least where a point can be.
+/// Returns whether any pair crosses elsewhere than in an end of a segment, and whether all pairs
+/// cross in representable points.
 fn crossings(segments: &[[Point; 2]]) -> (bool, bool) {
     let (mut any, mut all_at_points) = (false, true);
     for (at, &one) in segments.iter().enumerate() {
         for &other in &segments[..at] {
-            if let Some(place) = ExactCrossing::of(one, other).map(|crossing| crossing.rounded()) {
-                let is_on = |[a, b]: [Point; 2]| orient2d(a, b, place) == Orientation::Collinear;
-                any |= !segments.as_flattened().contains(&place);
+            if let Some(point) = ExactCrossing::of(one, other).map(|crossing| crossing.rounded()) {
+                let is_on = |[a, b]: [Point; 2]| orient2d(a, b, point) == Orientation::Collinear;
+                any |= !segments.as_flattened().contains(&point);
                 all_at_points &= is_on(one) && is_on(other);
             }
         }
@@ -49,7 +50,8 @@ fn crossings(segments: &[[Point; 2]]) -> (bool, bool) {
     (any, all_at_points)
 }
 
-/// The first of several outcomes of strips, which are all of it.
+/// Sweeps strips that cover the plane. Returns the first point of all strips, or `None` if one of
+/// them has no windings.
 fn in_strips(segments: &[[Point; 2]], cuts: &[f64]) -> Option<Option<Point>> {
     let mut sides = vec![f64::NEG_INFINITY];
     sides.extend(cuts);
@@ -72,9 +74,10 @@ fn in_strips(segments: &[[Point; 2]], cuts: &[f64]) -> Option<Option<Point>> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// On both sides of all that was swept the windings are those that a ray counts, and nothing was left out.
+    /// On both sides of each swept part, the windings equal those that a ray counts, and no part is
+    /// left out.
     #[test]
-    fn windings_are_those_that_a_ray_counts(segments in rings(), cuts in prop::collection::vec(-1i32..8, 0..3)) {
+    fn windings_equal_those_that_a_ray_counts(segments in rings(), cuts in prop::collection::vec(-1i32..8, 0..3)) {
         let sweep = Sweep::new(segments.iter().copied());
         let mut parts = Vec::new();
         let outcome = sweep.run(None, &mut |part| parts.push(part));
@@ -84,7 +87,8 @@ proptest! {
             prop_assert!(!all_at_points);
             return Ok(());
         };
-        // Where a way there and back ends there may be a vertex of it: the sweep leaves it out.
+        // A segment that cancels another may end at a crossing, which is then a vertex. The sweep
+        // ignores such segments.
         let is_changed = |&[a, b]: &[Point; 2]| sweep.edge_between(a, b).is_some();
         let changed: Vec<[Point; 2]> = segments.iter().copied().filter(is_changed).collect();
         prop_assert!(!meets || crossings(&changed).0);
@@ -108,24 +112,24 @@ proptest! {
         if let (Some(first), Some(smallest)) = (first, smallest) {
             prop_assert_eq!(first, smallest);
         }
-        // No part of any segment was left out, but of those that go there and back.
+        // No part of any segment is left out, except of those that cancel each other.
         for edge in 0..sweep.edge_count() {
-            let mut its: Vec<Part> = parts.iter().filter(|part| part.edge == edge).copied().collect();
+            let mut its: Vec<EdgePart> = parts.iter().filter(|part| part.edge == edge).copied().collect();
             its.sort_by(|one, other| one.ends[0].lex_cmp(other.ends[0]));
             prop_assert_eq!(its[0].ends[0], sweep.edges[edge].ends[0]);
             prop_assert_eq!(its[its.len() - 1].ends[1], sweep.edges[edge].ends[1]);
             prop_assert!(its.windows(2).all(|pair| pair[0].ends[1] == pair[1].ends[0]));
         }
-        // In strips it is the same.
+        // Strips give the same result.
         let mut cuts: Vec<f64> = cuts.into_iter().map(f64::from).collect();
         cuts.sort_by(f64::total_cmp);
         cuts.dedup();
         prop_assert_eq!(in_strips(&segments, &cuts), Some(first));
     }
 
-    /// How much memory there is changes nothing.
+    /// The result does not depend on the memory.
     #[test]
-    fn polygons_on_the_disk_are_swept_as_in_memory(polygons in prop::collection::vec(rings(), 1..4)) {
+    fn polygons_on_the_disk_have_the_same_faults_as_in_memory(polygons in prop::collection::vec(rings(), 1..4)) {
         let folder = tempfile::tempdir().unwrap();
         let faults = |memory: u64| {
             let mut check = PolygonCheck::new(folder.path(), memory);
@@ -169,7 +173,7 @@ fn faces_are_counted_once() {
         other => panic!("{other:?}"),
     };
     let turned = |x: i32, y: i32| ring(&[(x, y), (x, y + 1), (x + 1, y + 1), (x + 1, y)]);
-    // A face that opens to the left comes from three corners, and is one.
+    // A face that opens to the left begins at three corners, and is counted once.
     let comb = ring(&[(0, 0), (3, 1), (0, 2), (3, 3), (0, 4), (9, 4), (9, 0)]);
     let comb: Vec<[Point; 2]> = comb.into_iter().map(|[a, b]| [b, a]).collect();
     assert_eq!(
@@ -177,18 +181,18 @@ fn faces_are_counted_once() {
         (Some(at(0, 0)), 1)
     );
     assert_eq!(faces(&[comb]), (None, 0));
-    // Those that touch in a corner are two.
+    // Faces that touch in a corner are two.
     assert_eq!(faces(&[turned(0, 0), turned(1, 1)]), (Some(at(0, 0)), 2));
-    // Deeper ones are others.
+    // Faces of different windings are different faces.
     assert_eq!(
         faces(&[turned(5, 5), ring(&[(0, 0), (0, 9), (9, 9), (9, 0)])]),
         (Some(at(0, 0)), 2)
     );
 }
 
-/// More edges side by side than one list of the status has.
+/// More edges above each other than one list of the status has.
 #[test]
-fn a_comb_with_many_teeth() {
+fn a_status_of_many_lists_gives_the_same_windings() {
     let mut corners = Vec::new();
     for tooth in 0..2000 {
         let y = f64::from(tooth);

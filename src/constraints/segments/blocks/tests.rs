@@ -10,7 +10,8 @@ use crate::geometry::Point;
 use crate::input::PointBatch;
 use crate::store::{EdgeSource, KdNode, LineKind, TileId};
 
-/// All through a spool, to the blocks; every third one by the records of its ends.
+/// Distributes all segments to blocks through a spool. Every third one is given by the records of
+/// its ends.
 fn distributed(folder: &Path, all: &[Segment], tree: &KdTree, memory: [u64; 2]) -> BlockSegments {
     let mut spool = SegmentSpool::new(folder, memory[0]);
     let mut points = PointBatch::default();
@@ -29,7 +30,7 @@ fn distributed(folder: &Path, all: &[Segment], tree: &KdTree, memory: [u64; 2]) 
     spool.distribute(tree, memory[1]).unwrap()
 }
 
-/// In the order of a spool: first those by their ends.
+/// Returns the segments in the order of a spool: first those that came by their ends.
 fn in_order(all: &[Segment]) -> Vec<Segment> {
     let (between, by_ends): (Vec<_>, Vec<_>) = all.iter().zip(0..).partition(|(_, number)| number % 3 == 1);
     by_ends
@@ -54,10 +55,10 @@ proptest! {
         let folder = tempfile::tempdir().unwrap();
         let blocks = distributed(folder.path(), &all, &tree, [spool_memory, memory]);
         let spilled: u64 = (0..tree.tiles()).map(|block| blocks.count(block)).sum();
-        // Lists of chunks are there.
+        // Lists of chunks take memory too.
         prop_assert!(blocks.byte_size() <= memory + 4 * 24 * (spilled / 16 + u64::from(tree.tiles())));
         let all = in_order(&all);
-        // Each block once, in any order.
+        // Take each block once, in reverse order.
         for (block, cell) in (0..).zip(tree.cells()).collect::<Vec<_>>().into_iter().rev() {
             let has = |segment: &&Segment| segment.ends[0] != segment.ends[1] && meets(segment.ends, cell);
             let expected: Vec<Segment> = all.iter().filter(has).copied().collect();
@@ -80,7 +81,7 @@ fn chain(length: u32) -> Vec<Segment> {
 }
 
 #[test]
-fn a_block_that_fits_is_held_once_and_given_away() {
+fn a_block_that_fits_takes_its_exact_size_until_it_is_taken() {
     let folder = tempfile::tempdir().unwrap();
     let tree = KdTree::new(vec![KdNode::Leaf(TileId(0))]).unwrap();
     let all = chain(3000);

@@ -5,7 +5,7 @@ use crate::pipeline::ingest::divide::divide;
 use crate::pipeline::ingest::point_store::Item;
 use crate::store::{EdgeSource, LineKind};
 
-/// A tree over points on a small grid, so that cuts go through points and ends.
+/// Generates a tree over points on a small grid, so that cuts go through points and ends.
 pub(crate) fn tree() -> impl Strategy<Value = KdTree> {
     (prop::collection::vec((0i32..12, 0i32..12), 0..60), 1usize..9).prop_map(|(points, per_leaf)| {
         let mut items: Vec<Item> = points.iter().map(|&p| item(p)).collect();
@@ -20,7 +20,7 @@ fn item((x, y): (i32, i32)) -> Item {
     }
 }
 
-/// Segments on the grid, between its points, and beyond.
+/// Generates segments on the grid, between its points, and beyond it.
 pub(crate) fn segments() -> impl Strategy<Value = Vec<Segment>> {
     let end = (-4i32..30, -4i32..30).prop_map(|(x, y)| Point::new(f64::from(x) / 2.0, f64::from(y) / 2.0));
     let ends = prop::collection::vec([end.clone(), end], 0..60);
@@ -33,7 +33,8 @@ pub(crate) fn segments() -> impl Strategy<Value = Vec<Segment>> {
     })
 }
 
-/// Clips a segment whose coordinates are halves of integers, in rational numbers.
+/// Returns whether clipping leaves a part of a segment in a cell. Computes with rational numbers;
+/// the segment's coordinates must be halves of integers.
 fn clips([a, b]: [Point; 2], cell: Rect) -> bool {
     let whole = |v: f64| (v * 2.0) as i128;
     let (mut from, mut to) = ((0, 1), (1, 1));
@@ -46,7 +47,7 @@ fn clips([a, b]: [Point; 2], cell: Rect) -> bool {
             }
             continue;
         }
-        // Where along the segment it enters the strip, and where it leaves it.
+        // Positions along the segment where it enters and where it leaves the strip.
         let (enter, leave) = if a < b { (min, max) } else { (max, min) };
         let positive = |n: i128, d: i128| if d < 0 { (-n, -d) } else { (n, d) };
         let (enter, leave) = (positive(enter - a, b - a), positive(leave - a, b - a));
@@ -60,7 +61,8 @@ fn clips([a, b]: [Point; 2], cell: Rect) -> bool {
     from.0 * to.1 <= to.0 * from.1
 }
 
-/// Whether a segment meets a cell, and does not only touch its left or its bottom side from beside it.
+/// Returns whether a segment meets a cell, other than by touching its left or bottom side from
+/// outside.
 pub(crate) fn meets([a, b]: [Point; 2], cell: Rect) -> bool {
     segment_meets([a, b], cell) && a.x.max(b.x) > cell.min_x && a.y.max(b.y) > cell.min_y
 }
@@ -69,7 +71,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn a_segment_meets_what_it_is_not_clipped_away_from(
+    fn a_segment_meets_a_cell_unless_clipping_removes_it(
         segments in segments(),
         (x, y) in (-2i32..12, -2i32..12),
         (width, height) in (0i32..8, 0i32..8),
@@ -88,7 +90,7 @@ proptest! {
         is_within in any::<bool>(),
     ) {
         let cell = if is_within { Rect::new(1.0, 2.0, 9.5, 9.0) } else { Rect::PLANE };
-        // Cells of a tree lie within its root's.
+        // The cells of a tree lie within its root's cell.
         let fits = |node: &KdNode| match *node {
             KdNode::X { cut, .. } => cell.min_x <= cut && cut <= cell.max_x,
             KdNode::Y { cut, .. } => cell.min_y <= cut && cut <= cell.max_y,
@@ -106,7 +108,7 @@ proptest! {
 }
 
 #[test]
-fn segments_are_numbered_on() {
+fn segment_numbers_continue_from_batch_to_batch() {
     let mut items: Vec<Item> = (0..64).map(|i| item((i % 8, i / 8))).collect();
     let tree = divide(&mut items, 4, 1).tree;
     let all: Vec<Segment> = (0..5000)

@@ -5,37 +5,37 @@ use proptest::prelude::*;
 
 use crate::constraints::segments::spool::*;
 
-/// What a build does with segments, and what must come of it.
+/// An operation of a build on a spool.
 #[derive(Clone, Debug)]
-enum Step {
-    /// Segments by their ends, of this kind, with z or none.
+enum SpoolStep {
+    /// Adds segments by their ends, of this kind, with or without z.
     ByEnds(Vec<[Point; 2]>, LineKind, bool),
-    /// Segments between records, given by their ranks.
+    /// Adds segments between records, given by their ranks.
     Between(Vec<[u64; 2]>, LineKind),
-    /// Points with these records, given by their ranks.
+    /// Adds points with these records, given by their ranks.
     Points(Vec<u64>),
 }
 
-/// All segments in memory.
+/// A model of the spool, with all segments in memory.
 #[derive(Default)]
 struct Model {
     by_ends: Vec<Segment>,
     z: Vec<[f64; 2]>,
     has_z: bool,
-    /// Records, the ends that were found, and the source.
+    /// The records, the ends that were found, and the source.
     between: Vec<([u64; 2], [Option<Point>; 2], EdgeSource)>,
     lines: u64,
     batches: u64,
 }
 
-/// z of the ends of a line.
+/// Returns the z of the ends of a line.
 fn z_of(line: u64) -> [f64; 2] {
     [line as f64 * 0.5, -(line as f64)]
 }
 
 impl Model {
     fn lines(&mut self, count: usize) -> Vec<u64> {
-        // Most lines follow one another; a few are far away.
+        // Most lines are consecutive; a few are far away.
         let lines = (self.lines..).take(count).map(|line| match line % 97 {
             96 => EdgeSource::MAX_NUMBER - line,
             _ => line / 2,
@@ -44,9 +44,9 @@ impl Model {
         lines.collect()
     }
 
-    fn step(&mut self, spool: &mut SegmentSpool, step: &Step, record: impl Fn(u64) -> u64) {
+    fn step(&mut self, spool: &mut SegmentSpool, step: &SpoolStep, record: impl Fn(u64) -> u64) {
         match step {
-            Step::ByEnds(ends, kind, has_z) => {
+            SpoolStep::ByEnds(ends, kind, has_z) => {
                 let lines = self.lines(ends.len());
                 let z: Vec<_> = lines.iter().copied().filter(|_| *has_z).map(z_of).collect();
                 spool.push(ends, &z, *kind, &lines).unwrap();
@@ -58,7 +58,7 @@ impl Model {
                     self.z.push(z.get(at).copied().unwrap_or_default());
                 }
             }
-            Step::Between(ranks, kind) => {
+            SpoolStep::Between(ranks, kind) => {
                 let lines = self.lines(ranks.len());
                 let records: Vec<_> = ranks.iter().map(|ranks| ranks.map(&record)).collect();
                 spool.push_between(&records, *kind, &lines).unwrap();
@@ -66,14 +66,14 @@ impl Model {
                 self.between
                     .extend(its.map(|(&records, &line)| (records, [None; 2], EdgeSource::new(*kind, line))));
             }
-            Step::Points(ranks) => {
+            SpoolStep::Points(ranks) => {
                 self.batches += 1;
                 let batch = self.batch(ranks, record);
                 spool.resolve(&batch).unwrap();
-                let places: HashMap<u64, Point> = batch.records.iter().copied().zip(batch.points).collect();
+                let positions: HashMap<u64, Point> = batch.records.iter().copied().zip(batch.points).collect();
                 for (records, ends, _) in &mut self.between {
                     for (record, end) in records.iter().zip(ends) {
-                        *end = places.get(record).map(|p| p.normalized()).or(*end);
+                        *end = positions.get(record).map(|p| p.normalized()).or(*end);
                     }
                 }
             }
@@ -82,15 +82,15 @@ impl Model {
         assert_eq!(spool.len(), (self.by_ends.len() + between) as u64);
     }
 
-    /// Points that are not where the batch before had them.
+    /// Makes points at other positions than in the batch before.
     fn batch(&self, ranks: &[u64], record: impl Fn(u64) -> u64) -> PointBatch {
-        let place = |(rank, at): (&u64, usize)| match rank % 4 {
+        let position = |(rank, at): (&u64, usize)| match rank % 4 {
             0 => Point::new(-0.0, *rank as f64),
             1 => Point::new(3.0, 4.0),
             _ => Point::new(*rank as f64, (self.batches * 1000) as f64 + at as f64),
         };
         PointBatch {
-            points: ranks.iter().zip(0..).map(place).collect(),
+            points: ranks.iter().zip(0..).map(position).collect(),
             z: Vec::new(),
             records: ranks.iter().map(|&rank| record(rank)).collect(),
         }
@@ -114,7 +114,7 @@ impl Model {
             z.extend_from_slice(&batch.z);
             z.resize(z.len() + batch.len() - batch.z.len(), 0.0);
         }
-        // Those that came without z have none.
+        // Segments that came without z have none.
         let z: Vec<f64> = z.into_iter().map(|z| if z.is_nan() { 0.0 } else { z }).collect();
         assert_eq!(z, self.z.as_flattened());
         assert_eq!(batches.iter().any(|batch| !batch.z.is_empty()), self.has_z);
@@ -141,7 +141,8 @@ impl Model {
         }
     }
 
-    /// All that have a length, or the first one with an end that is missing, and its record.
+    /// Returns all segments of nonzero length, or the first segment with a missing end, and its
+    /// record.
     fn segments(&self) -> Result<Vec<Segment>, (u64, u64)> {
         let mut all = self.by_ends.clone();
         for ((records, ends, source), number) in self.between.iter().zip(0..) {
@@ -161,14 +162,14 @@ fn bits(points: &[Point]) -> Vec<[u64; 2]> {
     points.iter().map(|p| [p.x.to_bits(), p.y.to_bits()]).collect()
 }
 
-/// How many records there are.
+/// Number of records.
 const RANKS: u64 = 60;
 
 fn kind() -> impl Strategy<Value = LineKind> {
     prop::sample::select(vec![LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle])
 }
 
-fn step() -> impl Strategy<Value = Step> {
+fn step() -> impl Strategy<Value = SpoolStep> {
     let point = (-2i32..3, -2i32..3).prop_map(|(x, y)| Point::new(f64::from(x) * -0.0 + f64::from(x), f64::from(y)));
     let ends = prop::collection::vec([point.clone(), point], 0..30);
     let between = prop::collection::vec([0..RANKS, 0..RANKS], 0..120);
@@ -178,13 +179,14 @@ fn step() -> impl Strategy<Value = Step> {
         (0..RANKS, 1usize..5).prop_map(|(end, step)| (0..end).step_by(step).collect()),
     ];
     prop_oneof![
-        (ends, kind(), any::<bool>()).prop_map(|(ends, kind, has_z)| Step::ByEnds(ends, kind, has_z)),
-        (between, kind()).prop_map(|(between, kind)| Step::Between(between, kind)),
-        points.prop_map(Step::Points),
+        (ends, kind(), any::<bool>()).prop_map(|(ends, kind, has_z)| SpoolStep::ByEnds(ends, kind, has_z)),
+        (between, kind()).prop_map(|(between, kind)| SpoolStep::Between(between, kind)),
+        points.prop_map(SpoolStep::Points),
     ]
 }
 
-/// Record numbers: close to each other, beyond 32 bits, too far apart for a word, from one end to the other.
+/// Returns the record number of a rank. The numberings are close together, beyond 32 bits, too far
+/// apart for a word, from one end of the range to the other, and descending.
 fn record(numbering: usize, rank: u64) -> u64 {
     match numbering {
         0 => rank,
@@ -199,7 +201,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 600, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn segments_come_back_as_they_came(
+    fn segments_come_back_in_their_order(
         steps in prop::collection::vec(step(), 0..16),
         memory in prop::sample::select(vec![0, 500, 4000, 20_000, 1 << 20]),
         numbering in 0usize..5,
@@ -212,14 +214,14 @@ proptest! {
             model.step(&mut spool, step, |rank| record(numbering, rank));
         }
         if all_points {
-            model.step(&mut spool, &Step::Points((0..RANKS).collect()), |rank| record(numbering, rank));
+            model.step(&mut spool, &SpoolStep::Points((0..RANKS).collect()), |rank| record(numbering, rank));
         }
         model.check(&mut spool);
         prop_assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "a file without a name");
     }
 }
 
-/// Segments between all records at a distance, and the points in batches.
+/// Adds segments between distant records. Returns the points in batches.
 fn long_chain(spool: &mut SegmentSpool, records: u64) -> Vec<PointBatch> {
     for first in (0..records).step_by(500) {
         let pairs: Vec<[u64; 2]> = (first..first + 500).map(|a| [a, (a * 7919 + 13) % records]).collect();
@@ -237,7 +239,7 @@ fn long_chain(spool: &mut SegmentSpool, records: u64) -> Vec<PointBatch> {
 }
 
 #[test]
-fn memory_is_bounded_and_told() {
+fn memory_is_bounded_and_reported() {
     const MEMORY: u64 = 256 << 10;
     const RECORDS: u64 = 40_000;
     for order in 0..3 {
@@ -261,7 +263,7 @@ fn memory_is_bounded_and_told() {
         let mut next = 0;
         let given = spool.for_each_chunk(|segments| {
             for segment in segments {
-                // One in between may join a point with itself.
+                // A segment in between may join a point with itself.
                 while (next * 7919 + 13) % RECORDS == next {
                     next += 1;
                 }
@@ -279,20 +281,22 @@ fn memory_is_bounded_and_told() {
 }
 
 #[test]
-fn a_record_may_be_wanted_by_all() {
+fn all_segments_may_share_a_record() {
     let folder = tempfile::tempdir().unwrap();
     let mut spool = SegmentSpool::new(folder.path(), 2000);
     let mut model = Model::default();
     let star: Vec<[u64; 2]> = (0..3000).map(|rank| [5, rank % RANKS]).collect();
-    model.step(&mut spool, &Step::Between(star, LineKind::Wall), |rank| rank);
+    model.step(&mut spool, &SpoolStep::Between(star, LineKind::Wall), |rank| rank);
     for first in (0..RANKS).step_by(4) {
-        model.step(&mut spool, &Step::Points((first..first + 4).collect()), |rank| rank);
+        model.step(&mut spool, &SpoolStep::Points((first..first + 4).collect()), |rank| {
+            rank
+        });
     }
     model.check(&mut spool);
 }
 
 #[test]
-fn bad_input_is_refused_and_not_taken() {
+fn bad_input_is_rejected_and_not_added() {
     let folder = tempfile::tempdir().unwrap();
     let mut spool = SegmentSpool::new(folder.path(), 1 << 20);
     let ends = [[Point::new(0.0, 0.0), Point::new(1.0, 1.0)]; 3];
@@ -344,7 +348,7 @@ fn bad_input_is_refused_and_not_taken() {
     assert_eq!(spool.len(), 3);
 }
 
-/// Turns a bit of a file.
+/// Flips a bit of a file.
 fn damage(file: &std::fs::File, at: u64) {
     let mut byte = [0];
     file.read_exact_at(&mut byte, at).unwrap();
@@ -390,7 +394,7 @@ fn damaged_chunks_are_found() {
                     found[usize::from(is_early)] += 1;
                 }
                 Err(other) => panic!("{other}"),
-                // Pairs are not read again once points were seen.
+                // Pairs are not read again once their points were seen.
                 Ok(all) => assert!(!is_early && all == right, "at {at}"),
             }
         }

@@ -1,31 +1,34 @@
-//! GeoJSON (RFC 7946): positions of all geometries, and where lines, geometries and features end.
+//! GeoJSON (RFC 7946) as a stream of events: the positions of all geometries, and the ends of
+//! lines, geometries and features.
 //!
-//! In: a document (FeatureCollection, Feature or any geometry), or many of them one after the other, as in
-//! newline-delimited files. Out: every position in document order. Points are points; lines and polygons give their
-//! vertices, a ring's closing one too, and a note says so. Null geometries have none.
+//! In: a document (FeatureCollection, Feature or any geometry), or a sequence of documents, as in
+//! newline-delimited files. Out: every position in document order. Points give points; lines and
+//! polygons give their vertices, including the closing one of a ring, and a note reports this. Null
+//! geometries have no positions.
 //!
-//! Nothing is kept but what is open, so that a polygon may be larger than memory; `type` may stand behind
-//! `coordinates`. RFC 7946 (7.1) makes this safe: no object has the defining members of another type, which is checked
-//! when it ends. Why not the crate `geojson`: its `FeatureReader` takes the file's first `[` for that of `features`
-//! (a `bbox` before it is enough to fail) and holds a feature at a time.
+//! Only the state of open objects and arrays is stored, so a polygon may be larger than memory.
+//! `type` may come after `coordinates`. RFC 7946 (7.1) makes this safe: no object has the defining
+//! members of another type, which is checked when the object ends. The crate `geojson` is not used:
+//! its `FeatureReader` takes the file's first `[` for that of `features` (a preceding `bbox` makes
+//! it fail) and stores a whole feature at a time.
 
 use crate::input::bytes::ByteInput;
-use crate::input::error::{InputError, Place};
+use crate::input::error::{InputError, Location};
 use crate::input::formats::geojson::event::{Event, Kind, Position};
 use crate::input::formats::geojson::ids::{FoundId, read_id, read_property};
 use crate::input::formats::geojson::json::{Json, ValueType};
 use crate::shown;
 use crate::shown::excerpt;
 
-const HINT: &str = "GeoJSON (RFC 7946) is due";
+const HINT: &str = "expected GeoJSON (RFC 7946)";
 
-/// The deepest array of coordinates: a MultiPolygon's.
+/// The depth of the deepest array of coordinates, in a MultiPolygon.
 const LEVELS: usize = 4;
 
 pub struct GeoJson {
     json: Json,
     open: Vec<Frame>,
-    /// The arrays open in `coordinates`; 0 outside.
+    /// The number of open arrays in `coordinates`; 0 outside.
     level: usize,
     /// The position being read.
     position: Position,
@@ -33,15 +36,15 @@ pub struct GeoJson {
     polygons: Tally,
     lines: Tally,
     name: String,
-    /// The member of a feature that is wanted as its id.
+    /// The member of a feature that is its id.
     id_field: Option<Box<str>>,
-    /// The id of the feature that is at its end.
+    /// The id of the feature that has just ended.
     id: Option<FoundId>,
-    /// The place of a record that is at its end, and still to be told of.
-    record: Option<Place>,
+    /// The location of a record that has ended and is still to be reported.
+    record: Option<Location>,
 }
 
-/// What is open, from the outside in, but for `coordinates`.
+/// An open object or array, from the outside in, except arrays within `coordinates`.
 enum Frame {
     Object(Object),
     /// `features`.
@@ -50,7 +53,7 @@ enum Frame {
     Geometries,
 }
 
-/// What an object may be by its place.
+/// What an object may be, according to the position where it appears.
 #[derive(Clone, Copy, PartialEq)]
 enum Role {
     Root,
@@ -61,25 +64,25 @@ enum Role {
 struct Object {
     role: Role,
     kind: Option<Kind>,
-    /// Where it begins.
-    place: Place,
-    /// The defining members seen.
+    /// Where the object begins.
+    location: Location,
+    /// Whether the defining members were seen.
     features: bool,
     geometry: bool,
     coordinates: bool,
     geometries: bool,
-    /// The level of its positions, if it has any.
+    /// The level of the positions, if there are any.
     level: Option<usize>,
-    /// Its arrays that ended, by level: `arrays[2]` are the rings of a polygon.
+    /// The number of arrays that ended, by level: `arrays[2]` counts the rings of a polygon.
     arrays: [u64; LEVELS + 1],
-    /// The same, but of the array around them alone.
+    /// The same counts, restricted to the enclosing array.
     siblings: [u64; LEVELS + 1],
     /// The wanted property, and the member `id`.
     property: Option<FoundId>,
     id: Option<FoundId>,
 }
 
-/// Geometries of a kind, and their vertices.
+/// The number of geometries of a kind, and of their vertices.
 #[derive(Default)]
 struct Tally {
     geometries: u64,
@@ -109,7 +112,7 @@ impl GeoJson {
         Ok(this)
     }
 
-    /// The type of the geometry whose coordinates come, if it is known by now.
+    /// Returns the type of the geometry whose coordinates come next, if it is already known.
     pub fn kind(&self) -> Option<Kind> {
         match self.open.last() {
             Some(Frame::Object(object)) => object.kind,
@@ -117,23 +120,24 @@ impl GeoJson {
         }
     }
 
-    /// Keeps from now on the id of every feature: its property of this name, or its member `id` if that is the name and it
-    /// has no such property.
+    /// From now on, keeps the id of every feature: its property `field`, or its member `id` if
+    /// `field` is `id` and the feature has no such property.
     pub fn keep_ids(&mut self, field: &str) {
         self.id_field = Some(field.into());
     }
 
-    /// The id of the feature that has just come to its end.
+    /// Takes the id of the feature that has just ended.
     pub fn take_id(&mut self) -> Option<FoundId> {
         self.id.take()
     }
 
-    /// The coordinate reference system, if the document has told it by now.
+    /// Returns the coordinate reference system, if the part of the document that was read contains
+    /// one.
     pub fn crs(&self) -> Option<&str> {
         self.crs.as_deref()
     }
 
-    /// Which geometries have given vertices and are no points.
+    /// Returns notes about geometries other than points that gave vertices.
     pub fn notes(&self) -> Vec<String> {
         [("polygons give", &self.polygons), ("lines give", &self.lines)]
             .into_iter()
@@ -147,14 +151,14 @@ impl GeoJson {
             .collect()
     }
 
-    /// Begins an object that is due.
+    /// Begins an object, which must come next.
     fn enter(&mut self, role: Role) -> Result<(), InputError> {
         self.need(ValueType::Object, "this is not an object")?;
         self.json.begin_object()?;
         self.open.push(Frame::Object(Object {
             role,
             kind: None,
-            place: Place::Byte(self.json.offset()),
+            location: Location::Byte(self.json.offset()),
             features: false,
             geometry: false,
             coordinates: false,
@@ -168,7 +172,7 @@ impl GeoJson {
         Ok(())
     }
 
-    /// Fails if the next value is not of this type.
+    /// Fails if the next value is not of the type `wanted`.
     fn need(&mut self, wanted: ValueType, problem: &str) -> Result<(), InputError> {
         if self.json.peek()? == wanted {
             return Ok(());
@@ -176,7 +180,7 @@ impl GeoJson {
         Err(self.json.malformed(problem, HINT))
     }
 
-    /// What comes next; `None` at the end of the file.
+    /// Returns the next event; `None` at the end of the file.
     pub fn next_event(&mut self) -> Result<Option<Event>, InputError> {
         loop {
             if self.level > 0 {
@@ -185,8 +189,8 @@ impl GeoJson {
                 }
                 continue;
             }
-            if let Some(place) = self.record.take() {
-                return Ok(Some(Event::Record(place)));
+            if let Some(location) = self.record.take() {
+                return Ok(Some(Event::Record(location)));
             }
             let has_next = self.json.has_next()?;
             match self.open.last() {
@@ -199,7 +203,7 @@ impl GeoJson {
                     if let Some(Frame::Object(object)) = self.open.pop() {
                         self.leave(&object)?;
                         let kind = object.kind.filter(|_| object.coordinates);
-                        geometry = kind.map(|kind| Event::Geometry(kind, object.place));
+                        geometry = kind.map(|kind| Event::Geometry(kind, object.location));
                         self.end_record(object);
                     }
                     self.json.end_object()?;
@@ -216,16 +220,16 @@ impl GeoJson {
         }
     }
 
-    /// Notes it if an object that ended is a record.
+    /// Records that a record has ended, if `object` is one.
     fn end_record(&mut self, object: Object) {
         let is_feature = object.kind == Some(Kind::Feature);
         if is_feature || (object.role == Role::Root && object.kind != Some(Kind::FeatureCollection)) {
-            self.record = Some(object.place);
+            self.record = Some(object.location);
             self.id = object.property.or(object.id).filter(|_| is_feature);
         }
     }
 
-    /// The next member of the object that is open.
+    /// Reads the next member of the open object.
     fn member(&mut self) -> Result<(), InputError> {
         let Some(Frame::Object(object)) = self.open.last_mut() else {
             return Ok(());
@@ -238,7 +242,7 @@ impl GeoJson {
                 let name = self.json.string()?;
                 let kind = Kind::from_name(name);
                 if kind.is_none() {
-                    let problem = format!("the type `{}` is not one of GeoJSON", excerpt(name.as_bytes()));
+                    let problem = format!("the type `{}` is not a GeoJSON type", excerpt(name.as_bytes()));
                     return Err(self.json.malformed(problem, HINT));
                 }
                 if let Some(Frame::Object(object)) = self.open.last_mut() {
@@ -284,7 +288,7 @@ impl GeoJson {
         Ok(())
     }
 
-    /// Passes over a `crs`, but for the string that is behind these names.
+    /// Skips a `crs`, except the string at the path `names`.
     fn read_crs(&mut self, names: &[&str]) -> Result<(), InputError> {
         match (names, self.json.peek()?) {
             ([], ValueType::String) => self.crs = Some(self.json.string()?.to_owned()),
@@ -303,7 +307,7 @@ impl GeoJson {
         Ok(())
     }
 
-    /// Begins an array within `coordinates`, or theirs.
+    /// Begins the array `coordinates` or an array within it.
     fn begin_array(&mut self) -> Result<(), InputError> {
         self.level += 1;
         if let Some(Frame::Object(object)) = self.open.last_mut()
@@ -318,7 +322,7 @@ impl GeoJson {
         self.json.begin_array()
     }
 
-    /// A piece within `coordinates`; gives the position, or the line, that it ends.
+    /// Reads one token within `coordinates`. Returns the position or the line that it ends.
     fn coordinate(&mut self) -> Result<Option<Event>, InputError> {
         let Some(Frame::Object(object)) = self.open.last_mut() else {
             return Ok(None);
@@ -352,7 +356,7 @@ impl GeoJson {
                     }
                 } else {
                     self.json.skip()?;
-                    self.position.strange = true;
+                    self.position.has_non_number = true;
                 }
                 self.position.length += 1;
             }
@@ -364,12 +368,12 @@ impl GeoJson {
         Ok(None)
     }
 
-    /// An object ended: is it what its type says?
+    /// Checks that an object that has ended matches its type.
     fn leave(&mut self, object: &Object) -> Result<(), InputError> {
         let Some(kind) = object.kind else {
             return Err(self.json.malformed("an object without a `type`", HINT));
         };
-        let place_ok = match object.role {
+        let role_ok = match object.role {
             Role::Root => true,
             Role::Feature => kind == Kind::Feature,
             Role::Geometry => !matches!(kind, Kind::Feature | Kind::FeatureCollection),
@@ -377,13 +381,13 @@ impl GeoJson {
         let seen = (object.features, object.geometry, object.geometries, object.coordinates);
         let members_ok = match kind {
             Kind::FeatureCollection => seen == (true, false, false, false),
-            // Some writers leave a null geometry out.
+            // Some writers omit a null geometry.
             Kind::Feature => matches!(seen, (false, _, false, false)),
             Kind::GeometryCollection => seen == (false, false, true, false),
             _ => seen == (false, false, false, true) && object.level.is_none_or(|level| level == kind.level()),
         };
-        if !place_ok || !members_ok {
-            let problem = format!("an object of type {kind:?} has not the members, or not the place, of one");
+        if !role_ok || !members_ok {
+            let problem = format!("an object of type {kind:?} has wrong members, or is in the wrong position");
             return Err(self.json.malformed(problem, HINT));
         }
         let (tally, geometries) = match kind {

@@ -1,8 +1,8 @@
-//! What a GeoJSON document has, piece by piece.
+//! The events of a GeoJSON document.
 
-use crate::input::error::Place;
+use crate::input::error::Location;
 use crate::input::flaw::Flaw;
-use crate::input::spot::Spot;
+use crate::input::point_z::PointZ;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
@@ -33,7 +33,8 @@ impl Kind {
         })
     }
 
-    /// The level of its positions.
+    /// Returns the level of the positions: the number of arrays from `coordinates` down to a
+    /// position's.
     pub fn level(self) -> usize {
         match self {
             Self::FeatureCollection | Self::Feature | Self::GeometryCollection => 0,
@@ -45,35 +46,37 @@ impl Kind {
     }
 }
 
-/// What comes next in a document.
+/// The next event in a document.
 #[derive(Clone, Copy)]
 pub enum Event {
     Position(Position),
-    /// A line or a ring is at its end, if the geometry has any: which one of its array, from 0. A polygon's outer ring is 0.
+    /// The end of a line or a ring, if the geometry has any, with its number in its array, counted
+    /// from 0. A polygon's outer ring is number 0.
     LineEnd(u64),
-    /// A geometry with coordinates is at its end; it began there.
-    Geometry(Kind, Place),
-    /// A feature, or a geometry outside of all, is at its end; it began there.
-    Record(Place),
+    /// The end of a geometry with coordinates, with the location where it began.
+    Geometry(Kind, Location),
+    /// The end of a feature, or of a geometry outside of any feature, with the location where it
+    /// began.
+    Record(Location),
 }
 
-/// A position, good or not.
+/// A position, valid or not.
 #[derive(Clone, Copy, Default)]
 pub struct Position {
     pub values: [f64; 3],
-    /// Its elements, more than three too.
+    /// The number of elements; may be more than three.
     pub length: usize,
-    /// Whether all elements are numbers.
-    pub strange: bool,
+    /// Whether an element is not a number.
+    pub has_non_number: bool,
     pub offset: u64,
 }
 
 impl Position {
-    /// Its coordinates, or what is wrong with it.
+    /// Returns the coordinates, or what is wrong with the position.
     pub fn coordinates(self) -> Result<(f64, f64, Option<f64>), Flaw> {
         let [x, y, z] = self.values;
-        if self.strange {
-            Err(Flaw::StrangePosition)
+        if self.has_non_number {
+            Err(Flaw::NotNumeric)
         } else if self.length < 2 {
             Err(Flaw::ShortPosition { length: self.length })
         } else {
@@ -81,14 +84,14 @@ impl Position {
         }
     }
 
-    /// The place that it tells, or what is wrong with it.
-    pub fn spot(self) -> Result<Spot, Flaw> {
+    /// Returns the point with these coordinates, or what is wrong with it.
+    pub fn point_z(self) -> Result<PointZ, Flaw> {
         let (x, y, z) = self.coordinates()?;
-        Spot::new(x, y, z)
+        PointZ::new(x, y, z)
     }
 
-    /// Where it stands.
-    pub fn place(self) -> Place {
-        Place::Byte(self.offset)
+    /// Returns where the position is in the file.
+    pub fn location(self) -> Location {
+        Location::Byte(self.offset)
     }
 }

@@ -1,4 +1,4 @@
-//! GeoJSON feature by feature: counted, and looked at up to the first position.
+//! GeoJSON feature by feature, with the number of features and a look-ahead to the first position.
 
 use crate::input::bytes::ByteInput;
 use crate::input::error::InputError;
@@ -6,19 +6,19 @@ use crate::input::formats::geojson::document::GeoJson;
 use crate::input::formats::geojson::event::{Event, Kind};
 use crate::input::formats::geojson::ids::FoundId;
 
-/// The events of a file, with the number of the feature that they are of.
+/// The events of a file, with the number of the feature that they belong to.
 pub struct Features {
     json: GeoJson,
-    /// What the look has found.
+    /// The event that the look-ahead found.
     first: Option<Event>,
     has_z: bool,
-    /// Features, and geometries outside of all, that are at their end.
+    /// The number of features, and of geometries outside of any feature, that have ended.
     ended: u64,
 }
 
 impl Features {
-    /// Passes over what is before the first position, but stops at a geometry that has none and is not of these kinds.
-    /// Ids are kept if there is a field for them.
+    /// Skips events up to the first position, but stops at a geometry without positions whose kind
+    /// `passes` rejects. Keeps ids if `id_field` is given.
     pub fn new(input: ByteInput, id_field: Option<&str>, passes: fn(Kind) -> bool) -> Result<Self, InputError> {
         let mut this = Self {
             json: GeoJson::new(input)?,
@@ -42,7 +42,8 @@ impl Features {
         Ok(this)
     }
 
-    /// What comes next; `None` at the end of the file. [`Event::Record`] counts as it comes.
+    /// Returns the next event; `None` at the end of the file. [`Event::Record`] counts when it is
+    /// returned.
     pub fn next_event(&mut self) -> Result<Option<Event>, InputError> {
         if let Some(first) = self.first.take() {
             return Ok(Some(first));
@@ -52,22 +53,23 @@ impl Features {
         Ok(event)
     }
 
-    /// The features before the one at hand; at the end all.
+    /// Returns the number of features before the current one; at the end, the number of all
+    /// features.
     pub fn ended(&self) -> u64 {
         self.ended
     }
 
-    /// Whether the first position has a third element.
+    /// Returns whether the first position has a third element.
     pub fn has_z(&self) -> bool {
         self.has_z
     }
 
-    /// What is known by now of the feature at hand.
+    /// Returns the document, which has what is known so far of the current feature.
     pub fn json(&self) -> &GeoJson {
         &self.json
     }
 
-    /// The id of the feature that has just come to its end.
+    /// Takes the id of the feature that has just ended.
     pub fn take_id(&mut self) -> Option<FoundId> {
         self.json.take_id()
     }

@@ -1,4 +1,4 @@
-//! The ids of features: a property, or the member `id`.
+//! The ids of features, from a property or from the member `id`.
 
 use crate::input::error::InputError;
 use crate::input::flaw::Flaw;
@@ -8,7 +8,8 @@ use crate::input::sites::SiteId;
 /// An id, or what is wrong with it.
 pub type FoundId = Result<SiteId, Flaw>;
 
-/// Passes over `properties`, but for the wanted one. Gives the last value that it has there; `Some(None)` if that is null.
+/// Skips `properties`, except the wanted one. Returns the last value that it has there;
+/// `Some(None)` if that is null.
 pub fn read_property(json: &mut Json, wanted: Option<&str>) -> Result<Option<Option<FoundId>>, InputError> {
     if json.peek()? != ValueType::Object {
         return json.skip().map(|()| None);
@@ -26,12 +27,12 @@ pub fn read_property(json: &mut Json, wanted: Option<&str>) -> Result<Option<Opt
     Ok(found)
 }
 
-/// An id; `None` if it is null.
+/// Reads an id; `None` if it is null.
 pub fn read_id(json: &mut Json) -> Result<Option<FoundId>, InputError> {
     match json.peek()? {
         ValueType::Null => json.skip().map(|()| None),
         ValueType::String => Ok(Some(SiteId::from_text(json.string()?))),
         ValueType::Number => Ok(Some(SiteId::from_field(json.number_text()?.as_bytes()))),
-        _ => json.skip().map(|()| Some(Err(Flaw::StrangeId))),
+        _ => json.skip().map(|()| Some(Err(Flaw::IdOfWrongType))),
     }
 }

@@ -1,11 +1,14 @@
-//! JSON (RFC 8259) piece by piece, from a stream, by `struson`.
+//! JSON (RFC 8259) as a stream of tokens, read by `struson`.
 //!
-//! In: bytes. Out: what a caller asks for, or an error with the byte offset. Several values may follow each other, with
-//! blanks, line ends or RFC 8142's record separators between them. This is a thin layer over the library: it bounds the
-//! names and numbers that are kept, turns record separators into blanks, and words the errors. Strings that are no UTF-8,
-//! and escapes that are half of a surrogate pair, are errors anywhere, even in what is passed over.
-//! Why `struson` and not `serde_json`: that hands over a value when it has all of it, and calls back where a batch wants
-//! to stop in the middle. Here memory is bounded by the nesting, and not by any value's size.
+//! In: bytes. Out: the tokens that a caller asks for, or an error with the byte offset. Several
+//! values may follow each other, separated by blanks, line ends or RFC 8142's record separators.
+//! This is a thin layer over the library: it bounds the names and numbers that are stored, turns
+//! record separators into blanks, and words the errors. Strings that are not UTF-8, and escapes of
+//! half a surrogate pair, are errors everywhere, even in parts that are skipped.
+//!
+//! `struson` is used and not `serde_json`: `serde_json` returns a value only when it has all of it,
+//! and its callbacks cannot stop in the middle of a value, as a full batch requires. With
+//! `struson`, memory is bounded by the nesting, not by the size of a value.
 
 use std::io;
 use std::io::{BufReader, ErrorKind, Read};
@@ -16,21 +19,21 @@ pub use struson::reader::ValueType;
 use struson::reader::{JsonReader, JsonStreamReader, JsonSyntaxError, ReaderError, ReaderSettings, SyntaxErrorKind};
 
 use crate::input::bytes::{BUFFER, ByteInput};
-use crate::input::error::{InputError, Place};
+use crate::input::error::{InputError, Location};
 
-/// The deepest nesting, as in `serde_json`.
+/// The limit on the nesting depth, as in `serde_json`.
 const DEEPEST: u32 = 128;
-/// The longest name, number or string that is kept. What is passed over may be of any length.
+/// The length limit of a name, number or string that is stored. A skipped one may have any length.
 const LONGEST: usize = 2 << 20;
 
 pub struct Json {
     json: JsonStreamReader<Source>,
     origin: Origin,
-    /// The offset of the piece looked at last.
+    /// The offset of the last token examined.
     offset: u64,
 }
 
-/// Where the bytes come from, for errors.
+/// The origin of the bytes, for errors.
 struct Origin {
     path: Arc<Path>,
     /// The length of the byte order mark, which the library does not see.
@@ -40,7 +43,7 @@ struct Origin {
 /// The bytes as the library gets them.
 struct Source {
     read: BufReader<Box<dyn Read + Send>>,
-    /// How many the piece that is being read may still have.
+    /// The number of bytes that may still be read for the current token.
     left: usize,
 }
 
@@ -52,7 +55,7 @@ impl Read for Source {
         }
         let n = self.read.read(buf)?;
         self.left = self.left.saturating_sub(n);
-        // Within a value there can be no record separator.
+        // A record separator cannot occur within a value.
         for byte in &mut buf[..n] {
             *byte = if *byte == 0x1e { b' ' } else { *byte };
         }
@@ -61,7 +64,7 @@ impl Read for Source {
 }
 
 impl Json {
-    /// Passes over a byte order mark.
+    /// Skips a byte order mark.
     pub fn new(mut input: ByteInput) -> Self {
         let mark = input.skip_mark();
         let source = Source {
@@ -82,18 +85,19 @@ impl Json {
         }
     }
 
-    /// Whether there is no value at all. To be asked at the beginning.
+    /// Returns whether there is no value at all. To be called only at the beginning.
     pub fn is_blank(&mut self) -> bool {
         let kind = SyntaxErrorKind::IncompleteDocument;
         matches!(self.json.peek(), Err(ReaderError::SyntaxError(error)) if error.kind == kind)
     }
 
-    /// Whether there is another member, element or, outside of all, value. Not to be asked at the beginning.
+    /// Returns whether there is another member or element, or another value outside of all objects
+    /// and arrays. Not to be called at the beginning.
     pub fn has_next(&mut self) -> Result<bool, InputError> {
         self.step(JsonStreamReader::has_next)
     }
 
-    /// The type of the value that comes.
+    /// Returns the type of the next value.
     pub fn peek(&mut self) -> Result<ValueType, InputError> {
         self.step(JsonStreamReader::peek)
     }
@@ -114,14 +118,14 @@ impl Json {
         self.json.end_array().map_err(|e| self.origin.explain(e))
     }
 
-    /// Passes over a value.
+    /// Skips a value.
     pub fn skip(&mut self) -> Result<(), InputError> {
         limited(&mut self.json, usize::MAX)
             .skip_value()
             .map_err(|e| self.origin.explain(e))
     }
 
-    /// The name of the member that comes.
+    /// Returns the name of the next member.
     pub fn name(&mut self) -> Result<&str, InputError> {
         limited(&mut self.json, LONGEST)
             .next_name()
@@ -138,14 +142,14 @@ impl Json {
         Ok(self.number_text()?.parse().unwrap_or(f64::NAN))
     }
 
-    /// A number as it is written.
+    /// Returns a number as it is written.
     pub fn number_text(&mut self) -> Result<&str, InputError> {
         limited(&mut self.json, LONGEST)
             .next_number_as_str()
             .map_err(|e| self.origin.explain(e))
     }
 
-    /// Looks at what comes, and notes where it is.
+    /// Examines the next token, and records its offset.
     fn step<T>(
         &mut self,
         look: impl FnOnce(&mut JsonStreamReader<Source>) -> Result<T, ReaderError>,
@@ -155,58 +159,58 @@ impl Json {
         found
     }
 
-    /// The offset of the piece looked at last.
+    /// Returns the offset of the last token examined.
     pub fn offset(&self) -> u64 {
         self.offset
     }
 
-    /// An error at the piece looked at last.
+    /// Returns an error at the last token examined.
     pub fn malformed(&self, problem: impl Into<String>, hint: &'static str) -> InputError {
         self.origin.malformed(self.offset, problem, hint)
     }
 }
 
-/// Sets how many bytes may be read from now on.
+/// Limits how many bytes may be read from now on.
 fn limited(json: &mut JsonStreamReader<Source>, bytes: usize) -> &mut JsonStreamReader<Source> {
     json.reader_mut().left = bytes;
     json
 }
 
 impl Origin {
-    /// An offset as the library tells it; it always does.
+    /// Converts an offset of the library, which always has one, to an offset in the input.
     fn offset(&self, offset: Option<u64>) -> u64 {
         self.mark + offset.unwrap_or(0)
     }
 
     fn malformed(&self, offset: u64, problem: impl Into<String>, hint: &'static str) -> InputError {
-        InputError::malformed(&self.path, Place::Byte(offset), problem, hint)
+        InputError::malformed(&self.path, Location::Byte(offset), problem, hint)
     }
 
     #[cold]
     fn explain(&self, error: ReaderError) -> InputError {
         let (problem, hint, location) = match error {
             ReaderError::SyntaxError(JsonSyntaxError { kind, location }) => {
-                (words(kind), "this is no JSON; is the file cut short?", location)
+                (words(kind), "this is not JSON; is the file cut short?", location)
             }
             ReaderError::MaxNestingDepthExceeded { location, .. } => (
                 format!("nesting deeper than {DEEPEST}"),
-                "this is not what maps are made of",
+                "GeoJSON needs no such nesting",
                 location,
             ),
             ReaderError::IoError { error, location } if error.kind() == ErrorKind::InvalidData => {
-                (error.to_string(), "this is no JSON, or not in UTF-8", location)
+                (error.to_string(), "this is not JSON, or not in UTF-8", location)
             }
             ReaderError::IoError { error, location } => {
                 return InputError::read(&self.path, self.offset(location.data_pos), error);
             }
-            // Does not happen: types are looked at before, and numbers have no limit.
-            error => return self.malformed(0, error.to_string(), "this is no JSON as it is expected"),
+            // Cannot occur: types are checked before, and numbers have no limit.
+            error => return self.malformed(0, error.to_string(), "this is not the expected JSON"),
         };
         self.malformed(self.offset(location.data_pos), problem, hint)
     }
 }
 
-/// The library's name for an error as words: `MissingComma` is `missing comma`.
+/// Turns the library's name of an error into words: `MissingComma` becomes `missing comma`.
 fn words(kind: SyntaxErrorKind) -> String {
     if kind == SyntaxErrorKind::IncompleteDocument {
         return "the file ends in the middle of a value".to_owned();

@@ -1,29 +1,30 @@
-//! The lines and the rings of polygons of GeoJSON.
+//! The segments of GeoJSON's lines and of the rings of its polygons.
 
 use crate::input::bytes::ByteInput;
 use crate::input::error::{InputError, RecordKind};
 use crate::input::formats::geojson::event::{Event, Kind};
 use crate::input::formats::geojson::features::Features;
 use crate::input::lines::{LineTally, SegmentBatch};
+use crate::input::point_z::PointZ;
 use crate::input::reader::{Reader, Sink};
-use crate::input::spot::Spot;
 
 pub struct Lines {
     features: Features,
-    /// The vertices of the geometry at hand, which are kept since only its end tells for sure what it is.
+    /// The vertices of the current geometry. They are kept because its type is certain only at its
+    /// end.
     vertices: Vec<Vertex>,
-    /// Whether the geometry is at its end, and its segments are handed out.
-    is_due: bool,
-    /// The vertices that were handed out.
-    given: usize,
-    /// Whether the next vertex goes on with a line.
+    /// Whether the geometry has ended, so that its segments are handed out.
+    is_ended: bool,
+    /// The number of vertices that were handed out.
+    emitted: usize,
+    /// Whether the next vertex continues a line.
     in_line: bool,
-    /// The segments of the geometry so far.
+    /// The number of segments of the geometry so far.
     segments: u64,
 }
 
 struct Vertex {
-    end: Spot,
+    end: PointZ,
     /// Whether a segment leads here from the vertex before.
     is_joined: bool,
 }
@@ -33,29 +34,29 @@ impl Lines {
         Ok(Self {
             features: Features::new(input, None, |_| true)?,
             vertices: Vec::new(),
-            is_due: false,
-            given: 0,
+            is_ended: false,
+            emitted: 0,
             in_line: false,
             segments: 0,
         })
     }
 
-    /// Hands out what leads to the next vertex of a geometry at its end.
-    fn give(&mut self, sink: &mut Sink<'_, SegmentBatch>) {
-        match self.vertices.get(self.given) {
+    /// Hands out the segment to the next vertex, if there is one, of a geometry that has ended.
+    fn emit(&mut self, sink: &mut Sink<'_, SegmentBatch>) {
+        match self.vertices.get(self.emitted) {
             Some(vertex) if vertex.is_joined => {
-                let before = self.vertices[self.given - 1].end;
+                let before = self.vertices[self.emitted - 1].end;
                 sink.segment([before, vertex.end], self.features.ended());
-                self.given += 1;
+                self.emitted += 1;
             }
-            Some(_) => self.given += 1,
+            Some(_) => self.emitted += 1,
             None => self.drop_geometry(),
         }
     }
 
     fn drop_geometry(&mut self) {
         self.vertices.clear();
-        (self.is_due, self.given, self.segments) = (false, 0, 0);
+        (self.is_ended, self.emitted, self.segments) = (false, 0, 0);
     }
 }
 
@@ -73,8 +74,8 @@ impl Reader<SegmentBatch> for Lines {
 
     fn fill(&mut self, sink: &mut Sink<'_, SegmentBatch>) -> Result<bool, InputError> {
         while !sink.is_full() {
-            if self.is_due {
-                self.give(sink);
+            if self.is_ended {
+                self.emit(sink);
                 continue;
             }
             match self.features.next_event()? {
@@ -82,8 +83,9 @@ impl Reader<SegmentBatch> for Lines {
                 Some(Event::LineEnd(_)) => self.in_line = false,
                 Some(Event::Position(position)) => {
                     let number = sink.next() + self.segments;
-                    let end = position.spot();
-                    let end = end.map_err(|flaw| sink.wrong(RecordKind::Segment, number, position.place(), &flaw))?;
+                    let end = position.point_z();
+                    let end =
+                        end.map_err(|flaw| sink.wrong(RecordKind::Segment, number, position.location(), &flaw))?;
                     let is_joined = std::mem::replace(&mut self.in_line, true);
                     self.segments += u64::from(is_joined);
                     self.vertices.push(Vertex { end, is_joined });
@@ -93,7 +95,7 @@ impl Reader<SegmentBatch> for Lines {
                     if matches!(kind, Kind::Point | Kind::MultiPoint) {
                         self.drop_geometry();
                     }
-                    self.is_due = !self.vertices.is_empty();
+                    self.is_ended = !self.vertices.is_empty();
                 }
                 Some(Event::Record(_)) => {}
             }

@@ -12,7 +12,7 @@ pub struct Points {
 }
 
 impl Points {
-    /// Looks at the first position.
+    /// Reads up to the first position.
     pub fn new(input: ByteInput) -> Result<Self, InputError> {
         Ok(Self {
             features: Features::new(input, None, |_| true)?,
@@ -33,8 +33,8 @@ impl Reader<PointBatch> for Points {
         while !sink.is_full() {
             match self.features.next_event()? {
                 Some(Event::Position(position)) => match position.coordinates() {
-                    Ok((x, y, z)) => sink.point(x, y, z, || position.place())?,
-                    Err(flaw) => sink.invalid(|| position.place(), &flaw)?,
+                    Ok((x, y, z)) => sink.point(x, y, z, || position.location())?,
+                    Err(flaw) => sink.invalid(|| position.location(), &flaw)?,
                 },
                 Some(Event::LineEnd(_) | Event::Geometry(..) | Event::Record(_)) => {}
                 None => return Ok(false),

@@ -1,11 +1,12 @@
 //! The rings of GeoJSON's polygons, directed so that the polygon is on the left of every segment.
 //!
-//! In: polygons of either winding, their rings closed or not. Out: outer rings counter-clockwise, inner ones clockwise, by
-//! the exact sign of their area. Why no look at more than that sign: whatever goes there and back within a ring (spikes,
-//! bridges) cancels out in whichever direction the ring goes.
+//! In: polygons of either winding, their rings closed or not. Out: outer rings counter-clockwise,
+//! inner ones clockwise, by the exact sign of their area. That sign is sufficient: parts of a ring
+//! that are traversed in both directions (spikes, bridges) cancel out for either winding.
 //!
-//! A ring without area encloses nothing, and neither do the inner rings of a polygon whose outer one has none. Their segments
-//! still block the way, so they come, but each in both directions: no side of it is the inside.
+//! A ring without area encloses nothing, and neither do the inner rings of a polygon whose outer
+//! ring has no area. Their segments still block the way. Each of them is handed out in both
+//! directions, so that neither side of it is the inside.
 
 use std::cmp::Ordering;
 
@@ -16,19 +17,19 @@ use crate::input::flaw::Flaw;
 use crate::input::formats::geojson::event::{Event, Kind};
 use crate::input::formats::geojson::features::Features;
 use crate::input::lines::{LineTally, SegmentBatch};
+use crate::input::point_z::PointZ;
 use crate::input::reader::{Reader, Sink};
-use crate::input::spot::Spot;
 use crate::shown;
 
 pub struct Rings {
     features: Features,
-    /// The vertices of the ring at hand, each once. No two neighbours are equal.
-    ring: Vec<Spot>,
-    /// How the ring is handed out, if it is at its end.
-    due: Option<Due>,
-    /// Whether the outer ring of the polygon at hand has an area.
+    /// The vertices of the current ring, each once. No two neighbours are equal.
+    ring: Vec<PointZ>,
+    /// The progress of handing out the ring, if it has ended.
+    pending: Option<PendingRing>,
+    /// Whether the outer ring of the current polygon has an area.
     has_area: bool,
-    /// Polygons that were begun.
+    /// The number of polygons that have begun.
     polygons: u64,
     name: String,
     unclosed: u64,
@@ -36,12 +37,12 @@ pub struct Rings {
     lone: u64,
 }
 
-/// A ring that is handed out.
+/// The progress of handing out a ring.
 #[derive(Clone, Copy)]
-struct Due {
+struct PendingRing {
     both_ways: bool,
-    /// The segments so far.
-    given: usize,
+    /// The number of segments handed out so far.
+    emitted: usize,
 }
 
 fn is_polygon(kind: Kind) -> bool {
@@ -54,11 +55,12 @@ fn no_polygon(kind: Kind) -> Flaw {
     }
 }
 
-/// Whether a ring without area has no lobes either: it lies on one line, or goes every way back that it has gone.
-fn is_flat(ring: &[Spot]) -> bool {
+/// Returns whether a ring without area has no lobes either: it is collinear, or traverses each of
+/// its edges equally often in both directions.
+fn is_flat(ring: &[PointZ]) -> bool {
     let Some(first) = ring.first() else { return true };
-    let second = ring.iter().find(|spot| spot.point != first.point);
-    let is_on_line = |other: &Spot| {
+    let second = ring.iter().find(|point_z| point_z.point != first.point);
+    let is_on_line = |other: &PointZ| {
         second.is_none_or(|second| orient2d(first.point, second.point, other.point) == Orientation::Collinear)
     };
     if ring.iter().all(is_on_line) {
@@ -84,7 +86,7 @@ impl Rings {
         Ok(Self {
             features: Features::new(input, None, is_polygon)?,
             ring: Vec::new(),
-            due: None,
+            pending: None,
             has_area: false,
             polygons: 0,
             name,
@@ -94,7 +96,7 @@ impl Rings {
         })
     }
 
-    /// The ring at hand is at its end: which one of its polygon.
+    /// Ends the current ring, which has this number in its polygon.
     fn end_ring(&mut self, number: u64) {
         if let [first, .., last] = self.ring[..] {
             if first.point == last.point {
@@ -106,11 +108,12 @@ impl Rings {
         let area = area_sign(self.ring.iter().map(|end| end.point));
         let is_outer = number == 0;
         if is_outer {
-            // An outer ring whose lobes cancel out encloses them, one of them the wrong way round.
+            // An outer ring whose lobes cancel out encloses them, one of them with the wrong
+            // winding.
             self.has_area = area != Ordering::Equal || !is_flat(&self.ring);
             self.polygons += 1;
         }
-        // Nobody tells of an empty outer ring before the first position of the file.
+        // No event reports an empty outer ring before the first position of the file.
         self.polygons = self.polygons.max(1);
         let both_ways = match is_outer {
             true => !self.has_area,
@@ -124,27 +127,31 @@ impl Rings {
         {
             rest.reverse();
         }
-        self.due = Some(Due { both_ways, given: 0 });
+        self.pending = Some(PendingRing { both_ways, emitted: 0 });
     }
 
-    /// Hands out a segment of a ring at its end.
-    fn give(&mut self, due: Due, sink: &mut Sink<'_, SegmentBatch>) {
+    /// Hands out a segment of a ring that has ended.
+    fn emit(&mut self, pending: PendingRing, sink: &mut Sink<'_, SegmentBatch>) {
         let n = self.ring.len();
-        let segments = if due.both_ways { 2 * n } else { n };
-        if n < 2 || due.given == segments {
+        let segments = if pending.both_ways { 2 * n } else { n };
+        if n < 2 || pending.emitted == segments {
             self.ring.clear();
-            self.due = None;
+            self.pending = None;
             return;
         }
-        let at = if due.both_ways { due.given / 2 } else { due.given };
+        let at = if pending.both_ways {
+            pending.emitted / 2
+        } else {
+            pending.emitted
+        };
         let mut ends = [self.ring[at], self.ring[(at + 1) % n]];
-        if due.both_ways && due.given % 2 == 1 {
+        if pending.both_ways && pending.emitted % 2 == 1 {
             ends.reverse();
         }
-        sink.side(ends, self.features.ended(), self.polygons - 1);
-        self.due = Some(Due {
-            given: due.given + 1,
-            ..due
+        sink.polygon_edge(ends, self.features.ended(), self.polygons - 1);
+        self.pending = Some(PendingRing {
+            emitted: pending.emitted + 1,
+            ..pending
         });
     }
 }
@@ -163,27 +170,27 @@ impl Reader<SegmentBatch> for Rings {
 
     fn fill(&mut self, sink: &mut Sink<'_, SegmentBatch>) -> Result<bool, InputError> {
         while !sink.is_full() {
-            if let Some(due) = self.due {
-                self.give(due, sink);
+            if let Some(pending) = self.pending {
+                self.emit(pending, sink);
                 continue;
             }
             let number = sink.line(self.features.ended());
-            let wrong = |place, flaw: &Flaw| sink.wrong(RecordKind::Obstacle, number, place, flaw);
+            let wrong = |location, flaw: &Flaw| sink.wrong(RecordKind::Obstacle, number, location, flaw);
             match self.features.next_event()? {
                 None => return Ok(false),
                 Some(Event::Position(position)) => {
                     let end = match self.features.json().kind() {
                         Some(kind) if !is_polygon(kind) => Err(no_polygon(kind)),
-                        _ => position.spot(),
+                        _ => position.point_z(),
                     };
-                    let end = end.map_err(|flaw| wrong(position.place(), &flaw))?;
+                    let end = end.map_err(|flaw| wrong(position.location(), &flaw))?;
                     if self.ring.last().is_none_or(|last| last.point != end.point) {
                         self.ring.push(end);
                     }
                 }
                 Some(Event::LineEnd(number)) => self.end_ring(number),
-                Some(Event::Geometry(kind, place)) if !is_polygon(kind) => {
-                    return Err(wrong(place, &no_polygon(kind)));
+                Some(Event::Geometry(kind, location)) if !is_polygon(kind) => {
+                    return Err(wrong(location, &no_polygon(kind)));
                 }
                 Some(Event::Geometry(..)) => self.has_area = false,
                 Some(Event::Record(_)) => {}

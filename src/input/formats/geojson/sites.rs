@@ -1,36 +1,36 @@
 //! The points of GeoJSON as sites.
 
 use crate::input::bytes::ByteInput;
-use crate::input::error::{InputError, Place, RecordKind};
+use crate::input::error::{InputError, Location, RecordKind};
 use crate::input::flaw::Flaw;
 use crate::input::formats::geojson::event::{Event, Kind};
 use crate::input::formats::geojson::features::Features;
+use crate::input::point_z::PointZ;
 use crate::input::reader::{Reader, Sink};
 use crate::input::sites::{SiteBatch, SiteId};
-use crate::input::spot::Spot;
 use crate::shown;
 
 pub struct Sites {
     features: Features,
-    /// The member that is the id, if one was chosen.
+    /// The member that is the id, if one is selected.
     id_field: Option<Box<str>>,
-    /// The points of the feature at hand, which are kept since its id may come last. The geometries at their end are all
-    /// points; of the one at hand only its end tells.
-    spots: Vec<Spot>,
-    /// How many are of geometries at their end.
-    sure: usize,
-    /// How the feature is handed out, if it is at its end.
-    due: Option<Due>,
+    /// The points of the current feature, kept since its id may come last. Geometries that have
+    /// ended are all points; the type of the current one is certain only at its end.
+    points: Vec<PointZ>,
+    /// The number of `points` that belong to geometries that have ended.
+    certain_count: usize,
+    /// The progress of handing out the feature, if it has ended.
+    pending: Option<PendingFeature>,
     name: String,
-    /// Geometries that are no points.
+    /// The number of geometries that are not points.
     others: u64,
 }
 
-/// A feature that is handed out.
-struct Due {
+/// The progress of handing out a feature.
+struct PendingFeature {
     id: Option<SiteId>,
-    /// The sites so far.
-    given: usize,
+    /// The number of sites handed out so far.
+    emitted: usize,
 }
 
 fn is_point(kind: Kind) -> bool {
@@ -43,18 +43,18 @@ impl Sites {
         Ok(Self {
             features: Features::new(input, id_field, is_point)?,
             id_field: id_field.map(Into::into),
-            spots: Vec::new(),
-            sure: 0,
-            due: None,
+            points: Vec::new(),
+            certain_count: 0,
+            pending: None,
             name,
             others: 0,
         })
     }
 
-    /// A feature is at its end.
-    fn end_feature(&mut self, place: Place, sink: &Sink<'_, SiteBatch>) -> Result<(), InputError> {
+    /// Ends the current feature.
+    fn end_feature(&mut self, location: Location, sink: &Sink<'_, SiteBatch>) -> Result<(), InputError> {
         let found = self.features.take_id();
-        if self.spots.is_empty() {
+        if self.points.is_empty() {
             return Ok(());
         }
         let id = match (found, &self.id_field) {
@@ -64,20 +64,20 @@ impl Sites {
                 field: field.to_string(),
             }),
         };
-        let id = id.map_err(|flaw| sink.wrong(RecordKind::Site, sink.next(), place, &flaw))?;
-        self.due = Some(Due { id, given: 0 });
+        let id = id.map_err(|flaw| sink.wrong(RecordKind::Site, sink.next(), location, &flaw))?;
+        self.pending = Some(PendingFeature { id, emitted: 0 });
         Ok(())
     }
 
-    /// Hands out a site of a feature at its end.
-    fn give(&mut self, mut due: Due, sink: &mut Sink<'_, SiteBatch>) {
-        if let Some(&spot) = self.spots.get(due.given) {
-            sink.site(spot, due.id.clone());
-            due.given += 1;
-            self.due = Some(due);
+    /// Hands out a site of a feature that has ended.
+    fn emit(&mut self, mut pending: PendingFeature, sink: &mut Sink<'_, SiteBatch>) {
+        if let Some(&point) = self.points.get(pending.emitted) {
+            sink.site(point, pending.id.clone());
+            pending.emitted += 1;
+            self.pending = Some(pending);
         } else {
-            self.spots.clear();
-            self.sure = 0;
+            self.points.clear();
+            self.certain_count = 0;
         }
     }
 }
@@ -89,8 +89,8 @@ impl Reader<SiteBatch> for Sites {
 
     fn fill(&mut self, sink: &mut Sink<'_, SiteBatch>) -> Result<bool, InputError> {
         while !sink.is_full() {
-            if let Some(due) = self.due.take() {
-                self.give(due, sink);
+            if let Some(pending) = self.pending.take() {
+                self.emit(pending, sink);
                 continue;
             }
             match self.features.next_event()? {
@@ -99,18 +99,19 @@ impl Reader<SiteBatch> for Sites {
                     if self.features.json().kind().is_some_and(|kind| !is_point(kind)) {
                         continue;
                     }
-                    let number = sink.next() + self.spots.len() as u64;
-                    let spot = position.spot();
-                    let spot = spot.map_err(|flaw| sink.wrong(RecordKind::Site, number, position.place(), &flaw))?;
-                    self.spots.push(spot);
+                    let number = sink.next() + self.points.len() as u64;
+                    let point_z = position.point_z();
+                    let point_z =
+                        point_z.map_err(|flaw| sink.wrong(RecordKind::Site, number, position.location(), &flaw))?;
+                    self.points.push(point_z);
                 }
-                Some(Event::Geometry(kind, _)) if is_point(kind) => self.sure = self.spots.len(),
+                Some(Event::Geometry(kind, _)) if is_point(kind) => self.certain_count = self.points.len(),
                 Some(Event::Geometry(..)) => {
-                    self.spots.truncate(self.sure);
+                    self.points.truncate(self.certain_count);
                     self.others += 1;
                 }
                 Some(Event::LineEnd(_)) => {}
-                Some(Event::Record(place)) => self.end_feature(place, sink)?,
+                Some(Event::Record(location)) => self.end_feature(location, sink)?,
             }
         }
         Ok(true)

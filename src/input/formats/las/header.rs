@@ -1,21 +1,21 @@
-//! What the header of a LAS file tells, and the records of variable length behind it.
+//! The header of a LAS file, and the variable length records after it.
 
 use crate::input::formats::las::problem::{FileReader, Problem, trimmed};
 use ::las::raw::Vlr;
 use ::las::raw::header::Header;
 use std::io::{Read, Seek, SeekFrom};
 
-/// The longest coordinate reference system that is read from an extended record.
+/// The length limit of a coordinate reference system in an extended record, in bytes.
 const LONGEST_WKT: u64 = 1 << 20;
 
-/// The header, from the file's beginning.
+/// Reads the header from the file's beginning.
 pub fn header(file: &mut FileReader) -> Result<Header, Problem> {
     let mut magic = [0; 4];
     match file.read_exact(&mut magic) {
         Ok(()) if magic == *b"LASF" => {}
         _ => {
             return Err(Problem {
-                hint: "this is no LAS or LAZ file",
+                hint: "this is not a LAS or LAZ file",
                 ..Problem::damaged("the file does not begin with `LASF`")
             });
         }
@@ -27,7 +27,8 @@ pub fn header(file: &mut FileReader) -> Result<Header, Problem> {
         .map_err(|error| Problem::cut_short("the header cannot be read").caused_by(error))
 }
 
-/// The number of points: the former field wins if it is not zero, as the specification wants.
+/// Returns the number of points. The legacy field wins if it is not zero, as the specification
+/// requires.
 pub fn count(header: &Header) -> u64 {
     match (header.number_of_point_records, &header.large_file) {
         (0, Some(large)) => large.number_of_point_records,
@@ -35,7 +36,7 @@ pub fn count(header: &Header) -> u64 {
     }
 }
 
-/// The variable length records. Each one has 64 KiB at most, and all of them end before the points.
+/// Reads the variable length records. Each has at most 64 KiB, and all end before the points.
 pub fn records(file: &mut FileReader, header: &Header, end: u64) -> Result<Vec<Vlr>, Problem> {
     const SHORTEST: u64 = 54;
     let mut records = Vec::new();
@@ -55,20 +56,20 @@ pub fn records(file: &mut FileReader, header: &Header, end: u64) -> Result<Vec<V
             Problem::cut_short(format!("variable length record {n} of {number} cannot be read")).caused_by(error)
         })?;
         position += SHORTEST + record.data.len() as u64;
-        // Only these are looked at later: a file may have many others.
+        // Only these records are used later; a file may have many others.
         if matches!(trimmed(&record.user_id), b"LASF_Projection" | b"laszip encoded") {
             records.push(record);
         }
     }
     if position > end {
         return Err(Problem::cut_short(format!(
-            "variable length records reach behind byte {end}"
+            "variable length records reach beyond byte {end}"
         )));
     }
     Ok(records)
 }
 
-/// The coordinate reference system as WKT, or `EPSG:…` from GeoTIFF keys.
+/// Returns the coordinate reference system as WKT, or as `EPSG:…` from GeoTIFF keys.
 pub fn crs(records: &[Vlr]) -> Option<String> {
     let find = |id: u16| {
         let is_it = |r: &&Vlr| r.record_id == id && trimmed(&r.user_id) == b"LASF_Projection";
@@ -77,7 +78,7 @@ pub fn crs(records: &[Vlr]) -> Option<String> {
     if let Some(wkt) = find(2112).and_then(wkt) {
         return Some(wkt);
     }
-    // GeoTIFF's directory: a header of four u16, then key, place, count, value for each key.
+    // GeoTIFF's directory: a header of four u16, then key, location, count, value for each key.
     let (numbers, _) = find(34735)?.as_chunks::<2>();
     let numbers: Vec<u16> = numbers.iter().map(|&n| u16::from_le_bytes(n)).collect();
     let (entries, _) = numbers.get(4..)?.as_chunks::<4>();
@@ -94,7 +95,8 @@ fn wkt(data: &[u8]) -> Option<String> {
     (!text.is_empty()).then_some(text)
 }
 
-/// The WKT in an extended record, if there is one and all is well: it is mere metadata.
+/// Returns the WKT in an extended record, if there is a sound one. Errors are ignored, since this
+/// is only metadata.
 pub fn extended_wkt(file: &mut FileReader, header: &Header, size: u64) -> Option<String> {
     let evlr = header.evlr?;
     let mut position = evlr.start_of_first_evlr;

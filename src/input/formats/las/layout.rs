@@ -1,17 +1,17 @@
-//! How a point's record is laid out, and which points are kept.
+//! The layout of a point's record, and the selection of points.
 
 use crate::input::formats::las::problem::Problem;
 use crate::input::options::{InputOptions, Returns};
 use ::las::raw::header::Header;
 
-/// The longest point record. Format 10 has 67 bytes; the rest are extra bytes, for each of which LAZ keeps
-/// some 10 KiB of models.
+/// The length limit of a point record. Format 10 has 67 bytes; the rest are extra bytes, and LAZ
+/// keeps about 10 KiB of models for each of them.
 const LONGEST_RECORD: usize = 4096;
 
-/// How a record is laid out.
+/// The layout of a record.
 #[derive(Clone, Copy)]
 pub struct Layout {
-    /// The bytes of a record.
+    /// The length of a record in bytes.
     pub length: usize,
     /// Whether the format is 6 or higher.
     pub extended: bool,
@@ -19,7 +19,7 @@ pub struct Layout {
     offset: [f64; 3],
 }
 
-/// Which points to keep.
+/// The selection of points to keep.
 #[derive(Clone, Copy)]
 pub struct Keep {
     classes: [bool; 256],
@@ -27,24 +27,22 @@ pub struct Keep {
 }
 
 impl Layout {
-    /// The layout, and whether the points are compressed.
+    /// Returns the layout, and whether the points are compressed.
     pub fn new(header: &Header) -> Result<(Self, bool), Problem> {
         check_version(header)?;
-        // LAZ sets the highest bit. As in the crate `las`, the next one has no meaning.
+        // LAZ sets the highest bit. As in the crate `las`, the next bit is ignored.
         let compressed = header.point_data_record_format & 0x80 != 0;
         let number = header.point_data_record_format & 0x3f;
         let format = match ::las::point::Format::new(number) {
             Ok(format) if number <= 10 => format,
             _ => {
-                return Err(Problem::damaged(format!(
-                    "point format {number}, where 10 is the highest"
-                )));
+                return Err(Problem::damaged(format!("point format {number}; 10 is the highest")));
             }
         };
         let length = usize::from(header.point_data_record_length);
         if length < usize::from(format.len()) || length > LONGEST_RECORD {
             return Err(Problem::damaged(format!(
-                "point records of {length} bytes, where format {number} needs {}, and {LONGEST_RECORD} are the most",
+                "point records of {length} bytes; format {number} needs at least {}, and {LONGEST_RECORD} is the limit",
                 format.len()
             )));
         }
@@ -109,7 +107,7 @@ impl Keep {
     }
 }
 
-/// Whether the header is one of a version that is known, and as long as one.
+/// Checks that the version of the header is supported and that the header is long enough for it.
 fn check_version(header: &Header) -> Result<(), Problem> {
     let version = header.version;
     if version.major != 1 || version.minor > 4 {
@@ -126,7 +124,7 @@ fn check_version(header: &Header) -> Result<(), Problem> {
     if header.header_size < least {
         let size = header.header_size;
         return Err(Problem::damaged(format!(
-            "a header of {size} bytes, where {least} are the least"
+            "a header of {size} bytes; it needs at least {least}"
         )));
     }
     Ok(())

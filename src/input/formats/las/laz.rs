@@ -1,23 +1,28 @@
-//! Decompression of LAZ, with everything checked that the crate `laz` believes.
+//! Decompression of LAZ, with checks of everything that the crate `laz` trusts.
 //!
 //! In: a file at its point data, and the LASzip record of its header. Out: point records as in LAS.
-//! Format: LASzip 2 and 3 (chunks of points; from point format 6 on a chunk's fields are in layers).
+//! Format: LASzip 2 and 3 (chunks of points; from point format 6 on, the fields of a chunk are in
+//! layers).
 //!
 //! ```text
-//!   point data:  [i64: where the table is] chunk 0 | chunk 1 | ... | table
+//!   point data:  [i64: offset of the table] chunk 0 | chunk 1 | ... | table
 //!   layered chunk:  first point, raw | u32: points | u32 per layer: its bytes | layers
 //!   table:  u32 version | u32: chunks | compressed entries (points), bytes
 //! ```
 //!
-//! What `laz` 0.13 does with hostile numbers, and what is done here before it gets them: it
-//! allocates 16 bytes per chunk that the table claims (at most [`LARGEST_TABLE`] of the file's size
-//! are let through), the bytes that each layer claims (compared with what is left of the file),
-//! some 10 KiB per extra byte (limited by the record length); it indexes the table by chunk and
-//! panics behind its end, and it loops over chunks of no points (the table must have as many points
-//! as the header). Its arithmetic decoder can still divide by zero or index out of range on damaged
-//! data: there is no way to check these without decoding, so that such a panic is caught and
-//! becomes an error (where panics unwind; `caught` keeps the program's panic hook from reporting
-//! it).
+//! `laz` 0.13 handles hostile numbers as follows. This module checks them first:
+//!
+//! - It allocates 16 bytes for each chunk that the table claims. Here the number of chunks is
+//!   limited to the file's size divided by [`LARGEST_TABLE`].
+//! - It allocates the bytes that each layer claims. Here the sum is compared with the rest of the
+//!   file.
+//! - It allocates about 10 KiB per extra byte. The limit on the record length bounds this.
+//! - It indexes the table by chunk and panics beyond its end, and it loops over chunks of no
+//!   points. Here the table must have as many points as the header, and no chunk without points.
+//!
+//! Its arithmetic decoder can still divide by zero or index out of range on damaged data. Only
+//! decoding itself could detect this, so such a panic is caught and becomes an error (where panics
+//! unwind; `caught` tells the program's panic hook not to report it).
 
 use crate::input::caught::catch;
 use crate::input::formats::las::layout::Layout;
@@ -27,7 +32,8 @@ use laz::laszip::ChunkTable;
 use laz::{DecompressionSelection, LasZipDecompressor, LazItemType, LazVlr};
 use std::io::{Read, Seek, SeekFrom};
 
-/// Bytes of the file for each chunk at least: its first point is stored as it is, and the smallest has 20.
+/// The least number of bytes of the file per chunk: a chunk stores its first point uncompressed,
+/// and the smallest point has 20 bytes.
 const LARGEST_TABLE: u64 = 20;
 
 pub struct Laz {
@@ -35,15 +41,15 @@ pub struct Laz {
     size: u64,
     length: usize,
     chunks: Chunks,
-    /// Points left in the chunk.
+    /// The number of points left in the chunk.
     left: u64,
-    /// The layers of a chunk; `None` if it has none.
+    /// The number of layers of a chunk; `None` if chunks have no layers.
     layers: Option<usize>,
-    /// The decoder panicked: its state is not to be trusted.
+    /// Whether the decoder panicked or failed, so that its state must not be used.
     broken: bool,
 }
 
-/// The points of the chunks to come.
+/// The number of points in each remaining chunk.
 enum Chunks {
     Fixed(u64),
     Table(std::vec::IntoIter<u64>),
@@ -60,21 +66,24 @@ impl Laz {
     ) -> Result<Self, Problem> {
         let is_it = |r: &&Vlr| r.record_id == LazVlr::RECORD_ID && trimmed(&r.user_id) == LazVlr::USER_ID.as_bytes();
         let Some(record) = records.iter().find(is_it) else {
-            return Err(Problem::damaged("compressed points, but no record that tells how"));
+            return Err(Problem::damaged(
+                "compressed points, but no record that describes the compression",
+            ));
         };
         let mut data = record.data.clone();
         if is_pointwise(&data)
             && let Some(chunk_size) = data.get_mut(12..16)
         {
-            // It has one chunk. Old files have any size here, and the crate panics at what means
-            // that sizes differ.
+            // There is one chunk. Old files have arbitrary sizes here, and the crate panics at the
+            // value that means that sizes differ.
             chunk_size.copy_from_slice(&u32::MAX.wrapping_sub(1).to_le_bytes());
         }
-        let vlr = LazVlr::from_buffer(&data)
-            .map_err(|error| Problem::damaged("the record that tells the compression is wrong").caused_by(error))?;
+        let vlr = LazVlr::from_buffer(&data).map_err(|error| {
+            Problem::damaged("the record that describes the compression is invalid").caused_by(error)
+        })?;
         let layers = check_items(&vlr, &record.data, layout)?;
         let chunks = if is_pointwise(&record.data) {
-            // One chunk, as `laz` has it.
+            // There is one chunk, as in `laz`.
             Chunks::Fixed(u64::from(u32::MAX))
         } else {
             let table = read_table(&mut file, size, start, &vlr)?;
@@ -82,7 +91,7 @@ impl Laz {
         };
         file.seek(SeekFrom::Start(start))
             .map_err(|error| Problem::cut_short("the points cannot be found").caused_by(error))?;
-        // What is not read need not be decompressed; only layers can be left out.
+        // Fields that are not read need not be decompressed; only layers can be left out.
         let selection = DecompressionSelection::xy_returns_channel()
             .decompress_z()
             .decompress_classification()
@@ -131,7 +140,7 @@ impl Laz {
         }
     }
 
-    /// Compares the sizes of the layers of the chunk to come with what is left of the file.
+    /// Compares the sizes of the next chunk's layers with the rest of the file.
     fn check_layers(&mut self, layers: usize) -> Result<(), Problem> {
         let file = self.decompressor.get_mut();
         let mut head = vec![0; self.length + 4 + 4 * layers];
@@ -142,14 +151,14 @@ impl Laz {
             Ok(position)
         };
         let position: u64 = check().map_err(|error: std::io::Error| {
-            Problem::cut_short("a chunk of points begins behind the end of the file").caused_by(error)
+            Problem::cut_short("a chunk of points begins beyond the end of the file").caused_by(error)
         })?;
         let (sizes, _) = head[self.length + 4..].as_chunks::<4>();
         let sum: u64 = sizes.iter().map(|&size| u64::from(u32::from_le_bytes(size))).sum();
         let rest = self.size.saturating_sub(position);
         if sum > rest {
             return Err(Problem::cut_short(format!(
-                "a chunk of {sum} bytes, where {rest} bytes are left of the file"
+                "a chunk of {sum} bytes, but {rest} bytes are left in the file"
             )));
         }
         Ok(())
@@ -160,7 +169,7 @@ impl Laz {
             return Err(undecodable());
         }
         let decompressor = &mut self.decompressor;
-        // See the head of this file. What is left behind by a panic is never used again.
+        // See the head of this file. The state that a panic leaves behind is never used again.
         let result = catch(|| decompressor.decompress_many(buffer));
         self.broken = !matches!(result, Some(Ok(())));
         match result {
@@ -175,7 +184,7 @@ impl Laz {
     }
 }
 
-/// The error of points that the decoder gives up on.
+/// Returns the error of points that the decoder cannot decode.
 fn undecodable() -> Problem {
     Problem {
         hint: "the file is damaged, or compressed in a way that is not supported",
@@ -183,12 +192,13 @@ fn undecodable() -> Problem {
     }
 }
 
-/// Whether the LASzip record tells the compressor without chunks.
+/// Returns whether the LASzip record names the compressor without chunks.
 fn is_pointwise(record: &[u8]) -> bool {
     record.starts_with(&[1, 0])
 }
 
-/// Whether the items of a record are what the point format has, and how many layers they have.
+/// Checks that the items of a record match the point format. Returns the number of their layers, if
+/// the format has layers.
 fn check_items(vlr: &LazVlr, record: &[u8], layout: Layout) -> Result<Option<usize>, Problem> {
     let items = vlr.items();
     let first = match layout.extended {
@@ -220,7 +230,7 @@ fn check_items(vlr: &LazVlr, record: &[u8], layout: Layout) -> Result<Option<usi
     if record.get(1) != Some(&0) || !matches!((layout.extended, compressor), (false, 1 | 2) | (true, 3)) {
         let format = if layout.extended { "6 to 10" } else { "0 to 5" };
         return Err(Problem {
-            hint: "write the file anew with a present version of LASzip",
+            hint: "write the file again with a current version of LASzip",
             ..Problem::damaged(format!(
                 "not supported: compressor {compressor} with point formats {format}"
             ))
@@ -229,11 +239,11 @@ fn check_items(vlr: &LazVlr, record: &[u8], layout: Layout) -> Result<Option<usi
     if sound && length == layout.length {
         Ok(layout.extended.then_some(layers))
     } else {
-        Err(Problem::damaged("the compression is not that of the point format"))
+        Err(Problem::damaged("the compression does not match the point format"))
     }
 }
 
-/// The table of chunks, if there is one: a writer that was interrupted leaves none.
+/// Reads the table of chunks; `None` if there is none, because the writer was interrupted.
 fn read_table(file: &mut FileReader, size: u64, start: u64, vlr: &LazVlr) -> Result<Option<ChunkTable>, Problem> {
     let number = |file: &mut FileReader, at: u64| {
         let mut bytes = [0; 8];
@@ -242,16 +252,17 @@ fn read_table(file: &mut FileReader, size: u64, start: u64, vlr: &LazVlr) -> Res
         Ok(u64::from_le_bytes(bytes))
     };
     let unreadable = |error: std::io::Error| Problem::cut_short("the chunk table cannot be read").caused_by(error);
-    // The place is at the beginning or, if that could not be written, at the end of the file.
-    let is_place = |place: u64| place > start && i64::try_from(place).is_ok();
-    let mut place = number(file, start).map_err(unreadable)?;
-    if !is_place(place) {
-        place = number(file, size.saturating_sub(8)).map_err(unreadable)?;
-        if !is_place(place) {
+    // The offset of the table is at the beginning of the points or, if it could not be written
+    // there, at the end of the file.
+    let is_offset = |offset: u64| offset > start && i64::try_from(offset).is_ok();
+    let mut offset = number(file, start).map_err(unreadable)?;
+    if !is_offset(offset) {
+        offset = number(file, size.saturating_sub(8)).map_err(unreadable)?;
+        if !is_offset(offset) {
             return Ok(None);
         }
     }
-    let chunks = number(file, place).map_err(unreadable)? >> 32;
+    let chunks = number(file, offset).map_err(unreadable)? >> 32;
     if chunks > size / LARGEST_TABLE {
         return Err(Problem::damaged(format!(
             "a table of {chunks} chunks in a file of {size} bytes"
@@ -265,7 +276,7 @@ fn read_table(file: &mut FileReader, size: u64, start: u64, vlr: &LazVlr) -> Res
     }
 }
 
-/// The points per chunk; the table must have as many points as the header, or more.
+/// Returns the points per chunk. The table must have at least as many points as the header.
 fn check_table(vlr: &LazVlr, table: Option<ChunkTable>, count: u64) -> Result<Chunks, Problem> {
     let entries = table.as_ref().map(AsRef::as_ref);
     let points = match (vlr.uses_variable_size_chunks(), entries) {

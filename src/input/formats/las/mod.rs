@@ -1,4 +1,4 @@
-//! LAS, LAZ and COPC: lidar.
+//! LAS, LAZ and COPC files of lidar points.
 
 mod header;
 mod layout;

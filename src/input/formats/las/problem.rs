@@ -1,6 +1,6 @@
-//! A file with lidar points, and what may be wrong with it.
+//! The errors of LAS files.
 
-use crate::input::error::{InputError, Place};
+use crate::input::error::{InputError, Location};
 use crate::input::watch::Watched;
 use std::error::Error;
 use std::fs::File;
@@ -8,13 +8,13 @@ use std::io::BufReader;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A file with lidar points.
+/// A file of lidar points.
 pub type FileReader = BufReader<Watched<Arc<File>>>;
 
 const DAMAGED: &str = "the file is damaged";
 pub const CUT_SHORT: &str = "the file is cut short, or its header is damaged";
 
-/// What is wrong with the file, before it is known which file it is.
+/// What is wrong with the file; becomes an error once the path is known.
 pub struct Problem {
     pub problem: String,
     pub hint: &'static str,
@@ -42,10 +42,10 @@ impl Problem {
         self
     }
 
-    pub fn at(self, path: &Path, place: Place) -> InputError {
+    pub fn at(self, path: &Path, location: Location) -> InputError {
         InputError::Malformed {
             path: path.to_owned(),
-            place,
+            location,
             problem: self.problem,
             hint: self.hint,
             source: self.source,
@@ -53,7 +53,7 @@ impl Problem {
     }
 }
 
-/// A fixed-size field up to its first zero.
+/// Returns a fixed-size field up to its first zero.
 pub fn trimmed(field: &[u8]) -> &[u8] {
     field.split(|&b| b == 0).next().unwrap_or_default()
 }

@@ -1,16 +1,18 @@
-//! LAS, LAZ and COPC: lidar.
+//! The reader of LAS, LAZ and COPC files of lidar points.
 //!
-//! In: a file. Out: its points with z, scaled as the header says, without the withheld ones and those that the choice of
-//! classes and returns leaves out. Source: ASPRS, LAS Specification 1.4 R15.
+//! In: a file. Out: its points with z, scaled according to the header, without withheld points and
+//! without points that the selected classes and returns exclude. Source: ASPRS, LAS Specification
+//! 1.4 R15.
 //!
-//! The crate `las` parses header and records, `laz` decompresses. Not `las::Reader`: it cannot be sent to another thread,
-//! and it believes lengths (an extended record of 2^60 bytes, a layer of 4 GiB). So every number of the header is compared
-//! with the file's size here, before anything is allocated or decoded from it. A file that is cut short fails at
-//! open. Whether a file is LAZ its header tells, and not its suffix.
+//! The crate `las` parses the header and records, `laz` decompresses. `las::Reader` is not used: it
+//! cannot be sent to another thread, and it trusts lengths (an extended record of 2^60 bytes, a
+//! layer of 4 GiB). Here, every number of the header is compared with the file's size before
+//! anything is allocated or decoded according to it. A file that is cut short fails at open. The
+//! header, not the suffix, determines whether a file is LAZ.
 
 use crate::geometry::Point;
 use crate::input::bytes::BUFFER;
-use crate::input::error::{InputError, Place};
+use crate::input::error::{InputError, Location};
 use crate::input::formats::las::header::{count, crs, extended_wkt, header, records};
 use crate::input::formats::las::layout::{Keep, Layout};
 use crate::input::formats::las::laz::Laz;
@@ -26,42 +28,42 @@ use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
 
-/// The bytes of points that are read at once.
+/// The number of bytes of points read at once.
 const CHUNK: usize = 1 << 20;
 
-/// The error for a LAS file that cannot be read as a file.
+/// Returns the error for LAS in an input that is not a file.
 pub fn no_stream(path: &Path) -> InputError {
     Problem {
         hint: "give the name of a file (not a pipe, and not gzip)",
         ..Problem::damaged("LAS is not read from a stream")
     }
-    .at(path, Place::File)
+    .at(path, Location::File)
 }
 
-/// Starts the reader of a file of so many bytes.
+/// Starts the reader of a file of `size` bytes.
 pub fn open(file: Watched<Arc<File>>, size: u64, options: &InputOptions) -> Started<PointBatch> {
     let path = Arc::clone(&file.watch.path);
     match Las::new(BufReader::with_capacity(BUFFER, file), size, options) {
         Ok(las) => Ok(Box::new(las)),
-        Err(problem) => Err(problem.at(&path, Place::File)),
+        Err(problem) => Err(problem.at(&path, Location::File)),
     }
 }
 
 struct Las {
     layout: Layout,
     records: Records,
-    /// The first byte of the points.
+    /// The offset of the first point, in bytes.
     start: u64,
-    /// The points in the file, and of these the ones read.
+    /// The number of points in the file, and how many of them were read.
     count: u64,
     read: u64,
     keep: Keep,
-    /// Whole records.
+    /// Space for whole records.
     buffer: Vec<u8>,
     crs: Option<String>,
 }
 
-/// Where the records come from.
+/// The origin of the records.
 enum Records {
     Plain(FileReader),
     Compressed(Box<Laz>),
@@ -149,7 +151,7 @@ impl Reader<PointBatch> for Las {
                 Records::Plain(file) => file.read_exact(&mut self.buffer).map_err(unreadable),
                 Records::Compressed(laz) => laz.read(&mut self.buffer),
             };
-            problem.map_err(|problem| problem.at(sink.path, Place::Point(self.read)))?;
+            problem.map_err(|problem| problem.at(sink.path, Location::Point(self.read)))?;
             for record in self.buffer.chunks_exact(layout.length) {
                 let point = self.read;
                 self.read += 1;
@@ -161,7 +163,7 @@ impl Reader<PointBatch> for Las {
                     sink.totals.counts.filtered += 1;
                 } else {
                     let [x, y, z] = [0, 1, 2].map(|axis| layout.coordinate(record, axis));
-                    sink.point(x, y, Some(z), || Place::Point(point))?;
+                    sink.point(x, y, Some(z), || Location::Point(point))?;
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! Raw pairs of record numbers: little-endian, of 4 or 8 bytes each.
+//! Raw pairs of record numbers: little-endian, 4 or 8 bytes each.
 
 use crate::input::bytes::ByteInput;
 use crate::input::error::InputError;
@@ -8,15 +8,15 @@ use crate::input::reader::{Reader, Sink};
 
 const HINT: &str = "the file is cut short, or its numbers have another width";
 
-/// Raw pairs of record numbers.
+/// A reader of raw pairs of record numbers.
 pub struct Pairs {
     records: Records,
-    /// Pairs read.
+    /// The number of pairs read.
     pairs: u64,
 }
 
 impl Pairs {
-    /// Pairs of numbers of so many bytes.
+    /// Creates a reader of pairs of numbers of `bytes` bytes each.
     pub fn new(input: ByteInput, bytes: usize) -> Self {
         Self {
             records: Records::new(input, 2 * bytes),
@@ -28,17 +28,17 @@ impl Pairs {
 impl Reader<SegmentBatch> for Pairs {
     fn fill(&mut self, sink: &mut Sink<'_, SegmentBatch>) -> Result<bool, InputError> {
         let stride = self.records.stride;
-        let part = self.records.read(sink.room())?;
-        if !part.rest.is_empty() {
-            let offset = part.offset + part.records.len() as u64;
-            return Err(left_over(sink.path, offset, part.rest.len(), "pair", stride, HINT));
+        let chunk = self.records.read(sink.room())?;
+        if !chunk.rest.is_empty() {
+            let offset = chunk.offset + chunk.records.len() as u64;
+            return Err(left_over(sink.path, offset, chunk.rest.len(), "pair", stride, HINT));
         }
-        for pair in part.records.chunks_exact(stride) {
+        for pair in chunk.records.chunks_exact(stride) {
             let (from, to) = pair.split_at(stride / 2);
             sink.pair([number(from), number(to)], self.pairs);
             self.pairs += 1;
         }
-        Ok(!part.is_last)
+        Ok(!chunk.is_last)
     }
 
     fn tally(&self) -> LineTally {

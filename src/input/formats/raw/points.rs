@@ -1,24 +1,27 @@
 //! Raw little-endian f64: pairs x y, or triples x y z.
 //!
-//! In: a stream of bytes and the numbers per point. Out: points. The fastest format there is, and exact.
+//! In: a stream of bytes and the number of values per point. Out: points. This is the fastest
+//! format, and exact.
 
 use crate::geometry::Point;
 use crate::input::bytes::ByteInput;
-use crate::input::error::{InputError, Place};
+use crate::input::error::{InputError, Location};
 use crate::input::formats::raw::records::{Records, left_over};
 use crate::input::options::InputOptions;
 use crate::input::points::PointBatch;
 use crate::input::reader::{Reader, Sink};
 use crate::input::sample::RandomAccess;
 
-const HINT: &str = "the file is cut short, or has another number of dimensions (--dims); --skip-invalid drops the rest";
+const HINT: &str = "the file is cut short, or its points have another number of dimensions (option `dims`); the option \
+                    `skip_invalid` drops the rest";
 
 pub struct Points {
     records: Records,
 }
 
 impl Points {
-    /// Fails at once on a length that is no multiple of a point's, if the length is known: not after an hour's work.
+    /// Fails at once, not after hours of work, if the length is known and not a multiple of a
+    /// point's.
     pub fn new(input: ByteInput, options: &InputOptions) -> Result<Self, InputError> {
         let stride = 8 * usize::from(options.dims);
         let records = Records::new(input, stride);
@@ -58,27 +61,27 @@ impl Reader<PointBatch> for Points {
     fn fill(&mut self, sink: &mut Sink<'_, PointBatch>) -> Result<bool, InputError> {
         let stride = self.records.stride;
         while !sink.is_full() {
-            let part = self.records.read(sink.room())?;
-            let mut offset = part.offset;
+            let chunk = self.records.read(sink.room())?;
+            let mut offset = chunk.offset;
             let all_valid = match stride {
-                16 => take_all::<2>(part.records, sink),
-                _ => take_all::<3>(part.records, sink),
+                16 => take_all::<2>(chunk.records, sink),
+                _ => take_all::<3>(chunk.records, sink),
             };
             if !all_valid {
-                for record in part.records.chunks_exact(stride) {
+                for record in chunk.records.chunks_exact(stride) {
                     let (x, y, z) = numbers(record);
-                    sink.point(x, y, z, || Place::Byte(offset))?;
+                    sink.point(x, y, z, || Location::Byte(offset))?;
                     offset += stride as u64;
                 }
             }
-            if !part.rest.is_empty() {
+            if !chunk.rest.is_empty() {
                 if !sink.options.skip_invalid {
-                    let offset = part.offset + part.records.len() as u64;
-                    return Err(left_over(sink.path, offset, part.rest.len(), "point", stride, HINT));
+                    let offset = chunk.offset + chunk.records.len() as u64;
+                    return Err(left_over(sink.path, offset, chunk.rest.len(), "point", stride, HINT));
                 }
                 sink.pass_over();
             }
-            if part.is_last {
+            if chunk.is_last {
                 return Ok(false);
             }
         }
@@ -86,7 +89,7 @@ impl Reader<PointBatch> for Points {
     }
 }
 
-/// Takes whole records of N numbers at once, or none of them if one is not valid.
+/// Takes whole records of N numbers. Takes none of them, and returns false, if one is invalid.
 fn take_all<const N: usize>(data: &[u8], sink: &mut Sink<'_, PointBatch>) -> bool {
     let (numbers, _) = data.as_chunks::<8>();
     let (records, _) = numbers.as_chunks::<N>();

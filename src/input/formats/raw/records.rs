@@ -1,28 +1,28 @@
-//! Records of one length each, one behind the other.
+//! Consecutive records of a fixed length.
 
 use crate::input::bytes::ByteInput;
-use crate::input::error::{InputError, Place};
+use crate::input::error::{InputError, Location};
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
-/// A stream of such records.
+/// A stream of records of a fixed length.
 pub struct Records {
     input: ByteInput,
-    /// Bytes of a record.
+    /// The length of a record in bytes.
     pub stride: usize,
-    /// Room for the records that are read at once, and kept for that alone.
+    /// The buffer for the records that are read at once. It is kept only to be used again.
     buffer: Vec<u8>,
-    /// The bytes read so far.
+    /// The number of bytes read so far.
     pub offset: u64,
 }
 
-/// Bytes that were read at once.
-pub struct Part<'a> {
-    /// Where they begin in the stream.
+/// The bytes of one read.
+pub struct Chunk<'a> {
+    /// The offset of these bytes in the stream.
     pub offset: u64,
-    /// Whole records.
+    /// The whole records.
     pub records: &'a [u8],
-    /// What is left over of a last one, at the stream's end.
+    /// The bytes of an incomplete last record, at the stream's end.
     pub rest: &'a [u8],
     pub is_last: bool,
 }
@@ -37,14 +37,15 @@ impl Records {
         }
     }
 
-    /// The number of the stream's bytes, if known.
+    /// Returns the number of the stream's bytes, if known.
     pub fn size(&self) -> Option<u64> {
         self.input.size
     }
 
-    /// Reads so many records, but for the stream's end. Not `read_to_end`, which cannot know that the buffer is large
-    /// enough and takes several reads where one does.
-    pub fn read(&mut self, records: usize) -> Result<Part<'_>, InputError> {
+    /// Reads up to `records` records; fewer only at the stream's end. This does not use
+    /// `read_to_end`, which cannot know that the buffer is large enough and takes several reads
+    /// where one suffices.
+    pub fn read(&mut self, records: usize) -> Result<Chunk<'_>, InputError> {
         let wanted = records * self.stride;
         self.buffer.resize(wanted, 0);
         let (offset, mut filled) = (self.offset, 0);
@@ -58,7 +59,7 @@ impl Records {
         }
         self.offset += filled as u64;
         let (records, rest) = self.buffer[..filled].split_at(filled - filled % self.stride);
-        Ok(Part {
+        Ok(Chunk {
             offset,
             records,
             rest,
@@ -71,8 +72,9 @@ impl Records {
     }
 }
 
-/// The error of `rest` bytes from `offset` on that are no whole record of `stride` bytes.
+/// Returns the error of `rest` bytes from `offset` on that are not a whole record of `stride`
+/// bytes.
 pub fn left_over(path: &Path, offset: u64, rest: usize, record: &str, stride: usize, hint: &'static str) -> InputError {
-    let problem = format!("{rest} bytes are left over behind the last whole {record} of {stride} bytes");
-    InputError::malformed(path, Place::Byte(offset), problem, hint)
+    let problem = format!("{rest} bytes are left over after the last whole {record} of {stride} bytes");
+    InputError::malformed(path, Location::Byte(offset), problem, hint)
 }

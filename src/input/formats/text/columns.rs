@@ -1,15 +1,18 @@
-//! The layout of rows of text: what a spreadsheet, a database or a survey program writes.
+//! The layout of rows of text, as written by spreadsheets, databases and survey programs.
 //!
-//! In: bytes, of which the first lines tell the layout. Out: a [`Table`], and of its rows the coordinates. What is found
-//! out, and how:
+//! In: bytes, whose first lines determine the layout. Out: a [`Table`], and the coordinates of its
+//! rows. The layout has two parts:
 //!
-//! - **Delimiter**: the first of semicolon, tab and comma that at least half of the first rows have (outside quotes; tabs
-//!   more than half), else runs of blanks. Not all, so that a broken row there is found to be one.
-//! - **Header**: the first row is one if none of the fields that the coordinates would come from begins like a number.
-//!   The columns are then found by name, in the order of [`X`], [`Y`] and [`Z`], capitals notwithstanding.
+//! - **Delimiter**: the first of semicolon, tab and comma that occurs in at least half of the first
+//!   rows (outside quotes; tabs in more than half). If there is none, runs of blanks separate the
+//!   fields. The delimiter need not occur in all rows, so that a broken row among the first ones is
+//!   recognized as broken.
+//! - **Header**: the first row is a header if none of the fields that the coordinates would come
+//!   from begins like a number. The columns are then found by name, in the order of [`X`], [`Y`]
+//!   and [`Z`], ignoring case.
 //!
-//! Lines that are blank or begin with `#` do not count. Decimal commas are an error and never guessed at: `1,234` may
-//! be either number.
+//! Blank lines and lines that begin with `#` do not count. Decimal commas are an error and never
+//! guessed: `1,234` may be either number.
 
 use crate::input::bytes::ByteInput;
 use crate::input::error::InputError;
@@ -19,17 +22,17 @@ use crate::input::formats::text_lines::{Lines, Sample, number};
 use crate::input::options::{Column, Columns};
 use crate::shown::excerpt;
 
-/// Names of a column with x, the better first.
+/// Names of a column with x, best first.
 const X: &[&str] = &["x", "lon", "longitude", "lng", "long", "easting", "east", "e"];
-/// Names of a column with y.
+/// Names of a column with y, best first.
 const Y: &[&str] = &["y", "lat", "latitude", "northing", "north", "n"];
-/// Names of a column with z.
+/// Names of a column with z, best first.
 const Z: &[&str] = &["z", "elevation", "elev", "height", "altitude", "alt"];
 
-/// The rows that tell the delimiter.
+/// The number of rows that determine the delimiter.
 const SAMPLE: usize = 20;
 
-/// A text at its first row.
+/// A text, positioned at its first row.
 pub struct Table {
     pub rows: Rows,
     /// The first row, if there is one.
@@ -50,7 +53,8 @@ impl Table {
         })
     }
 
-    /// Passes over the first row if it is a header, by its first so many fields.
+    /// Skips the first row if it is a header, judging by its first `columns` fields. Returns
+    /// whether it was one.
     pub fn skip_header(&mut self, columns: usize) -> Result<bool, InputError> {
         let is_header = self.has_rows && self.first.fields().iter().take(columns).all(|field| is_name(field));
         if is_header {
@@ -60,17 +64,17 @@ impl Table {
     }
 }
 
-/// Where the coordinates are in a row.
+/// The columns of the coordinates in a row.
 #[derive(Clone, Copy)]
 pub struct Layout {
-    /// Columns from 0.
+    /// The columns, counted from 0.
     pub x: usize,
     pub y: usize,
     pub z: Option<usize>,
 }
 
 impl Layout {
-    /// The coordinates of a row, or what is wrong with it.
+    /// Reads the coordinates of a row.
     #[inline]
     pub fn read(&self, row: &Rows) -> Result<(f64, f64, Option<f64>), Flaw> {
         let value = |n| row.field(n).and_then(number);
@@ -83,7 +87,7 @@ impl Layout {
         }
     }
 
-    /// Why a column of a row is no number.
+    /// Returns why column `n` of a row is not a number.
     #[cold]
     fn flaw(&self, row: &Rows, axis: char, n: usize) -> Flaw {
         let Some(field) = row.field(n) else {
@@ -102,7 +106,7 @@ impl Layout {
     }
 }
 
-/// Whether a field may be a column's name: it neither is nor begins like a number.
+/// Returns whether a field may be a column's name: it is not a number and does not begin like one.
 pub fn is_name(field: &[u8]) -> bool {
     let digits = field.trim_ascii_start();
     let digits = digits
@@ -113,7 +117,7 @@ pub fn is_name(field: &[u8]) -> bool {
     !field.is_empty() && !digits.first().is_some_and(u8::is_ascii_digit) && number(field).is_none()
 }
 
-/// Finds the columns in a header.
+/// Finds the columns of the coordinates in a header.
 pub fn header_layout(header: &Rows, columns: Option<&Columns>) -> Result<Layout, InputError> {
     let fields = header.fields();
     let names: Vec<String> = fields
@@ -131,7 +135,7 @@ pub fn header_layout(header: &Rows, columns: Option<&Columns>) -> Result<Layout,
     let need = |found: Option<usize>, wanted: &str| {
         found.ok_or_else(|| {
             let shown = excerpt(&fields.join(&b", "[..]));
-            let hint = "name the columns, or give their numbers from 1, with --columns x,y or --columns x,y,z";
+            let hint = "name the columns, or give their numbers from 1, with the option `columns` (x,y or x,y,z)";
             header
                 .lines
                 .malformed(format!("no column {wanted} in the header `{shown}`"), hint)
@@ -153,16 +157,16 @@ pub fn header_layout(header: &Rows, columns: Option<&Columns>) -> Result<Layout,
     })
 }
 
-/// The delimiter that the first rows tell.
+/// Determines the delimiter from the first rows.
 fn find_delimiter(sample: &Sample) -> u8 {
     let in_most = |delimiter: &u8| {
         let mut rows = Rows::new(sample.lines(), *delimiter);
         let (mut with, mut without) = (0, 0);
-        // With a wrong delimiter a quote may be open for too long: no matter.
+        // With a wrong delimiter a quote may stay open for too long; that does not matter.
         while with + without < SAMPLE && matches!(rows.next_row(), Ok(true)) {
             *(if rows.count() > 1 { &mut with } else { &mut without }) += 1;
         }
-        // Tabs may be mere blanks.
+        // Tabs may stand for blanks.
         with > 0 && with >= without + usize::from(*delimiter == b'\t')
     };
     b";\t,".iter().copied().find(in_most).unwrap_or(BLANKS)

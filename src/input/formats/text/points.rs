@@ -1,11 +1,13 @@
-//! Rows `x,y` or `x,y,z`, or with the columns that a header names.
+//! Rows `x,y` or `x,y,z`, or rows with the columns that a header names.
 //!
-//! - **No header**: the first two columns are x and y. The third is z if it is the last one, or the file is an `.xyz`,
-//!   and it is a number in the first row. Further columns are not read, which a note tells.
-//! - **`--columns`** overrides: by number from 1, or by a header's name. Without a third one there is no z.
+//! - **No header**: the first two columns are x and y. The third is z if it is the last one or the
+//!   file is an `.xyz`, and if it is a number in the first row. Further columns are not read, and a
+//!   note reports this.
+//! - **The option `columns`** overrides this, by number from 1 or by a header's name. Without a
+//!   third column there is no z.
 
 use crate::input::bytes::ByteInput;
-use crate::input::error::{InputError, Place};
+use crate::input::error::{InputError, Location};
 use crate::input::formats::text::columns::{Layout, Table, header_layout, is_name};
 use crate::input::formats::text::rows::Rows;
 use crate::input::formats::text_lines::number;
@@ -31,24 +33,25 @@ impl Points {
         } = Table::open(input)?;
         let mut notes = Vec::new();
         if !has_rows {
-            // Any layout will do.
+            // There are no rows, so any layout will do.
             let layout = Layout { x: 0, y: 1, z: None };
             return Ok(Self { rows, layout, notes });
         }
         let fields = first.fields();
         let chosen = match columns {
             Some(columns) => Chosen::by_option(columns),
-            None => Chosen::by_place(&fields, is_xyz(&path)),
+            None => Chosen::by_position(&fields, is_xyz(&path)),
         };
-        let mut at_hand = chosen.numbers().filter_map(|n| fields.get(n)).peekable();
-        let is_header = chosen.named || (at_hand.peek().is_some() && at_hand.all(|field| is_name(field)));
+        let mut coordinate_fields = chosen.numbers().filter_map(|n| fields.get(n)).peekable();
+        let is_header =
+            chosen.named || (coordinate_fields.peek().is_some() && coordinate_fields.all(|field| is_name(field)));
         let layout = if is_header {
             rows.next_row()?;
             header_layout(&first, columns)?
         } else {
             if columns.is_none() && fields.len() > chosen.count() {
                 notes.push(format!(
-                    "{}: no header; columns 1 to {} of {} are read, choose others with --columns",
+                    "{}: no header; columns 1 to {} of {} are read, choose others with the option `columns`",
                     shown::path(&path),
                     chosen.count(),
                     fields.len()
@@ -70,12 +73,12 @@ fn is_xyz(path: &Path) -> bool {
         .is_some_and(|name| name.ends_with(".xyz") || name.ends_with(".xyz.gz"))
 }
 
-/// The columns that hold coordinates if the first row is no header.
+/// The columns that hold coordinates if the first row is not a header.
 struct Chosen {
     x: usize,
     y: usize,
     z: Option<usize>,
-    /// They have names, so there must be a header.
+    /// Whether the columns are given by name, so that there must be a header.
     named: bool,
 }
 
@@ -93,7 +96,7 @@ impl Chosen {
         Self { x, y, z, named }
     }
 
-    fn by_place(fields: &[&[u8]], is_xyz: bool) -> Self {
+    fn by_position(fields: &[&[u8]], is_xyz: bool) -> Self {
         let third = fields.len() == 3 || (is_xyz && fields.len() > 3);
         Self {
             x: 0,
@@ -122,10 +125,10 @@ impl Reader<PointBatch> for Points {
             if !self.rows.next_row()? {
                 return Ok(false);
             }
-            let place = || Place::Line(self.rows.lines.row());
+            let location = || Location::Line(self.rows.lines.row());
             match self.layout.read(&self.rows) {
-                Ok((x, y, z)) => sink.point(x, y, z, place)?,
-                Err(flaw) => sink.invalid(place, &flaw)?,
+                Ok((x, y, z)) => sink.point(x, y, z, location)?,
+                Err(flaw) => sink.invalid(location, &flaw)?,
             }
         }
         Ok(true)

@@ -1,28 +1,30 @@
-//! Rows of delimited text (RFC 4180) and their fields, by `csv-core`.
+//! Rows of delimited text (RFC 4180) and their fields, parsed by `csv-core`.
 //!
-//! In: [`Lines`]. Out: row by row the fields, trimmed and without quotes; a quote counts at the beginning of a field only.
-//! The library is given a row line by line, and the next line as long as a quote is open, so that the lines can be
-//! counted, comments passed over and rows limited before anything is kept.
+//! In: [`Lines`]. Out: row by row the fields, trimmed and without quotes. A quote counts only at
+//! the beginning of a field. The library gets a row line by line, and the next line only while a
+//! quote is open. Thus lines are counted, comments skipped and the length of rows limited before
+//! anything is stored.
 //!
-//! Why `csv-core` and not `csv`, which is made of it: that gathers a field whose quotes are never closed in memory,
-//! however long.
+//! `csv-core` is used and not `csv`, which is built on it: `csv` gathers a field whose quotes are
+//! never closed in memory, however long the field is.
 
 use crate::input::error::InputError;
 use crate::input::formats::text_lines::Lines;
 use crate::shown::excerpt;
 use csv_core::{ReadRecordResult, Reader, ReaderBuilder, Terminator};
 
-/// The delimiter that stands for runs of spaces and tabs.
+/// The delimiter that means runs of spaces and tabs.
 pub const BLANKS: u8 = b' ';
 
 pub struct Rows {
     pub lines: Lines,
     delimiter: u8,
     csv: Reader,
-    /// The row's fields, one behind the other, and where each ends. Both are longer than what is in use.
+    /// The row's fields, concatenated, and the end of each. Both vectors may be longer than the
+    /// part in use.
     text: Vec<u8>,
     ends: Vec<usize>,
-    /// How many fields there are.
+    /// The number of fields.
     count: usize,
 }
 
@@ -42,7 +44,7 @@ impl Rows {
         }
     }
 
-    /// Goes to the next row; false at the end.
+    /// Reads the next row; returns false at the end.
     #[inline]
     pub fn next_row(&mut self) -> Result<bool, InputError> {
         self.count = 0;
@@ -57,13 +59,14 @@ impl Rows {
                     *byte = if *byte == b'\t' { BLANKS } else { *byte };
                 }
             }
-            // With this there is always room enough, and the library need not ask for more.
+            // This is always enough room, so the library never asks for more.
             let (bytes, ends) = (used + line.len() + 1, self.count + line.len() + 1);
             if self.text.len() < bytes || self.ends.len() < ends {
                 self.text.resize(bytes.max(self.text.len()), 0);
                 self.ends.resize(ends.max(self.ends.len()), 0);
             }
-            // A last line without an end gives no record; the empty line that comes then tells the library of the end.
+            // A last line without a line end gives no record. The empty line read after it then
+            // tells the library that the input has ended.
             let (result, _, bytes, fields) =
                 self.csv
                     .read_record(line, &mut self.text[used..], &mut self.ends[self.count..]);
@@ -80,7 +83,7 @@ impl Rows {
         Ok(true)
     }
 
-    /// Drops the empty fields, which are between the blanks of a run.
+    /// Removes the empty fields, which come from between the blanks of a run.
     fn drop_empty(&mut self) {
         let (mut kept, mut last) = (0, 0);
         for n in 0..self.count {
@@ -94,12 +97,12 @@ impl Rows {
         self.count = kept;
     }
 
-    /// The number of fields.
+    /// Returns the number of fields.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// A field, from 0.
+    /// Returns field `n`, counted from 0.
     #[inline]
     pub fn field(&self, n: usize) -> Option<&[u8]> {
         let end = *self.ends[..self.count].get(n)?;
@@ -107,12 +110,12 @@ impl Rows {
         Some(self.text[start..end].trim_ascii())
     }
 
-    /// All fields.
+    /// Returns all fields.
     pub fn fields(&self) -> Vec<&[u8]> {
         (0..self.count).filter_map(|n| self.field(n)).collect()
     }
 
-    /// The row for a message.
+    /// Returns the row as text for a message.
     pub fn excerpt(&self) -> String {
         excerpt(&self.fields().join(&self.delimiter))
     }
@@ -140,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_by_byte() {
+    fn a_byte_separates_fields_and_quotes_protect_it() {
         assert_eq!(rows("1, 2 ,3", b','), [["1", "2", "3"]]);
         assert_eq!(rows(",\n\n1,\r\n", b','), [["", ""], ["1", ""]]);
         assert_eq!(rows(r#""a,b" ,"c ""d"", e",f"#, b','), [["a,b", r#"c "d", e"#, "f"]]);
@@ -150,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_by_blanks() {
+    fn runs_of_blanks_separate_fields() {
         assert_eq!(rows(" 1 \t 2  3 \n\t4 5 6", BLANKS), [["1", "2", "3"], ["4", "5", "6"]]);
         assert_eq!(rows("\"a b\" 2\r\n # \"c\n3 4\r\n", BLANKS), [["a b", "2"], ["3", "4"]]);
     }

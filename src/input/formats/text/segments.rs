@@ -1,23 +1,23 @@
 //! Rows `x1,y1,x2,y2`.
 
 use crate::input::bytes::ByteInput;
-use crate::input::error::{InputError, Place, RecordKind};
+use crate::input::error::{InputError, Location, RecordKind};
 use crate::input::flaw::Flaw;
 use crate::input::formats::text::columns::Table;
 use crate::input::formats::text::rows::Rows;
 use crate::input::formats::text_lines::number;
 use crate::input::lines::{LineTally, SegmentBatch};
+use crate::input::point_z::PointZ;
 use crate::input::reader::{Reader, Sink};
-use crate::input::spot::Spot;
 
 pub struct Segments {
     rows: Rows,
-    /// The rows read.
+    /// The number of rows read.
     read: u64,
 }
 
 impl Segments {
-    /// Passes over a header.
+    /// Skips the header, if there is one.
     pub fn new(input: ByteInput) -> Result<Self, InputError> {
         let mut table = Table::open(input)?;
         table.skip_header(4)?;
@@ -34,9 +34,9 @@ impl Reader<SegmentBatch> for Segments {
             if !self.rows.next_row()? {
                 return Ok(false);
             }
-            let place = Place::Line(self.rows.lines.row());
+            let location = Location::Line(self.rows.lines.row());
             let ends = ends(&self.rows);
-            let ends = ends.map_err(|flaw| sink.wrong(RecordKind::Segment, sink.next(), place, &flaw))?;
+            let ends = ends.map_err(|flaw| sink.wrong(RecordKind::Segment, sink.next(), location, &flaw))?;
             sink.segment(ends, self.read);
             self.read += 1;
         }
@@ -51,13 +51,13 @@ impl Reader<SegmentBatch> for Segments {
     }
 }
 
-/// The ends that a row gives, or what is wrong with it.
-fn ends(row: &Rows) -> Result<[Spot; 2], Flaw> {
+/// Parses the ends that a row gives.
+fn ends(row: &Rows) -> Result<[PointZ; 2], Flaw> {
     let mut values = [0.0; 4];
     for (n, value) in values.iter_mut().enumerate() {
         let found = row.field(n).and_then(number);
         *value = found.ok_or_else(|| Flaw::SegmentRow { row: row.excerpt() })?;
     }
     let [a, b, c, d] = values;
-    Ok([Spot::new(a, b, None)?, Spot::new(c, d, None)?])
+    Ok([PointZ::new(a, b, None)?, PointZ::new(c, d, None)?])
 }

@@ -1,25 +1,25 @@
-//! Rows `x,y` or `x,y,id`, or with the columns that a header names.
+//! Rows `x,y` or `x,y,id`, or rows with the columns that a header names.
 
 use crate::input::bytes::ByteInput;
-use crate::input::error::{InputError, Place, RecordKind};
+use crate::input::error::{InputError, Location, RecordKind};
 use crate::input::flaw::Flaw;
 use crate::input::formats::text::columns::{Layout, Table, header_layout};
 use crate::input::formats::text::rows::Rows;
+use crate::input::point_z::PointZ;
 use crate::input::reader::{Reader, Sink};
 use crate::input::sites::{SiteBatch, SiteId};
-use crate::input::spot::Spot;
 
 pub struct Sites {
     rows: Rows,
     layout: Layout,
-    /// The column of the id, from 0.
+    /// The column of the id, counted from 0.
     id: Option<usize>,
 }
 
-const ID_HINT: &str = "give the name of a column, or its number from 1, with --site-id";
+const ID_HINT: &str = "the id field is the name of a column, or its number from 1";
 
 impl Sites {
-    /// Passes over a header.
+    /// Skips the header, if there is one.
     pub fn new(input: ByteInput, id_field: Option<&str>) -> Result<Self, InputError> {
         let mut table = Table::open(input)?;
         let has_header = table.skip_header(2)?;
@@ -30,7 +30,7 @@ impl Sites {
             false => (Layout { x: 0, y: 1, z: None }, &[][..]),
         };
         let id = match id_field {
-            // No rows: any column will do.
+            // There are no rows, so any column will do.
             Some(_) if !has_rows => None,
             Some(field) => {
                 let problem = || format!("no column `{field}` in the first row, `{}`", first.excerpt());
@@ -45,11 +45,11 @@ impl Sites {
         Ok(Self { rows, layout, id })
     }
 
-    fn read(&self) -> Result<(Spot, Option<SiteId>), Flaw> {
+    fn read(&self) -> Result<(PointZ, Option<SiteId>), Flaw> {
         let (x, y, z) = self.layout.read(&self.rows)?;
-        let spot = Spot::new(x, y, z)?;
+        let point_z = PointZ::new(x, y, z)?;
         let Some(column) = self.id else {
-            return Ok((spot, None));
+            return Ok((point_z, None));
         };
         let Some(field) = self.rows.field(column) else {
             return Err(Flaw::NoIdColumn {
@@ -57,11 +57,11 @@ impl Sites {
                 row: self.rows.excerpt(),
             });
         };
-        Ok((spot, Some(SiteId::from_field(field)?)))
+        Ok((point_z, Some(SiteId::from_field(field)?)))
     }
 }
 
-/// The column of this name, capitals notwithstanding.
+/// Returns the column with this name, ignoring case.
 fn named(header: &[&[u8]], name: &str) -> Option<usize> {
     let name = name.trim().to_lowercase();
     header
@@ -69,7 +69,7 @@ fn named(header: &[&[u8]], name: &str) -> Option<usize> {
         .position(|field| String::from_utf8_lossy(field).to_lowercase() == name)
 }
 
-/// The column of this number from 1, if there is one.
+/// Returns the column with this number, counted from 1, if there is one.
 fn numbered(number: &str, columns: usize) -> Option<usize> {
     number.parse::<usize>().ok()?.checked_sub(1).filter(|&n| n < columns)
 }
@@ -84,10 +84,10 @@ impl Reader<SiteBatch> for Sites {
             if !self.rows.next_row()? {
                 return Ok(false);
             }
-            let place = Place::Line(self.rows.lines.row());
+            let location = Location::Line(self.rows.lines.row());
             let site = self.read();
-            let (spot, id) = site.map_err(|flaw| sink.wrong(RecordKind::Site, sink.next(), place, &flaw))?;
-            sink.site(spot, id);
+            let (point_z, id) = site.map_err(|flaw| sink.wrong(RecordKind::Site, sink.next(), location, &flaw))?;
+            sink.site(point_z, id);
         }
         Ok(true)
     }

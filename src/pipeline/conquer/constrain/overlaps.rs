@@ -1,7 +1,7 @@
-//! Lines that run along each other: each stretch of the plane is walked along once, however many of them there are.
+//! Overlapping lines: each interval of a line is followed once, however many lines overlap there.
 //!
-//! In: pieces or segments, any number of them on one straight line. Out: the same, cut where others of their line begin or
-//! end, together with all that run along each part; or what they cover together.
+//! In: subsegments or segments, any number of them on one straight line. Out: the same, cut where
+//! others on their line begin or end, grouped by interval; or the union of those that overlap.
 //!
 //! ```text
 //!   a ●━━━━━━━━━━━━━━━━● c                  a ●━━━━━● b: a's
@@ -9,9 +9,9 @@
 //!                                           c ●━━━━━● d: b's
 //! ```
 //!
-//! What comes out may be far more than what goes in: of n lines that all run along each other each edge knows its n lines.
-//! That is what the file holds, so it has a limit, which the memory sets. A break line or a wall that runs along
-//! itself counts once; rings of obstacles count each time.
+//! The output may be far larger than the input: if n lines all overlap, each edge records n lines.
+//! The file holds that too, so it has a limit, which the memory sets. A break line or a wall that
+//! overlaps itself counts once; rings of obstacles count each time.
 
 use std::collections::BTreeMap;
 
@@ -19,42 +19,43 @@ use crate::collections::bucket_sort::bucket_sort;
 use crate::constraints::segment::Segment;
 use crate::geometry::{Point, compare_lines};
 use crate::pipeline::conquer::constrain::refusal::{Overlaps, Refusal};
-use crate::pipeline::records::Piece;
+use crate::pipeline::records::Subsegment;
 use crate::store::{EdgeSource, LineKind};
 
-/// From the lexicographically smaller end to the larger one.
+/// Returns the ends, the lexicographically smaller one first.
 fn in_order([a, b]: [Point; 2]) -> [Point; 2] {
     if a.lex_cmp(b).is_le() { [a, b] } else { [b, a] }
 }
 
-/// Cuts pieces where others on their line begin or end, and gives all that run along each part, which have the same ends.
+/// Cuts subsegments where others on their line begin or end. Passes to `take`, for each interval,
+/// all subsegments there, which have the same ends.
 pub(crate) fn for_each_part<E>(
-    pieces: &[Piece],
+    subsegments: &[Subsegment],
     point: impl Fn(u32) -> Point,
-    mut take: impl FnMut(&[Piece]) -> Result<(), E>,
+    mut take: impl FnMut(&[Subsegment]) -> Result<(), E>,
 ) -> Result<(), E> {
-    // From the smaller end to the larger one, as are the sources.
-    let along = |piece: &Piece| {
-        let [a, b] = piece.ends;
+    // From the smaller end to the larger one, and the source likewise.
+    let along = |subsegment: &Subsegment| {
+        let [a, b] = subsegment.ends;
         match point(a).lex_cmp(point(b)).is_lt() {
-            true => ([a, b], piece.source),
-            false => ([b, a], piece.source.reversed()),
+            true => ([a, b], subsegment.source),
+            false => ([b, a], subsegment.source.reversed()),
         }
     };
-    let mut pieces: Vec<([u32; 2], EdgeSource)> = pieces.iter().map(along).collect();
+    let mut subsegments: Vec<([u32; 2], EdgeSource)> = subsegments.iter().map(along).collect();
     let on = |ends: [u32; 2]| ends.map(&point);
     let lines = |a: [u32; 2], b: [u32; 2]| compare_lines(on(a), on(b));
-    pieces.sort_unstable_by(|(a, _), (b, _)| lines(*a, *b).then_with(|| point(a[0]).lex_cmp(point(b[0]))));
+    subsegments.sort_unstable_by(|(a, _), (b, _)| lines(*a, *b).then_with(|| point(a[0]).lex_cmp(point(b[0]))));
     let mut part = Vec::new();
-    for on_line in pieces.chunk_by(|a, b| lines(a.0, b.0).is_eq()) {
+    for on_line in subsegments.chunk_by(|a, b| lines(a.0, b.0).is_eq()) {
         let mut ends: Vec<([u32; 2], EdgeSource)> = on_line.to_vec();
         ends.sort_unstable_by(|(a, _), (b, _)| point(a[1]).lex_cmp(point(b[1])));
-        let mut places: Vec<u32> = on_line.iter().flat_map(|(ends, _)| *ends).collect();
-        places.sort_unstable_by(|&a, &b| point(a).lex_cmp(point(b)));
-        places.dedup();
+        let mut vertices: Vec<u32> = on_line.iter().flat_map(|(ends, _)| *ends).collect();
+        vertices.sort_unstable_by(|&a, &b| point(a).lex_cmp(point(b)));
+        vertices.dedup();
         let (mut starts, mut ends) = (on_line.iter().peekable(), ends.iter().peekable());
         let mut active: BTreeMap<EdgeSource, usize> = BTreeMap::new();
-        for pair in places.windows(2) {
+        for pair in vertices.windows(2) {
             let [from, to] = [pair[0], pair[1]];
             while let Some((_, source)) = ends.next_if(|(ends, _)| ends[1] == from) {
                 if let Some(count) = active.get_mut(source) {
@@ -73,7 +74,7 @@ pub(crate) fn for_each_part<E>(
                     LineKind::Obstacle => count,
                     LineKind::BreakLine | LineKind::Wall => 1,
                 };
-                part.extend(std::iter::repeat_n(Piece::new(from, to, source), copies));
+                part.extend(std::iter::repeat_n(Subsegment::new(from, to, source), copies));
             }
             if !part.is_empty() {
                 take(&part)?;
@@ -83,7 +84,7 @@ pub(crate) fn for_each_part<E>(
     Ok(())
 }
 
-/// What segments on one line cover together, without gaps, and those that do so.
+/// Returns the unions of overlapping segments on one line, without gaps, each with its segments.
 pub(crate) fn covered(segments: &mut [Segment]) -> impl Iterator<Item = ([Point; 2], &[Segment])> {
     let ends = |segment: &Segment| in_order(segment.ends);
     segments.sort_unstable_by(|a, b| {
@@ -110,53 +111,60 @@ pub(crate) fn covered(segments: &mut [Segment]) -> impl Iterator<Item = ([Point;
     })
 }
 
-/// Pieces, of which there may be so many.
+/// A list of subsegments with a limit.
 #[derive(Debug)]
-pub(crate) struct Limited {
-    pub(crate) pieces: Vec<Piece>,
+pub(crate) struct LimitedSubsegments {
+    pub(crate) subsegments: Vec<Subsegment>,
     most: usize,
-    /// When they are to be looked through for those that are there twice.
+    /// Length at which duplicates are removed.
     full: usize,
 }
 
-impl Limited {
+impl LimitedSubsegments {
     pub(crate) fn new(most: usize) -> Self {
         Self {
-            pieces: Vec::new(),
+            subsegments: Vec::new(),
             most,
             full: most,
         }
     }
 
-    pub(crate) fn push(&mut self, piece: Piece, place: Point) -> Result<(), Overlaps> {
-        self.pieces.push(piece);
-        if self.pieces.len() > self.full {
-            self.pieces.sort_unstable();
-            dedup(&mut self.pieces);
-            if self.pieces.len() > self.most {
+    pub(crate) fn push(&mut self, subsegment: Subsegment, point: Point) -> Result<(), Overlaps> {
+        self.subsegments.push(subsegment);
+        if self.subsegments.len() > self.full {
+            self.subsegments.sort_unstable();
+            dedup(&mut self.subsegments);
+            if self.subsegments.len() > self.most {
                 return Err(Overlaps {
-                    sources: self.pieces.len() as u64,
-                    place,
+                    sources: self.subsegments.len() as u64,
+                    point,
                 });
             }
-            self.full = self.most.max(2 * self.pieces.len());
+            self.full = self.most.max(2 * self.subsegments.len());
         }
         Ok(())
     }
 
-    /// In order, each once, but for rings of obstacles that run twice along an edge, which count twice.
+    /// Returns the subsegments sorted and without duplicates. Only rings of obstacles that run
+    /// along an edge twice count twice.
     ///
-    /// Their ends are below `vertices`.
-    pub(crate) fn sorted(self, vertices: usize) -> Vec<Piece> {
-        let mut pieces = bucket_sort(&self.pieces, vertices, |piece| piece.ends[0], |&piece| piece);
-        dedup(&mut pieces);
-        pieces
+    /// The ends are less than `vertices`.
+    pub(crate) fn sorted(self, vertices: usize) -> Vec<Subsegment> {
+        let mut subsegments = bucket_sort(
+            &self.subsegments,
+            vertices,
+            |subsegment| subsegment.ends[0],
+            |&subsegment| subsegment,
+        );
+        dedup(&mut subsegments);
+        subsegments
     }
 }
 
-/// Each once, of pieces in order; but rings of obstacles that run twice along an edge count twice.
-fn dedup(pieces: &mut Vec<Piece>) {
-    pieces.dedup_by(|a, b| a == b && a.source.kind() != LineKind::Obstacle);
+/// Removes duplicates from sorted subsegments. Only rings of obstacles that run along an edge twice
+/// count twice.
+fn dedup(subsegments: &mut Vec<Subsegment>) {
+    subsegments.dedup_by(|a, b| a == b && a.source.kind() != LineKind::Obstacle);
 }
 
 impl From<Overlaps> for Refusal {
@@ -173,8 +181,8 @@ mod tests {
 
     use super::*;
 
-    /// Places on a few lines of different slope through the origin of a grid.
-    fn place(line: u32, step: u32) -> Point {
+    /// Points on a few lines of different slopes on a grid.
+    fn grid_point(line: u32, step: u32) -> Point {
         let (line, step) = (f64::from(line), f64::from(step));
         [
             Point::new(step, 100.0),
@@ -192,32 +200,32 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
         #[test]
-        fn every_part_has_all_that_run_along_it(
+        fn every_interval_has_all_subsegments_that_run_along_it(
             given in prop::collection::vec((0u32..3, 0u32..20, 0u32..20, 0u64..6), 0..40),
         ) {
-            let point = |v: u32| place(v / 20, v % 20);
+            let point = |v: u32| grid_point(v / 20, v % 20);
             let given = given.into_iter().filter(|(_, a, b, _)| a != b);
-            let pieces: Vec<Piece> = given
-                .map(|(line, a, b, number)| Piece::new(20 * line + a, 20 * line + b, source(number)))
+            let subsegments: Vec<Subsegment> = given
+                .map(|(line, a, b, number)| Subsegment::new(20 * line + a, 20 * line + b, source(number)))
                 .collect();
-            // Each step of each line, with what runs along it.
-            let mut expected: Vec<Piece> = Vec::new();
-            for piece in &pieces {
-                let [a, b] = piece.ends;
-                expected.extend((a..b).map(|step| Piece::new(step, step + 1, piece.source)));
+            // The unit steps of each line, with their sources.
+            let mut expected: Vec<Subsegment> = Vec::new();
+            for subsegment in &subsegments {
+                let [a, b] = subsegment.ends;
+                expected.extend((a..b).map(|step| Subsegment::new(step, step + 1, subsegment.source)));
             }
-            let mut found: Vec<Piece> = Vec::new();
-            for_each_part(&pieces, point, |part| {
+            let mut found: Vec<Subsegment> = Vec::new();
+            for_each_part(&subsegments, point, |part| {
                 prop_assert!(part.windows(2).all(|pair| pair[0].ends == pair[1].ends));
-                for piece in part {
-                    let [a, b] = piece.ends;
-                    found.extend((a..b).map(|step| Piece::new(step, step + 1, piece.source)));
+                for subsegment in part {
+                    let [a, b] = subsegment.ends;
+                    found.extend((a..b).map(|step| Subsegment::new(step, step + 1, subsegment.source)));
                 }
                 Ok(())
             })?;
             expected.sort_unstable();
             dedup(&mut expected);
-            // Nothing comes twice, but rings of obstacles.
+            // There are no duplicates, except rings of obstacles.
             let before = found.len();
             found.sort_unstable();
             dedup(&mut found);
@@ -226,13 +234,13 @@ mod tests {
         }
 
         #[test]
-        fn what_is_covered_has_no_gaps(
+        fn unions_of_overlapping_segments_have_no_gaps(
             given in prop::collection::vec((0u32..3, 0u32..20, 0u32..20), 0..30),
         ) {
             let mut segments: Vec<Segment> = given
                 .iter()
                 .filter(|(_, a, b)| a != b)
-                .map(|&(line, a, b)| Segment { ends: [place(line, a), place(line, b)], source: source(0) })
+                .map(|&(line, a, b)| Segment { ends: [grid_point(line, a), grid_point(line, b)], source: source(0) })
                 .collect();
             let mut steps: Vec<(u32, u32)> = given.iter().flat_map(|&(line, a, b)| (a.min(b)..a.max(b)).map(move |step| (line, step))).collect();
             steps.sort_unstable();
@@ -253,16 +261,17 @@ mod tests {
     }
 
     #[test]
-    fn more_than_there_may_be() {
-        let mut limited = Limited::new(10);
-        let piece = |number| Piece::new(0, 1, EdgeSource::new(LineKind::Wall, number));
+    fn a_list_refuses_more_subsegments_than_its_limit() {
+        let mut limited = LimitedSubsegments::new(10);
+        let subsegment = |number| Subsegment::new(0, 1, EdgeSource::new(LineKind::Wall, number));
         for round in 0..100 {
-            limited.push(piece(round % 10), place(0, 0)).unwrap();
+            limited.push(subsegment(round % 10), grid_point(0, 0)).unwrap();
         }
-        assert!(limited.pieces.len() <= 20);
-        let all: Result<(), Overlaps> = (0..11).try_for_each(|number| limited.push(piece(number), place(0, 3)));
-        let refused = all.and_then(|()| (0..11).try_for_each(|_| limited.push(piece(0), place(0, 3))));
-        assert_eq!(refused.unwrap_err().place, place(0, 3));
+        assert!(limited.subsegments.len() <= 20);
+        let all: Result<(), Overlaps> =
+            (0..11).try_for_each(|number| limited.push(subsegment(number), grid_point(0, 3)));
+        let refused = all.and_then(|()| (0..11).try_for_each(|_| limited.push(subsegment(0), grid_point(0, 3))));
+        assert_eq!(refused.unwrap_err().point, grid_point(0, 3));
         let none: Result<(), Infallible> = for_each_part(&[], |_| Point::default(), |_| Ok(()));
         none.unwrap();
     }

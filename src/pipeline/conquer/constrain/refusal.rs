@@ -1,26 +1,26 @@
-//! Why segments cannot be edges.
+//! The reasons why segments cannot become edges.
 
 use crate::geometry::Point;
 
-/// Two segments cross, or a piece cannot be placed.
+/// Two segments cross, or a subsegment cannot be inserted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossed {
-    /// A piece, or the end of one.
-    pub(crate) piece: [Point; 2],
+    /// A subsegment, or the rest of one.
+    pub(crate) subsegment: [Point; 2],
     /// The constraint that it crosses.
     pub(crate) edge: [Point; 2],
 }
 
-/// So many lines run along each other that what edges know of them does not fit in memory.
+/// The sources of overlapping lines do not fit in memory.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Overlaps {
-    /// Lines along edges of one node, at least.
+    /// Number of subsegments on the edges of one node, at least.
     pub(crate) sources: u64,
-    /// Where.
-    pub(crate) place: Point,
+    /// A point on the overlapping lines.
+    pub(crate) point: Point,
 }
 
-/// Why segments cannot be edges.
+/// The reason why segments cannot become edges.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Refusal {
     Crossed(Crossed),

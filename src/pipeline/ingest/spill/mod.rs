@@ -1,15 +1,19 @@
-//! Points that outgrow the memory: distributed, as they come, to a run on disk for each cell of the plane.
+//! Points that outgrow the memory are distributed, as they arrive, to a run on disk for each cell
+//! of the plane.
 //!
-//! In: a sample and all points. Out: a [`Plan`] of blocks that fit in memory, each with its runs.
+//! In: a sample and all points. Out: a [`BlockPlan`](crate::pipeline::plan::BlockPlan) of blocks
+//! that fit in memory, each with its runs.
 //!
 //! ```text
-//! sample ─▶ cells ─▶ points, one pass ─▶ run of each cell ─▶ runs that are too long: again, from their own sample
-//!                                                         └▶ neighbours that fit together: one block
+//! sample ─▶ cells ─▶ points, one pass ─▶ run of each cell ─▶ long runs: split by own sample
+//!                                                         └▶ short neighbours: one block
 //! ```
 //!
-//! Cells are cut finer than blocks need to be, and joined once their points are counted. So points are written once and read
-//! once, whatever their order, as long as the sample tells how they lie; where it does not (a stream that is sorted, say, whose
-//! beginning was taken for a sample), twice. (The design spools a stream to sample it, which writes and reads everything twice.)
+//! Cells are cut finer than blocks need to be, and joined once their points are counted. So points
+//! are written once and read once, in any order, as long as the sample represents their
+//! distribution. Where it does not, they are written and read twice: an example is a sorted stream
+//! whose beginning served as the sample. (The design spools a stream to sample it, which writes and
+//! reads everything twice.)
 
 pub(crate) mod resplit;
 pub(crate) mod run;
@@ -29,7 +33,7 @@ pub(crate) use crate::store::format::cell_index::CellIndex;
 pub(crate) use resplit::{damaged, read_points};
 use run::RunWriter;
 
-/// Points of a sample that are looked at: a cell of 1/512 has 128.
+/// Number of points of a sample that are used: a cell of 1/512 has 128.
 pub(crate) const SAMPLE: usize = 1 << 16;
 
 /// Distributes points to the runs of cells.
@@ -40,11 +44,11 @@ pub(crate) struct Spill {
     index: CellIndex,
     runs: Vec<RunWriter>,
     has_z: bool,
-    /// The cell of each point of a batch; kept for its memory.
+    /// The cell of each point of a batch; reused to keep its memory.
     cells: Vec<u32>,
 }
 
-/// What came of it: the cells, and the run of each.
+/// The result of distributing points: the cells, and the run of each.
 #[derive(Debug)]
 pub(crate) struct Spilled {
     pub(crate) tree: KdTree,
@@ -53,8 +57,8 @@ pub(crate) struct Spilled {
 }
 
 impl Spill {
-    /// Cuts the plane into about so many cells, as a sample of at least one point tells. Runs are numbered from
-    /// `first_run` on, and their buffers take so many bytes together.
+    /// Cuts the plane into about `cells` cells by a sample of at least one point. Runs are numbered
+    /// from `first_run` on. Their buffers take `buffers` bytes together.
     pub(crate) fn new(folder: &Path, sample: &[Point], cells: usize, buffers: usize, first_run: u32) -> Self {
         let step = sample.len().div_ceil(SAMPLE);
         let items = sample.iter().step_by(step.max(1));
@@ -74,26 +78,26 @@ impl Spill {
         }
     }
 
-    /// The work folder.
+    /// Returns the work folder.
     pub(crate) fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Takes the points of a batch.
+    /// Distributes the points of a batch.
     pub(crate) fn push(&mut self, batch: &PointBatch) -> io::Result<()> {
         if !batch.z.is_empty() {
             self.begin_z()?;
         }
         self.cells.clear();
         self.index.cells_of(&batch.points, &mut self.cells);
-        for (place, (&cell, &point)) in self.cells.iter().zip(&batch.points).enumerate() {
-            let z = self.has_z.then(|| batch.z.get(place).copied().unwrap_or(NO_Z));
-            self.runs[cell as usize].push(point.normalized(), z, batch.records[place])?;
+        for (index, (&cell, &point)) in self.cells.iter().zip(&batch.points).enumerate() {
+            let z = self.has_z.then(|| batch.z.get(index).copied().unwrap_or(NO_Z));
+            self.runs[cell as usize].push(point.normalized(), z, batch.records[index])?;
         }
         Ok(())
     }
 
-    /// Takes all points of a store.
+    /// Distributes all points of a store.
     pub(crate) fn push_store(&mut self, store: &PointStore) -> io::Result<()> {
         let attributes = &store.attributes;
         if attributes.has_z() {
@@ -114,7 +118,7 @@ impl Spill {
         self.runs[cell as usize].push(point, self.has_z.then_some(z), record)
     }
 
-    /// From here on points have z.
+    /// Switches to points with z.
     fn begin_z(&mut self) -> io::Result<()> {
         if !self.has_z {
             self.has_z = true;
@@ -125,13 +129,13 @@ impl Spill {
         Ok(())
     }
 
-    /// Writes what is in the buffers, and tells what the runs are by now, and the tree of their cells.
+    /// Writes the buffers. Returns the current runs and the tree of their cells.
     pub(crate) fn flush(&mut self) -> io::Result<(Vec<Run>, KdTree)> {
         let runs: io::Result<_> = self.runs.iter_mut().map(RunWriter::flushed).collect();
         Ok((runs?, self.tree.clone()))
     }
 
-    /// Writes what is left in the buffers.
+    /// Writes the buffers and returns the result.
     pub(crate) fn finish(self) -> io::Result<Spilled> {
         let runs = self.runs.into_iter().map(RunWriter::finish);
         Ok(Spilled {

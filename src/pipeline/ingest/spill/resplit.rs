@@ -1,4 +1,4 @@
-//! From runs to blocks: runs that are too long are split again, neighbours that are short are joined.
+//! Makes blocks from runs: splits long runs again, and joins short neighbours.
 
 use std::fs::File;
 use std::os::unix::fs::FileExt;
@@ -11,31 +11,31 @@ use crate::pipeline::ingest::point_store::Record;
 use crate::pipeline::ingest::spill::run::{HEADER, chunk_length, decode_chunk};
 use crate::pipeline::ingest::spill::{SAMPLE, Spill, Spilled};
 use crate::pipeline::options::{DuplicateRule, Duplicates, Progress};
-use crate::pipeline::plan::{Block, Plan, Run};
+use crate::pipeline::plan::{Block, BlockPlan, Run};
 use crate::shown;
 use crate::store::{KdNode, KdTree, TileId};
 
-/// How large things may be.
+/// Limits of splitting.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Limits {
-    /// Points of a block.
+pub(crate) struct SplitLimits {
+    /// Most points of a block.
     pub(crate) block_points: u64,
-    /// Cells that points are distributed to at once.
+    /// Most cells that points are distributed to at once.
     pub(crate) cells: usize,
     /// Bytes of the buffers of all cells together.
     pub(crate) buffers: usize,
 }
 
 /// A part of the plane: a cell with its run, or two parts.
-enum Part {
+enum RunTree {
     Run(Run),
-    Cut { cut: KdNode, children: Box<[Part; 2]> },
+    Cut { cut: KdNode, children: Box<[RunTree; 2]> },
 }
 
-/// What is known while runs are split.
+/// The state while runs are split.
 struct Splitting<'a> {
     folder: &'a Path,
-    limits: Limits,
+    limits: SplitLimits,
     rule: DuplicateRule,
     progress: &'a Progress,
     has_z: bool,
@@ -45,14 +45,15 @@ struct Splitting<'a> {
     bytes_rewritten: u64,
 }
 
-/// Makes blocks of runs: each fits in memory, and no two neighbours in the tree could be one.
+/// Makes blocks from runs. Each fits in memory, and no two neighbours in the tree could be one
+/// block.
 pub(crate) fn plan_blocks(
     spilled: Spilled,
     folder: &Path,
-    limits: Limits,
+    limits: SplitLimits,
     rule: DuplicateRule,
     progress: &Progress,
-) -> io::Result<Plan> {
+) -> io::Result<BlockPlan> {
     let mut splitting = Splitting {
         folder,
         limits,
@@ -67,12 +68,12 @@ pub(crate) fn plan_blocks(
     let bytes_written = spilled.runs.iter().map(|run| run.length).sum();
     let points = spilled.runs.iter().map(|run| run.points).sum();
     if points == 0 {
-        return Ok(Plan::default());
+        return Ok(BlockPlan::default());
     }
-    let part = splitting.split(part_of(&spilled.tree, &spilled.runs))?;
+    let subtree = splitting.split(run_tree(&spilled.tree, &spilled.runs))?;
     let (mut nodes, mut blocks) = (Vec::new(), Vec::new());
-    join(part, limits.block_points, &mut nodes, &mut blocks);
-    Ok(Plan {
+    join(subtree, limits.block_points, &mut nodes, &mut blocks);
+    Ok(BlockPlan {
         tree: KdTree::new(nodes).map_err(io::Error::other)?,
         blocks,
         points,
@@ -84,11 +85,11 @@ pub(crate) fn plan_blocks(
     })
 }
 
-fn part_of(tree: &KdTree, runs: &[Run]) -> Part {
-    fn below(tree: &KdTree, node: u32, runs: &[Run]) -> Part {
+fn run_tree(tree: &KdTree, runs: &[Run]) -> RunTree {
+    fn below(tree: &KdTree, node: u32, runs: &[Run]) -> RunTree {
         match tree.nodes()[node as usize] {
-            KdNode::Leaf(cell) => Part::Run(runs[cell.0 as usize].clone()),
-            cut @ (KdNode::X { right, .. } | KdNode::Y { right, .. }) => Part::Cut {
+            KdNode::Leaf(cell) => RunTree::Run(runs[cell.0 as usize].clone()),
+            cut @ (KdNode::X { right, .. } | KdNode::Y { right, .. }) => RunTree::Cut {
                 cut,
                 children: Box::new([below(tree, node + 1, runs), below(tree, right, runs)]),
             },
@@ -98,32 +99,33 @@ fn part_of(tree: &KdTree, runs: &[Run]) -> Part {
 }
 
 impl Splitting<'_> {
-    /// Splits what is too long.
-    fn split(&mut self, part: Part) -> io::Result<Part> {
-        match part {
-            Part::Cut { cut, children } => {
+    /// Splits all runs that are too long.
+    fn split(&mut self, subtree: RunTree) -> io::Result<RunTree> {
+        match subtree {
+            RunTree::Cut { cut, children } => {
                 let [left, right] = *children;
-                Ok(Part::Cut {
+                Ok(RunTree::Cut {
                     cut,
                     children: Box::new([self.split(left)?, self.split(right)?]),
                 })
             }
-            Part::Run(run) if run.points > self.limits.block_points => {
-                let part = self.split_run(&run)?;
-                self.split(part)
+            RunTree::Run(run) if run.points > self.limits.block_points => {
+                let subtree = self.split_run(&run)?;
+                self.split(subtree)
             }
             whole => Ok(whole),
         }
     }
 
-    /// Distributes a run to cells of its own. At least two get something, or else many equal points become one.
-    fn split_run(&mut self, run: &Run) -> io::Result<Part> {
+    /// Distributes a run to cells of its own. Either at least two of them get points, or many equal
+    /// points are merged into one.
+    fn split_run(&mut self, run: &Run) -> io::Result<RunTree> {
         let path = run.path(self.folder);
         let _span = tracing::debug_span!("split", run = run.number, points = run.points).entered();
         let mut reader = RunReader::open(&path, run.length)?;
         let sample = reader.sample()?;
         let cells = (4 * run.points / self.limits.block_points).min(self.limits.cells as u64) as usize;
-        let mut heavy = Heavy::of(&sample, self.rule);
+        let mut heavy = HeavyPoints::of(&sample, self.rule);
         let mut spill = Spill::new(self.folder, &sample, cells.max(4), self.limits.buffers, self.next_run);
         spill.has_z = self.has_z;
         reader.offset = 0;
@@ -152,26 +154,26 @@ impl Splitting<'_> {
         self.bytes_read += run.length;
         self.bytes_rewritten += spilled.runs.iter().map(|run| run.length).sum::<u64>();
         fs::remove_file(&path)?;
-        Ok(part_of(&spilled.tree, &spilled.runs))
+        Ok(run_tree(&spilled.tree, &spilled.runs))
     }
 }
 
-/// Joins neighbours that together have no more than `most` points to one block. A cell without points goes to its
-/// neighbour.
-fn join(part: Part, most: u64, nodes: &mut Vec<KdNode>, blocks: &mut Vec<Block>) {
-    match part {
-        Part::Cut { cut, children } if points(&children[0]) + points(&children[1]) > most => {
+/// Joins neighbours that together have no more than `most` points into one block. A cell without
+/// points is joined with its neighbour.
+fn join(subtree: RunTree, most: u64, nodes: &mut Vec<KdNode>, blocks: &mut Vec<Block>) {
+    match subtree {
+        RunTree::Cut { cut, children } if points(&children[0]) + points(&children[1]) > most => {
             let [left, right] = *children;
             if points(&left) == 0 {
                 return join(right, most, nodes, blocks);
             } else if points(&right) == 0 {
                 return join(left, most, nodes, blocks);
             }
-            let place = nodes.len();
+            let index = nodes.len();
             nodes.push(cut);
             join(left, most, nodes, blocks);
             let behind = nodes.len() as u32;
-            if let KdNode::X { right, .. } | KdNode::Y { right, .. } = &mut nodes[place] {
+            if let KdNode::X { right, .. } | KdNode::Y { right, .. } = &mut nodes[index] {
                 *right = behind;
             }
             join(right, most, nodes, blocks);
@@ -185,52 +187,52 @@ fn join(part: Part, most: u64, nodes: &mut Vec<KdNode>, blocks: &mut Vec<Block>)
     }
 }
 
-fn points(part: &Part) -> u64 {
-    match part {
-        Part::Run(run) => run.points,
-        Part::Cut { children, .. } => children.iter().map(points).sum(),
+fn points(subtree: &RunTree) -> u64 {
+    match subtree {
+        RunTree::Run(run) => run.points,
+        RunTree::Cut { children, .. } => children.iter().map(points).sum(),
     }
 }
 
-fn gather(part: Part, block: &mut Block) {
-    match part {
-        Part::Run(run) => {
+fn gather(subtree: RunTree, block: &mut Block) {
+    match subtree {
+        RunTree::Run(run) => {
             block.points += run.points;
             block.runs.extend((run.points > 0).then_some(run));
         }
-        Part::Cut { children, .. } => children.into_iter().for_each(|part| gather(part, block)),
+        RunTree::Cut { children, .. } => children.into_iter().for_each(|subtree| gather(subtree, block)),
     }
 }
 
-/// Places at which so many points of a run lie that they are merged while they pass.
-struct Heavy {
-    places: Vec<(Point, Vec<Record>)>,
+/// Positions shared by so large a share of a run's points that these are merged as they pass.
+struct HeavyPoints {
+    points: Vec<(Point, Vec<Record>)>,
     rule: DuplicateRule,
     taken: u64,
 }
 
-impl Heavy {
-    /// The places that more than a sixteenth of the sample shares.
+impl HeavyPoints {
+    /// Finds the positions that more than a sixteenth of the sample shares.
     fn of(sample: &[Point], rule: DuplicateRule) -> Self {
         let mut sorted = sample.to_vec();
         sorted.sort_unstable_by(|a, b| a.lex_cmp(*b));
         let groups = sorted.chunk_by(|a, b| a == b);
         let heavy = groups.filter(|group| group.len() > 1 && group.len() > sample.len() / 16);
         Self {
-            places: heavy.map(|group| (group[0], Vec::new())).collect(),
+            points: heavy.map(|group| (group[0], Vec::new())).collect(),
             rule,
             taken: 0,
         }
     }
 
-    /// Takes a point if it lies at such a place.
+    /// Takes a point if it is at such a position. Returns whether it did.
     fn take(&mut self, record: Record) -> bool {
-        let Some((_, kept)) = self.places.iter_mut().find(|(place, _)| *place == record.point) else {
+        let Some((_, kept)) = self.points.iter_mut().find(|(point, _)| *point == record.point) else {
             return false;
         };
         self.taken += 1;
         if self.rule.duplicates == Duplicates::Error && record.record < self.rule.first_end {
-            // The first two are what the error tells.
+            // The error names the first two.
             kept.push(record);
             kept.sort_unstable_by_key(|kept| kept.record);
             kept.truncate(2);
@@ -245,7 +247,7 @@ impl Heavy {
     }
 
     fn kept(self) -> impl Iterator<Item = Record> {
-        self.places.into_iter().flat_map(|(_, kept)| kept)
+        self.points.into_iter().flat_map(|(_, kept)| kept)
     }
 }
 
@@ -267,7 +269,7 @@ impl<'a> RunReader<'a> {
         })
     }
 
-    /// The length of the chunk at the offset; 0 at the end.
+    /// Returns the length of the chunk at the offset; 0 at the end.
     fn peek(&self) -> io::Result<usize> {
         if self.offset == self.length {
             return Ok(0);
@@ -277,7 +279,7 @@ impl<'a> RunReader<'a> {
         chunk_length(&header, self.length - self.offset).map_err(|problem| damaged(self.path, problem))
     }
 
-    /// Reads the next chunk; false at the end.
+    /// Reads the next chunk. Returns `false` at the end.
     fn next(&mut self, chunk: &mut Vec<u8>) -> io::Result<bool> {
         let length = self.peek()?;
         chunk.resize(length, 0);
@@ -286,9 +288,9 @@ impl<'a> RunReader<'a> {
         Ok(length > 0)
     }
 
-    /// Points from chunks all over the run.
+    /// Samples points from chunks all over the run.
     fn sample(&mut self) -> io::Result<Vec<Point>> {
-        /// Chunks that are looked at.
+        /// Most chunks sampled.
         const CHUNKS: usize = 64;
         let mut starts = Vec::new();
         loop {
@@ -313,7 +315,7 @@ impl<'a> RunReader<'a> {
     }
 }
 
-/// Gives the points of a run, chunk by chunk.
+/// Passes the points of a run to `take`, chunk by chunk.
 pub(crate) fn read_points(run: &Run, folder: &Path, take: &mut dyn FnMut(&[Point])) -> io::Result<()> {
     if run.length == 0 {
         return Ok(());
@@ -329,13 +331,13 @@ pub(crate) fn read_points(run: &Run, folder: &Path, take: &mut dyn FnMut(&[Point
     Ok(())
 }
 
-/// What is wrong with a run, as an error of reading it.
+/// Returns an I/O error for a damaged run.
 pub(crate) fn damaged(path: &Path, problem: &str) -> io::Error {
     let message = format!("{}: {problem}: the work is damaged, start again", shown::path(path));
     io::Error::new(io::ErrorKind::InvalidData, message)
 }
 
-/// Fails if runs that will be needed are not there, before anything is changed.
+/// Checks that all runs of `blocks` exist and are complete, before anything is changed.
 pub(crate) fn check_runs(blocks: &[Block], folder: &Path) -> Result<(), BuildError> {
     for run in blocks.iter().flat_map(|block| &block.runs) {
         let path = run.path(folder);

@@ -1,16 +1,17 @@
 //! A run: the points of one cell, in a file of checksummed chunks.
 //!
 //! ```text
-//! chunk   0  CRC-32C of what follows      u32
-//!         4  bytes behind the header      u32
-//!         8  points                       u32
-//!        12  1 if the points have z       u32
-//!        16  x, y of each                 f64
-//!            z of each, if there are any  f64
-//!            record of each, less the one before: zigzag, 7 bits to the byte; the first less 0
+//! chunk   0  CRC-32C of the rest of the chunk     u32
+//!         4  bytes after the header               u32
+//!         8  points                               u32
+//!        12  1 if the points have z               u32
+//!        16  x, y of each                         f64
+//!            z of each, if there are any          f64
+//!            record of each, less the previous one (the first: less 0): zigzag, 7 bits to the byte
 //! ```
 //!
-//! All little-endian. The records of a cell come almost in order, so most take a byte or two.
+//! All numbers are little-endian. The records of a cell come almost in order, so most take a byte
+//! or two.
 
 use std::fs::File;
 use std::io;
@@ -24,15 +25,15 @@ use crate::pipeline::plan::{Run, path_of_run};
 
 /// Bytes of a chunk's header.
 pub(crate) const HEADER: usize = 16;
-/// The most bytes that a point takes in a chunk.
+/// Most bytes of a point in a chunk.
 const MAX_POINT: usize = 16 + 8 + 10;
 
-/// A run while it is written: whole chunks go to the end of its file.
+/// A run while it is written. Whole chunks are appended to its file.
 #[derive(Debug)]
 pub(crate) struct RunWriter {
     run: Run,
     path: PathBuf,
-    /// Made with the first chunk.
+    /// Created with the first chunk.
     file: Option<File>,
     coordinates: Vec<u8>,
     z: Vec<u8>,
@@ -43,7 +44,7 @@ pub(crate) struct RunWriter {
 }
 
 impl RunWriter {
-    /// Starts a run with a buffer of so many bytes.
+    /// Starts a run with a buffer of `buffer` bytes.
     pub(crate) fn new(folder: &Path, number: u32, buffer: usize) -> Self {
         Self {
             run: Run {
@@ -60,7 +61,7 @@ impl RunWriter {
         }
     }
 
-    /// Adds a point; whether the run's points have z must not change.
+    /// Adds a point. Either all or none of the points of a chunk must have z.
     #[inline]
     pub(crate) fn push(&mut self, point: Point, z: Option<f64>, record: u64) -> io::Result<()> {
         let coordinates = [point.x.to_le_bytes(), point.y.to_le_bytes()];
@@ -76,7 +77,7 @@ impl RunWriter {
         Ok(())
     }
 
-    /// Ends the chunk.
+    /// Ends the chunk and writes it.
     pub(crate) fn flush(&mut self) -> io::Result<()> {
         if self.coordinates.is_empty() {
             return Ok(());
@@ -105,20 +106,21 @@ impl RunWriter {
         Ok(())
     }
 
-    /// Ends the chunk, and tells what the run is by now.
+    /// Ends the chunk and writes it. Returns the run so far.
     pub(crate) fn flushed(&mut self) -> io::Result<Run> {
         self.flush()?;
         Ok(self.run.clone())
     }
 
-    /// Writes what is left.
+    /// Writes the last chunk and returns the run.
     pub(crate) fn finish(mut self) -> io::Result<Run> {
         self.flush()?;
         Ok(self.run)
     }
 }
 
-/// The length of the chunk that begins so, header included; an error says what is wrong.
+/// Returns the length of the chunk with this header, including the header. `left` is the number of
+/// bytes from the chunk's start to the end of the run. The error says what is wrong.
 pub(crate) fn chunk_length(header: &[u8; HEADER], left: u64) -> Result<usize, &'static str> {
     let word = |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
     let (length, points) = (word(4) as usize, word(8) as usize);
@@ -131,7 +133,7 @@ pub(crate) fn chunk_length(header: &[u8; HEADER], left: u64) -> Result<usize, &'
     Ok(HEADER + length)
 }
 
-/// Hands on the points of a whole chunk; an error says what is wrong.
+/// Passes the points of a whole chunk to `take`. The error says what is wrong.
 pub(crate) fn decode_chunk(chunk: &[u8], mut take: impl FnMut(Record)) -> Result<(), &'static str> {
     let word = |at: usize| u32::from_le_bytes([chunk[at], chunk[at + 1], chunk[at + 2], chunk[at + 3]]);
     if word(0) != crc32c::crc32c(&chunk[4..]) {

@@ -1,4 +1,4 @@
-//! Nodes and obstacle edges, and what leaves a node along them.
+//! Nodes and obstacle edges, and the rays that leave a node along them.
 
 use foldhash::HashMap;
 
@@ -8,16 +8,16 @@ use crate::query::answer::{WayPoint, distance};
 /// No node, or no ray.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// A piece of an obstacle's boundary, or of a wall.
+/// A subsegment of an obstacle's boundary, or of a wall.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge {
     pub(super) nodes: [u32; 2],
     pub(super) points: [Point; 2],
-    /// Whether one may be on its left, and on its right.
+    /// Whether the left side is free, and whether the right side is.
     pub(super) free: [bool; 2],
 }
 
-/// A node: where it is, the vertex if it is one, and the first of the rays that leave it along edges.
+/// A node: its point, its vertex if it is one, and the first of the rays that leave it along edges.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     way_point: WayPoint,
@@ -26,7 +26,8 @@ pub(super) struct Node {
 
 /// Nodes and obstacle edges.
 ///
-/// Edges must not cross, and no node may lie within one: an edge with a point on it is two.
+/// Edges must not cross, and no node may be inside an edge: an edge with a point on it is two
+/// edges.
 #[derive(Debug, Default)]
 pub(crate) struct LocalGraph {
     pub(super) nodes: Vec<Node>,
@@ -37,7 +38,7 @@ pub(crate) struct LocalGraph {
 }
 
 impl LocalGraph {
-    /// The node at a point; a new one if there is none.
+    /// Returns the node at a point, and adds it if there is none.
     pub(crate) fn node(&mut self, way_point: WayPoint) -> u32 {
         let point = way_point.0;
         let number = self.nodes.len() as u32;
@@ -54,7 +55,7 @@ impl LocalGraph {
         node
     }
 
-    /// Adds an edge, with whether one may be on its left and on its right.
+    /// Adds an edge. `free` tells whether its left side and its right side are free.
     pub(crate) fn add_edge(&mut self, ends: [WayPoint; 2], free: [bool; 2]) {
         let nodes = ends.map(|end| self.node(end));
         let ray = self.next_rays.len() as u32;
@@ -73,7 +74,7 @@ impl LocalGraph {
         self.nodes.len()
     }
 
-    /// A node's point, and its vertex.
+    /// Returns a node's point, and its vertex.
     pub(crate) fn way_point(&self, node: u32) -> WayPoint {
         self.nodes[node as usize].way_point
     }
@@ -82,7 +83,7 @@ impl LocalGraph {
         self.nodes[node as usize].way_point.0
     }
 
-    /// The rays that leave a node along edges: their edges, and the nodes they lead to.
+    /// Returns the rays that leave a node along edges: their edges, and the nodes where they end.
     pub(super) fn rays(&self, node: u32) -> impl Iterator<Item = Ray> {
         let next = |&ray: &u32| Some(self.next_rays[ray as usize]).filter(|&ray| ray != NONE);
         let first = Some(self.nodes[node as usize].first_ray).filter(|&ray| ray != NONE);
@@ -93,16 +94,16 @@ impl LocalGraph {
         })
     }
 
-    /// Whether one may be on the left of a ray.
+    /// Returns whether the left side of a ray is free.
     pub(super) fn is_left_free(&self, ray: Ray) -> bool {
         self.edges[ray.edge as usize].free[ray.ray as usize % 2]
     }
 
-    /// The nodes on the right and on the left end of the sector in which paths turn round a node: the one that is wider than a
-    /// half-turn.
+    /// Returns the nodes at the right and left end of the sector in which paths turn round a node:
+    /// the sector that is wider than a half-turn.
     pub(super) fn turning_bounds(&self, node: u32) -> Option<[u32; 2]> {
         let at = self.point(node);
-        // The sector lies on the left of the ray that has all others on its right.
+        // The sector is on the left of the ray that has all others on its right.
         let bound = |side: Orientation| {
             let has_others = |ray: &Ray| {
                 let to = self.point(ray.to);
@@ -119,21 +120,22 @@ impl LocalGraph {
     }
 }
 
-/// An edge as seen from one of its ends.
+/// An edge seen from one of its ends.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ray {
     pub(super) ray: u32,
     pub(super) edge: u32,
-    /// The node at its other end.
+    /// The node at the other end.
     pub(super) to: u32,
 }
 
-/// Of points on a line, whether the second lies between the others, or the third beyond the second.
+/// Returns whether, of three collinear points, `at` is between the others, that is, `to` is beyond
+/// `at`.
 pub(super) fn is_ahead(from: Point, at: Point, to: Point) -> bool {
     from.lex_cmp(at) == at.lex_cmp(to)
 }
 
-/// Of three points on a line, whether the second and the third lie in the same direction from the first.
+/// Returns whether, of three collinear points, `a` and `b` are in the same direction from `from`.
 pub(super) fn same_direction(from: Point, a: Point, b: Point) -> bool {
     from.lex_cmp(a) == from.lex_cmp(b)
 }

@@ -1,4 +1,5 @@
-//! Shortest paths over the visibility graph (Dijkstra), which is made as they are found.
+//! Shortest paths over the visibility graph (Dijkstra's algorithm), which is built during the
+//! search.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -8,16 +9,17 @@ use super::sweep::{Range, Seen, Side, Sweep};
 use crate::geometry::{Orientation, orient2d};
 use crate::query::answer::WayPoint;
 
-/// Ways whose lengths differ by less than this part may be equally long but for rounding, so that neither rules out the other.
+/// Paths whose lengths differ by less than this factor may be equally long except for rounding, so
+/// neither excludes the other.
 const TIE: f64 = 1.0 + 1e-12;
 
 /// A target that was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Found {
+pub(crate) struct ReachedTarget {
     pub(crate) node: u32,
-    /// The way to it.
+    /// The length of the path.
     pub(crate) length: f64,
-    /// Where it turns last.
+    /// The last turn of the path.
     turn: u32,
 }
 
@@ -25,21 +27,21 @@ pub(crate) struct Found {
 #[derive(Clone, Copy, Debug)]
 struct Turn {
     length: f64,
-    /// The turn before it, or none.
+    /// The previous turn, or [`NONE`].
     before: u32,
     is_done: bool,
 }
 
-/// What is known of the sector in which paths turn at a node.
+/// The knowledge of the sector in which paths turn at a node.
 #[derive(Clone, Copy, Debug)]
 struct Sector {
-    /// Its ends, once they were asked for; none if no path turns at the node.
+    /// The ends of the sector, once they were computed; `Some(None)` if no path turns at the node.
     bounds: Option<Option<[u32; 2]>>,
-    /// The shortest way into it.
+    /// The length of the shortest path into the sector.
     length: f64,
 }
 
-/// A target, with how many of those that are looked for are at it.
+/// A target, with the number of wanted items at it.
 #[derive(Clone, Copy, Debug)]
 struct Target {
     node: u32,
@@ -51,10 +53,10 @@ struct Target {
 
 /// A search from a node to targets, nearest first.
 #[derive(Debug)]
-pub(crate) struct Search<'g> {
+pub(crate) struct VisibilitySearch<'g> {
     graph: &'g LocalGraph,
     source: u32,
-    /// Nothing farther away is wanted; it comes down as targets are seen.
+    /// Targets that are farther away are not wanted. The limit decreases as targets are seen.
     limit: f64,
     wanted: usize,
     targets: Vec<Target>,
@@ -62,25 +64,26 @@ pub(crate) struct Search<'g> {
     target_at: Vec<u32>,
     turns: Vec<Turn>,
     sectors: Vec<Sector>,
-    /// By the bits of the length: turns, and behind those the targets.
+    /// The queue, by the bits of the length: turns, followed by targets, whose numbers come after
+    /// those of all turns.
     queue: BinaryHeap<Reverse<(u64, u32)>>,
     sweep: Sweep,
-    /// Nodes in the open that are looked for.
+    /// Nodes without edges that are targets.
     points: Vec<u32>,
-    /// How many there are of those that are wanted, at all targets.
+    /// The number of wanted items at all targets.
     there: usize,
-    /// The targets that were found, and how many are at them.
-    found: Vec<Found>,
+    /// The targets that were found; `count` is the number of items at them.
+    found: Vec<ReachedTarget>,
     count: usize,
-    /// Nodes that were swept.
+    /// The number of nodes that were swept.
     pub(crate) swept: u64,
-    /// Nodes that those saw: edges of the visibility graph.
+    /// The number of nodes that those see: edges of the visibility graph.
     pub(crate) links: u64,
 }
 
-impl<'g> Search<'g> {
-    /// A search for the nearest targets, until so many are found or none is within the limit. Each target is a node and how many of
-    /// those that are wanted are at it.
+impl<'g> VisibilitySearch<'g> {
+    /// Creates a search for the nearest targets, until `wanted` items are found or none is within
+    /// the limit. Each target is a node and the number of wanted items at it.
     pub(crate) fn new(
         graph: &'g LocalGraph,
         source: u32,
@@ -122,12 +125,12 @@ impl<'g> Search<'g> {
         };
         for (node, count) in targets {
             this.there += count;
-            let place = &mut this.target_at[node as usize];
-            if *place != NONE {
-                this.targets[*place as usize].count += count;
+            let index = &mut this.target_at[node as usize];
+            if *index != NONE {
+                this.targets[*index as usize].count += count;
                 continue;
             }
-            *place = this.targets.len() as u32;
+            *index = this.targets.len() as u32;
             this.targets.push(Target {
                 node,
                 count,
@@ -142,7 +145,7 @@ impl<'g> Search<'g> {
         this
     }
 
-    /// Goes on for so many sweeps, or to the end; returns whether that is reached.
+    /// Continues for `sweeps` sweeps, or to the end. Returns whether the end is reached.
     pub(crate) fn go(&mut self, sweeps: u64) -> bool {
         if self.swept == 0 {
             self.reach_target(self.source, 0.0, NONE);
@@ -164,7 +167,7 @@ impl<'g> Search<'g> {
                     let target = &mut self.targets[target as usize];
                     if !std::mem::replace(&mut target.is_found, true) {
                         self.count += target.count;
-                        self.found.push(Found {
+                        self.found.push(ReachedTarget {
                             node: target.node,
                             length,
                             turn: target.turn,
@@ -177,13 +180,14 @@ impl<'g> Search<'g> {
         false
     }
 
-    /// The targets that are nearest, in order; all of those that are as far away as the last one.
-    pub(crate) fn found(&self) -> &[Found] {
+    /// Returns the nearest targets, in order, with all targets that are as far away as the last
+    /// one.
+    pub(crate) fn found(&self) -> &[ReachedTarget] {
         &self.found
     }
 
-    /// The way to a target: the source, the nodes at which it turns, and the target.
-    pub(crate) fn way(&self, found: &Found) -> Vec<WayPoint> {
+    /// Returns the path to a target: the source, the nodes at which it turns, and the target.
+    pub(crate) fn way(&self, found: &ReachedTarget) -> Vec<WayPoint> {
         let mut way = vec![self.graph.way_point(found.node)];
         let mut turn = found.turn;
         while turn != NONE {
@@ -214,7 +218,7 @@ impl<'g> Search<'g> {
 
     fn sweep_from(&mut self, node: u32, range: Range, length: f64, turn: u32) {
         let mut sweep = std::mem::take(&mut self.sweep);
-        // Farther by more than what rounding takes away.
+        // The factor exceeds the rounding errors.
         let reach = self.limit * TIE - length;
         sweep.run(self.graph, node, range, reach, &self.points);
         self.swept += 1;
@@ -231,17 +235,17 @@ impl<'g> Search<'g> {
     }
 
     fn reach_target(&mut self, node: u32, length: f64, turn: u32) {
-        let place = self.target_at[node as usize];
-        if let Some(target) = self.targets.get_mut(place as usize)
+        let index = self.target_at[node as usize];
+        if let Some(target) = self.targets.get_mut(index as usize)
             && length < target.length
         {
             (target.length, target.turn) = (length, turn);
             self.queue
-                .push(Reverse((length.to_bits(), self.turns.len() as u32 + place)));
+                .push(Reverse((length.to_bits(), self.turns.len() as u32 + index)));
         }
     }
 
-    /// A node is reached from another one: paths may turn there.
+    /// Reaches a node from another one; paths may turn there.
     fn reach_turn(&mut self, seen: Seen, from: u32, length: f64, before: u32) {
         let node = seen.node;
         let sector = &mut self.sectors[node as usize];
@@ -252,7 +256,7 @@ impl<'g> Search<'g> {
             return;
         };
         if seen.turns == [false; 2] {
-            // It faces the obstacle; in the same sector, nobody who comes by a longer way need turn.
+            // The path faces the obstacle. In the same sector, no longer path needs to turn.
             let [at, from, right, left] = [node, from, right, left].map(|node| self.graph.point(node));
             let is_in_sector = right == left
                 || orient2d(at, left, from) == Orientation::Clockwise
@@ -272,7 +276,7 @@ impl<'g> Search<'g> {
         }
     }
 
-    /// What is farther away than as many targets as are wanted need not be looked at.
+    /// Lowers the limit to the distance within which there are as many items as wanted.
     fn lower_limit(&mut self) {
         if self.there < self.wanted {
             return;

@@ -5,9 +5,11 @@ use std::collections::BTreeSet;
 
 use crate::geometry::{Orientation, Point, orient2d};
 
-/// An edge that the ray crosses, from where the ray meets it first, so that the middle of the sweep is on its left.
+/// An edge that the ray crosses. It starts where the ray meets it first, so the center of the sweep
+/// is on its left.
 ///
-/// Edges that a common ray crosses have an order along it, which is the same for every such ray, as they do not cross each other.
+/// Edges that a common ray crosses have an order along it. The order is the same for every such
+/// ray, because the edges do not cross each other.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Crossed {
     pub(super) start: Point,
@@ -29,10 +31,11 @@ impl Ord for Crossed {
         let turns = self.turns(other);
         match turns {
             [Orientation::Collinear, Orientation::Collinear] => self.edge.cmp(&other.edge),
-            // The other one lies on the side of the middle.
+            // The other edge is on the same side as the center.
             _ if !turns.contains(&Orientation::Clockwise) => Ordering::Greater,
             _ if !turns.contains(&Orientation::CounterClockwise) => Ordering::Less,
-            // The other one lies on both sides of this one's line, so this one lies on one side of the other's.
+            // The other edge is on both sides of this one's line, so this edge is on one side of
+            // the other's.
             _ if !other.turns(self).contains(&Orientation::Clockwise) => Ordering::Less,
             _ => Ordering::Greater,
         }

@@ -1,9 +1,10 @@
-//! The sweep: what a node sees.
+//! The sweep: the nodes that a node sees.
 //!
 //! ```text
-//!              ╲ b      a path that turns right round the node p leaves it between the edge to a, which is on the right end of the
-//!      obstacle ● p     sector, and the line of the edge to b: where it has the obstacle on its right, and had it there before.
-//!              ╱ a      For one that turns left it is the other way round.
+//!              ╲ b     A path that turns right round the node p leaves it between the edge to a,
+//!      obstacle ● p    at the right end of the sector, and the line of the edge to b: the obstacle
+//!              ╱ a     is on its right there, and was on its right before. A path that turns left
+//!                      is the mirror image.
 //! ```
 
 use std::cmp::Ordering;
@@ -13,20 +14,21 @@ use super::status::{Crossed, Status};
 use crate::geometry::Orientation::{Clockwise, Collinear, CounterClockwise};
 use crate::geometry::{Point, orient2d};
 
-/// A side of a way.
+/// A side of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
     Left,
     Right,
 }
 
-/// Which directions of a node are swept.
+/// The directions of a node that are swept.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Range {
-    /// All of its free sectors.
+    /// All its free sectors.
     All,
-    /// Those into which a path leaves that turns to a side round the node, whose turning sector lies between two nodes: that on its
-    /// right end and that on its left.
+    /// The directions into which a path leaves that turns to the side `to` round the node. The
+    /// node's turning sector is between two nodes: `bounds` has the one at its right end and the
+    /// one at its left end.
     Turn { to: Side, bounds: [u32; 2] },
 }
 
@@ -34,17 +36,17 @@ pub(super) enum Range {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Seen {
     pub(super) node: u32,
-    /// Whether a path that comes so can turn left there, and right.
+    /// Whether a path that arrives so can turn left there, and whether it can turn right.
     pub(super) turns: [bool; 2],
-    /// Whether it comes along an edge.
+    /// Whether the path arrives along an edge.
     pub(super) is_along_edge: bool,
 }
 
-/// The sweep, with what it needs again and again.
+/// The sweep, with buffers that are reused.
 #[derive(Debug, Default)]
 pub(super) struct Sweep {
     round: u32,
-    /// The last round that a node was in, and whether it lay in the range.
+    /// The last round that a node was in, and whether it was in the range.
     nodes: Vec<(u32, bool)>,
     /// The last round that an edge was in.
     edges: Vec<u32>,
@@ -53,7 +55,7 @@ pub(super) struct Sweep {
     pub(super) seen: Vec<Seen>,
 }
 
-/// Where a sweep is.
+/// The center and the range of a sweep.
 #[derive(Clone, Copy)]
 struct Middle<'g> {
     graph: &'g LocalGraph,
@@ -75,12 +77,12 @@ impl Middle<'_> {
         to != self.at && !bounds.into_iter().any(is_out)
     }
 
-    /// Whether a point lies in the second half of a full turn.
+    /// Returns whether a point is in the second half of a full turn.
     fn is_late(&self, p: Point) -> bool {
         (p.y, p.x) < (self.at.y, self.at.x)
     }
 
-    /// The order of the events: counter-clockwise, on a ray the nearest first.
+    /// Returns the order of two events: counter-clockwise, and nearest first on the same ray.
     fn compare(&self, a: u32, b: u32) -> Ordering {
         let [a, b] = [a, b].map(|node| self.graph.point(node));
         if let Range::All = self.range
@@ -99,7 +101,8 @@ impl Middle<'_> {
                     away.reverse()
                 }
             }
-            // The two ends of a half-turn round the end of a wall, which begins at the wall or ends there.
+            // These are the two ends of a half-turn round the end of a wall, which starts or ends
+            // at the wall.
             Collinear => match self.range {
                 Range::Turn { to, bounds } => {
                     let is_on_wall = same_direction(self.at, self.graph.point(bounds[0]), a);
@@ -119,7 +122,7 @@ impl Middle<'_> {
         orient2d(self.at, a, b) == Collinear && same_direction(self.at, a, b)
     }
 
-    /// Whether an edge, none of whose ends is in the range of a turn, hides all of it.
+    /// Returns whether an edge without ends in the range of a turn hides the whole range.
     fn hides_all(&self, crossed: &Crossed) -> bool {
         let Range::Turn { to, bounds } = self.range else {
             return false;
@@ -134,7 +137,8 @@ impl Middle<'_> {
 }
 
 impl Sweep {
-    /// Finds what a node sees within a distance; `points` are nodes in the open that may be seen. The result stands in `seen`.
+    /// Finds the nodes that a node sees within a distance. `points` are nodes without edges that
+    /// may be seen. The result is in `seen`.
     pub(super) fn run(&mut self, graph: &LocalGraph, node: u32, range: Range, reach: f64, points: &[u32]) {
         let at = graph.point(node);
         let middle = Middle { graph, node, at, range };
@@ -175,7 +179,7 @@ impl Sweep {
         self.seen.clear();
     }
 
-    /// Makes a node an event, if it is in the range, and says whether it is.
+    /// Makes a node an event if it is in the range. Returns whether it is.
     fn meet(&mut self, middle: &Middle<'_>, node: u32) -> bool {
         let known = &mut self.nodes[node as usize];
         if known.0 != self.round {
@@ -187,14 +191,15 @@ impl Sweep {
         known.1
     }
 
-    /// Takes an edge into account; it is crossed from the beginning if it comes in over the beginning of the range.
+    /// Takes an edge into account. The ray crosses it from the start if the edge extends over the
+    /// start of the range.
     fn take(&mut self, middle: &Middle<'_>, number: u32, nodes: [u32; 2]) {
         self.edges[number as usize] = self.round;
         let [a, b] = nodes.map(|node| (self.meet(middle, node), middle.graph.point(node)));
         let (start, end) = match orient2d(middle.at, a.1, b.1) {
             CounterClockwise => (a, b),
             Clockwise => (b, a),
-            // It lies on a ray; nodes tell what is along it.
+            // The edge is on a ray, and its nodes determine what is along it.
             Collinear => return,
         };
         let crossed = Crossed {
@@ -215,7 +220,7 @@ impl Sweep {
 
     /// Turns the ray over all events.
     fn turn(&mut self, middle: &Middle<'_>, events: &[u32]) {
-        // Of a source at an obstacle: whether the sector that the ray is in is free.
+        // For a source at an obstacle, `is_free` tells whether the ray's sector is free.
         let mut own: Vec<Ray> = middle.graph.rays(middle.node).collect();
         own.sort_unstable_by(|a, b| middle.compare(a.to, b.to));
         let mut is_free = own.last().is_none_or(|&ray| middle.graph.is_left_free(ray));
@@ -240,7 +245,8 @@ impl Sweep {
         }
     }
 
-    /// The ray passes a node: the edges that end there are crossed no more, those that start there are from now on.
+    /// Moves the ray over a node: removes the edges that end there (`starts` is `false`), or adds
+    /// those that start there.
     fn pass(&mut self, middle: &Middle<'_>, node: u32, starts: bool) {
         let at = middle.graph.point(node);
         for Ray { edge, to, .. } in middle.graph.rays(node) {
@@ -265,7 +271,8 @@ impl Sweep {
         }
     }
 
-    /// Looks along a ray, on whose left and right one may start or not, to the nodes on it.
+    /// Examines the nodes on a ray. `sides` tells whether a path may start on the left and on the
+    /// right of the ray.
     fn look(&mut self, middle: &Middle<'_>, ray: &[u32], sides: [bool; 2]) {
         let graph = middle.graph;
         let nearest = self.status.first().copied();
@@ -277,7 +284,8 @@ impl Sweep {
                 return;
             }
             let (mut behind, mut ahead) = (false, false);
-            // Whether one can go on straight with all edges of the node on the right, and on the left.
+            // Whether a path can continue straight with all edges of the node on its right, and on
+            // its left.
             let mut passes = [true; 2];
             let mut has_rays = false;
             for ray in graph.rays(node) {

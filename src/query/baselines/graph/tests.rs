@@ -1,17 +1,17 @@
-//! What is seen and how far it is to walk, against brute force by sectors.
+//! Tests visibility and walking distances against brute force by sectors.
 
 use proptest::prelude::*;
 
 use crate::geometry::{Orientation, Point, orient2d, segments_cross};
 use crate::query::baselines::graph::edges::LocalGraph;
-use crate::query::baselines::graph::search::Search;
+use crate::query::baselines::graph::search::VisibilitySearch;
 use crate::query::baselines::graph::sweep::{Range, Side, Sweep};
 
 use Orientation::Clockwise;
 use Orientation::Collinear;
 use Orientation::CounterClockwise;
 
-/// Walls between points, and points in the open.
+/// Walls between points, and points without walls.
 struct Scene {
     points: Vec<Point>,
     walls: Vec<[usize; 2]>,
@@ -26,7 +26,7 @@ fn crosses([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
 }
 
 impl Scene {
-    /// Of these walls and points those that do not cross, touch or lie on what came before.
+    /// Creates a scene from the walls and points that do not cross, touch or lie on earlier ones.
     fn new(walls: &[[(i32, i32); 2]], open: &[(i32, i32)]) -> Self {
         let mut this = Self {
             points: Vec::new(),
@@ -48,8 +48,8 @@ impl Scene {
                 this.walls.push(ends);
             }
         }
-        for &place in open {
-            let point = at(place);
+        for &coordinates in open {
+            let point = at(coordinates);
             let is_on_wall = |wall: &[usize; 2]| is_between(this.points[wall[0]], point, this.points[wall[1]]);
             if !this.walls.iter().any(is_on_wall) {
                 this.number(point);
@@ -77,7 +77,7 @@ impl Scene {
         graph
     }
 
-    /// The walls at a node, counter-clockwise, by their other ends.
+    /// Returns the walls at a node, counter-clockwise, by their other ends.
     fn rays(&self, node: usize) -> Vec<usize> {
         let at = self.points[node];
         let ends = self.walls.iter().filter_map(|&[a, b]| match node {
@@ -98,7 +98,8 @@ impl Scene {
         rays
     }
 
-    /// The sectors of a node that a direction lies in: along a wall that on its left and that on its right.
+    /// Returns the sectors of a node that contain a direction: along a wall, the one on its left
+    /// and the one on its right.
     fn sectors(&self, node: usize, towards: Point) -> [usize; 2] {
         let (at, rays) = (self.points[node], self.rays(node));
         let n = rays.len();
@@ -124,7 +125,8 @@ impl Scene {
         [sector.expect("one of them"); 2]
     }
 
-    /// Straight steps from a node that pass no other one: from a sector of it to a node and a sector there.
+    /// Returns the straight steps from a node that pass no other node: from a sector of it to a
+    /// node and a sector there.
     fn steps(&self, from: usize) -> Vec<(usize, usize, usize)> {
         let at = self.points[from];
         let mut steps = Vec::new();
@@ -145,7 +147,8 @@ impl Scene {
         steps
     }
 
-    /// The nodes that one sees, on straight ways that pass nodes within one of their sectors.
+    /// Returns the nodes that a node sees, on straight paths that pass nodes within one of their
+    /// sectors.
     fn seen(&self, from: usize, sector: Option<usize>) -> Vec<usize> {
         let at = self.points[from];
         let mut seen = Vec::new();
@@ -168,13 +171,13 @@ impl Scene {
         seen
     }
 
-    /// The shortest ways from a node to all.
+    /// Returns the lengths of the shortest paths from a node to all nodes.
     fn lengths(&self, from: usize) -> Vec<f64> {
         let mut lengths: Vec<Vec<f64>> = (0..self.points.len())
             .map(|node| vec![f64::INFINITY; self.rays(node).len().max(1)])
             .collect();
         lengths[from].fill(0.0);
-        // Bellman and Ford.
+        // The Bellman-Ford algorithm.
         let all: Vec<_> = (0..self.points.len()).map(|node| self.steps(node)).collect();
         loop {
             let mut changed = false;
@@ -220,7 +223,7 @@ fn check(scene: &Scene) {
         );
         check_turns(scene, &graph, &mut sweep, node, &open);
         let expected = scene.lengths(node as usize);
-        let mut search = Search::new(
+        let mut search = VisibilitySearch::new(
             &graph,
             node,
             (0..count).map(|node| (node, 1)),
@@ -245,12 +248,12 @@ fn check(scene: &Scene) {
                 .map(|leg| (leg[1].0.x - leg[0].0.x).hypot(leg[1].0.y - leg[0].0.y));
             assert!((legs.sum::<f64>() - found.length).abs() <= 1e-12 * found.length);
         }
-        // Fewer, and within a limit.
+        // Fewer targets, or a limit.
         let Some(middle) = found.get(found.len() / 2) else {
             continue;
         };
         for (wanted, limit) in [(found.len() / 2 + 1, f64::INFINITY), (usize::MAX, middle.length)] {
-            let mut search = Search::new(&graph, node, (0..count).map(|node| (node, 1)), wanted, limit);
+            let mut search = VisibilitySearch::new(&graph, node, (0..count).map(|node| (node, 1)), wanted, limit);
             let expected = found.iter().filter(|found| found.length <= middle.length);
             assert!(search.go(u64::MAX));
             assert!(
@@ -264,7 +267,7 @@ fn check(scene: &Scene) {
     }
 }
 
-/// Only what lies in the direction of tangents is seen from where a path turns.
+/// Checks that only nodes in the direction of tangents are seen from where a path turns.
 fn check_turns(scene: &Scene, graph: &LocalGraph, sweep: &mut Sweep, node: u32, open: &[u32]) {
     let Some(bounds) = graph.turning_bounds(node) else {
         return;
@@ -275,7 +278,8 @@ fn check_turns(scene: &Scene, graph: &LocalGraph, sweep: &mut Sweep, node: u32, 
         .rays(node as usize)
         .iter()
         .position(|&ray| ray as u32 == bounds[0]);
-    // Round the end of a wall one begins beside it: on its left to turn right, and on its right to turn left.
+    // Round the end of a wall a path starts beside the wall: on its left to turn right, and on its
+    // right to turn left.
     let is_along = |&node: &usize| {
         let there = scene.points[node];
         bounds[0] == bounds[1] && orient2d(at, ends[0], there) == Collinear && at.lex_cmp(ends[0]) == at.lex_cmp(there)
@@ -306,7 +310,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
-    fn walls_on_a_grid(
+    fn search_agrees_with_brute_force_on_grid_walls(
         walls in prop::collection::vec((0..6, 0..6, 0..6, 0..6).prop_map(|(a, b, c, d)| [(a, b), (c, d)]), 0..12),
         open in prop::collection::vec((0..6, 0..6), 1..5),
     ) {
@@ -314,7 +318,7 @@ proptest! {
     }
 
     #[test]
-    fn short_walls_on_a_grid(
+    fn search_agrees_with_brute_force_on_short_grid_walls(
         walls in prop::collection::vec((0..5, 0..5, -1..2, -1..2).prop_map(|(a, b, c, d)| [(a, b), (a + c, b + d)]), 0..25),
         open in prop::collection::vec((0..5, 0..5), 1..4),
     ) {
@@ -322,7 +326,7 @@ proptest! {
     }
 
     #[test]
-    fn walls_anywhere(
+    fn search_agrees_with_brute_force_on_walls_anywhere(
         walls in prop::collection::vec((0..1000, 0..1000, 0..1000, 0..1000).prop_map(|(a, b, c, d)| [(a, b), (c, d)]), 0..20),
         open in prop::collection::vec((0..1000, 0..1000), 1..4),
     ) {
@@ -330,7 +334,7 @@ proptest! {
     }
 }
 
-/// Of an obstacle one walks round the outside only.
+/// Paths run round the outside of an obstacle only.
 #[test]
 fn an_obstacle_is_not_entered() {
     let corners = [(0, 0), (4, 0), (4, 4), (0, 4)].map(|(x, y)| Point::new(f64::from(x), f64::from(y)));
@@ -339,7 +343,7 @@ fn an_obstacle_is_not_entered() {
         // Counter-clockwise, with the obstacle on the left.
         graph.add_edge([(corner, None), (corners[(i + 1) % 4], None)], [false, true]);
     }
-    let mut search = Search::new(&graph, 0, [(2, 1)], 1, f64::INFINITY);
+    let mut search = VisibilitySearch::new(&graph, 0, [(2, 1)], 1, f64::INFINITY);
     assert!(search.go(u64::MAX));
     let found = search.found();
     assert_eq!(found.iter().map(|found| found.length).collect::<Vec<_>>(), [8.0]);

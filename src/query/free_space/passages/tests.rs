@@ -1,4 +1,4 @@
-//! Dead ends, against searches for another way out.
+//! Tests dead ends against a search for other exits.
 
 use std::collections::HashSet;
 
@@ -91,13 +91,14 @@ fn scenes() -> impl Strategy<Value = Scene> {
         })
 }
 
-/// Whether beyond a side there are core triangles without sites only, and no two ways to any of them; with how many there are.
-fn leads_nowhere(ground: Ground<'_>, side: HalfEdge) -> Option<usize> {
-    let tile = ground.tile;
-    let Beyond::Side(entered) = ground.beyond(side) else {
+/// Returns the number of triangles beyond a half-edge if all of them are core triangles without
+/// sites, and each can be reached in one way only.
+fn leads_nowhere(space: FreeSpace<'_>, half_edge: HalfEdge) -> Option<usize> {
+    let tile = space.tile;
+    let FreeTwin::HalfEdge(entered) = space.twin(half_edge) else {
         return None;
     };
-    let mut seen = HashSet::from([side.triangle()]);
+    let mut seen = HashSet::from([half_edge.triangle()]);
     let mut open = vec![entered];
     while let Some(entered) = open.pop() {
         let triangle = entered.triangle();
@@ -108,12 +109,12 @@ fn leads_nowhere(ground: Ground<'_>, side: HalfEdge) -> Option<usize> {
         if triangle.0 >= tile.core_triangle_count() || has_site || !seen.insert(triangle) {
             return None;
         }
-        let sides = HalfEdge::of_triangle(triangle).into_iter();
-        for side in sides.filter(|&side| side != entered) {
-            match ground.beyond(side) {
-                Beyond::Side(next) => open.push(next),
-                Beyond::Blocked => {}
-                Beyond::Elsewhere | Beyond::Outside => return None,
+        let half_edges = HalfEdge::of_triangle(triangle).into_iter();
+        for half_edge in half_edges.filter(|&half_edge| half_edge != entered) {
+            match space.twin(half_edge) {
+                FreeTwin::HalfEdge(next) => open.push(next),
+                FreeTwin::Blocked => {}
+                FreeTwin::Elsewhere | FreeTwin::Outside => return None,
             }
         }
     }
@@ -124,38 +125,39 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn dead_ends_are_what_leads_nowhere(scene in scenes()) {
+    fn dead_ends_are_the_regions_without_another_exit(scene in scenes()) {
         let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
         for tile in runtime.block_on(scene.tiles()) {
-            let ground = Ground { tile: &tile, outside_is_free: !scene.exterior_is_hole };
-            let passages = ground.passages();
-            for side in (0..3 * tile.triangle_count()).map(HalfEdge) {
-                prop_assert!(!matches!(passages.beyond(side), Passage::DeadEnd(_)));
+            let space = FreeSpace { tile: &tile, outside_is_free: !scene.exterior_is_hole };
+            let passages = space.passages();
+            for half_edge in (0..3 * tile.triangle_count()).map(HalfEdge) {
+                prop_assert!(!matches!(passages.twin(half_edge), Passage::DeadEnd(_)));
             }
             for _ in 1..LOOKS_FOR_DEAD_ENDS {
-                prop_assert!(!passages.come());
+                prop_assert!(!passages.visit());
             }
-            prop_assert!(passages.come() && passages.come());
-            for side in (0..3 * tile.triangle_count()).map(HalfEdge).filter(|side| ground.is_free(side.triangle())) {
-                let expected = leads_nowhere(ground, side);
-                match passages.beyond(side) {
+            prop_assert!(passages.visit() && passages.visit());
+            for half_edge in (0..3 * tile.triangle_count()).map(HalfEdge).filter(|half_edge| space.is_free(half_edge.triangle())) {
+                let expected = leads_nowhere(space, half_edge);
+                match passages.twin(half_edge) {
                     Passage::DeadEnd(entered) => {
                         prop_assert!(expected.is_some());
-                        prop_assert_eq!(ground.beyond(side), Beyond::Side(entered));
-                        // Each triangle behind it is reached from here.
+                        prop_assert_eq!(space.twin(half_edge), FreeTwin::HalfEdge(entered));
+                        // The half-edge leads to each triangle in the dead end.
                         let way = passages.way_in(entered.triangle());
-                        prop_assert!(way.starts_with(&[entered.triangle(), side.triangle()]));
+                        prop_assert!(way.starts_with(&[entered.triangle(), half_edge.triangle()]));
                     }
-                    Passage::Side(entered) => {
-                        prop_assert_eq!(ground.beyond(side), Beyond::Side(entered));
-                        // Of what is a dead end from both sides, one side is marked.
-                        let is_marked = matches!(passages.beyond(entered), Passage::DeadEnd(_));
+                    Passage::HalfEdge(entered) => {
+                        prop_assert_eq!(space.twin(half_edge), FreeTwin::HalfEdge(entered));
+                        // If an edge is a dead end from both sides, one of its half-edges is
+                        // marked.
+                        let is_marked = matches!(passages.twin(entered), Passage::DeadEnd(_));
                         prop_assert!(expected.is_none() || is_marked);
                     }
-                    Passage::Elsewhere => prop_assert_eq!(ground.beyond(side), Beyond::Elsewhere),
-                    Passage::Outside => prop_assert_eq!(ground.beyond(side), Beyond::Outside),
-                    Passage::Blocked => prop_assert_eq!(ground.beyond(side), Beyond::Blocked),
-                    Passage::AtOdds => prop_assert!(false, "side {} is at odds", side.0),
+                    Passage::Elsewhere => prop_assert_eq!(space.twin(half_edge), FreeTwin::Elsewhere),
+                    Passage::Outside => prop_assert_eq!(space.twin(half_edge), FreeTwin::Outside),
+                    Passage::Blocked => prop_assert_eq!(space.twin(half_edge), FreeTwin::Blocked),
+                    Passage::Contradictory => prop_assert!(false, "half-edge {} is contradictory", half_edge.0),
                 }
             }
         }

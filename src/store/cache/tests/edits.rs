@@ -1,4 +1,4 @@
-//! Edits and write-backs, on a disk that may be slow or full.
+//! Edits and write-backs, on a simulated disk that may be slow or full.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,12 +11,12 @@ use tokio::runtime::Builder;
 use super::{Sample, Trouble};
 use crate::store::cache::edit::EditCache;
 
-/// What is saved, and what happens to those who save.
+/// A simulated disk: the saved values, and whether writes fail.
 #[derive(Clone, Default)]
-struct Disk(Arc<Mutex<Inner>>);
+struct Disk(Arc<Mutex<DiskState>>);
 
 #[derive(Default)]
-struct Inner {
+struct DiskState {
     saved: BTreeMap<u32, Sample>,
     writes: Vec<u32>,
     fails: bool,
@@ -35,7 +35,7 @@ impl Disk {
         async move {
             tokio::time::sleep(Duration::from_micros(100)).await;
             let mut inner = self.0.lock();
-            assert!(!inner.panics, "a write panics, as this test wants it to");
+            assert!(!inner.panics, "a write panics, as this test intends");
             if inner.fails {
                 return Err(Trouble::Disk(key));
             }
@@ -77,7 +77,7 @@ fn run(test: impl Future<Output = ()>) {
 }
 
 #[test]
-fn what_changed_is_written_when_there_is_no_room_and_what_did_not_is_not() {
+fn only_changed_values_are_written_when_there_is_no_room() {
     run(async {
         let disk = Disk::default();
         let mut cache = disk.cache(50);
@@ -90,7 +90,7 @@ fn what_changed_is_written_when_there_is_no_room_and_what_did_not_is_not() {
         assert!(statistics.bytes <= 50, "{statistics}");
         assert_eq!(
             statistics.most_bytes, 60,
-            "one more than fits is there while it makes room"
+            "one value more than fits is held while it makes room"
         );
         assert!(
             disk.0
@@ -104,7 +104,7 @@ fn what_changed_is_written_when_there_is_no_room_and_what_did_not_is_not() {
         assert!(disk.0.lock().writes.iter().copied().eq(0..20));
         cache.flush(2).await.unwrap();
         assert_eq!(cache.statistics().write_backs, 20, "once each");
-        // They come back as they were saved.
+        // The values are loaded as they were saved.
         for key in 0..20 {
             assert_eq!(cache.edit(key, disk.load(key)).await.unwrap().version, 1);
         }
@@ -112,7 +112,7 @@ fn what_changed_is_written_when_there_is_no_room_and_what_did_not_is_not() {
 }
 
 #[test]
-fn an_edit_is_seen_as_a_whole_and_a_reader_keeps_what_he_has() {
+fn an_edit_becomes_visible_at_once_and_a_reader_keeps_its_value() {
     run(async {
         let disk = Disk::default();
         let cache = disk.cache(50);
@@ -133,13 +133,13 @@ fn an_edit_is_seen_as_a_whole_and_a_reader_keeps_what_he_has() {
 }
 
 #[test]
-fn while_it_is_written_a_value_is_readable_and_can_be_changed_again() {
+fn a_value_can_be_read_and_changed_while_it_is_written() {
     run(async {
         let disk = Disk::default();
         let mut cache = disk.cache(10);
         change(&cache, &disk, 1).await.unwrap();
         let reader = cache.reader();
-        // Its write-back begins, and whoever needed the room goes away.
+        // Its write-back begins, and the caller that needed the room is dropped.
         assert!(reader.read(2, disk.load(2)).now_or_never().is_none());
         tokio::task::yield_now().await;
         assert!(reader.read(2, disk.load(2)).now_or_never().is_none());
@@ -158,7 +158,7 @@ fn while_it_is_written_a_value_is_readable_and_can_be_changed_again() {
 }
 
 #[test]
-fn what_cannot_be_written_stays_and_whoever_needed_the_room_is_told() {
+fn a_value_that_cannot_be_written_stays_and_the_caller_that_needed_room_gets_the_error() {
     run(async {
         let disk = Disk::default();
         let mut cache = disk.cache(30);
@@ -167,9 +167,9 @@ fn what_cannot_be_written_stays_and_whoever_needed_the_room_is_told() {
         }
         disk.0.lock().fails = true;
         for _ in 0..3 {
-            // The same is tried again, and nothing else goes in its place.
+            // The same write is tried again, and no other value is evicted instead.
             assert_eq!(change(&cache, &disk, 7).await, Err(Trouble::Disk(0)));
-            assert_eq!(cache.statistics().bytes, 30, "what was loaded in vain has left");
+            assert_eq!(cache.statistics().bytes, 30, "the value loaded in vain was evicted");
         }
         assert_eq!(cache.flush(2).await, Err(Trouble::Disk(0)));
         disk.0.lock().fails = false;
@@ -206,7 +206,7 @@ fn a_write_that_dies_with_its_runtime_leaves_the_value_dirty() {
 }
 
 #[test]
-fn values_that_grow_make_room_with_the_next_request() {
+fn the_next_request_makes_room_for_values_that_grew() {
     run(async {
         let disk = Disk::default();
         let mut cache = disk.cache(40);
@@ -215,7 +215,7 @@ fn values_that_grow_make_room_with_the_next_request() {
         }
         cache.edit(3, disk.load(3)).await.unwrap().weight = 35;
         assert_eq!(cache.statistics().bytes, 65);
-        // One larger than the cache is written as soon as it may go.
+        // A value larger than the cache is written as soon as it may be evicted.
         cache.edit(4, disk.load(4)).await.unwrap().weight = 1000;
         drop(cache.edit(5, disk.load(5)).await.unwrap());
         let statistics = cache.statistics();

@@ -1,4 +1,4 @@
-//! The cache's parts: the state beside a model, loads and pins in tasks, edits and write-backs.
+//! Tests of the cache: the state against a model, loads and pins in tasks, edits and write-backs.
 
 mod edits;
 mod model;
@@ -7,7 +7,7 @@ mod tasks;
 use super::shelf::Failure;
 use super::{CacheStatistics, Weight};
 
-/// A value that knows which state of its key it is.
+/// A value with the version of its key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Sample {
     version: u64,
@@ -20,7 +20,7 @@ impl Weight for Sample {
     }
 }
 
-/// Why a load or a write failed.
+/// The reason why a load or a write failed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Trouble {
     Disk(u32),
@@ -36,7 +36,7 @@ impl Failure for Trouble {
 }
 
 #[test]
-fn a_line_for_people() {
+fn statistics_are_shown_on_one_line() {
     let mut statistics = CacheStatistics {
         hits: 812,
         misses: 95,

@@ -1,4 +1,5 @@
-//! The state beside a naive model: a list that is searched and summed up anew each time.
+//! The state machine compared with a naive model: a list that is searched and summed up on each
+//! use.
 
 use std::sync::Arc;
 
@@ -6,69 +7,69 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 use super::Sample;
-use crate::store::cache::state::{Content, State};
+use crate::store::cache::state::{CacheState, Content};
 use crate::store::cache::statistics::CacheStatistics;
 
 const KEYS: u8 = 7;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Where {
+enum Location {
     Absent,
     Loading,
     Here,
     Lent,
 }
 
-/// All there is to know of a key, also while it is absent.
+/// Everything known about a key, including while it is absent.
 #[derive(Clone, Copy, Debug)]
-struct Item {
-    place: Where,
-    /// What the cache has, or its editor.
+struct ModelEntry {
+    location: Location,
+    /// The value in the cache or with its editor.
     held: Sample,
     pins: usize,
     dirty: bool,
     writing: Option<u64>,
     leaving: bool,
-    again: bool,
-    /// The lower, the sooner it goes.
+    used_again: bool,
+    /// The eviction order: the entry with the lowest number is evicted first.
     turn: i64,
-    /// The version on disk, and the last one made.
+    /// The version on disk, and the latest version.
     saved: u64,
     latest: u64,
 }
 
-impl Item {
+impl ModelEntry {
     fn is_free(&self) -> bool {
-        self.place == Where::Here && self.pins == 0 && self.writing.is_none()
+        self.location == Location::Here && self.pins == 0 && self.writing.is_none()
     }
 
     fn weight(&self) -> usize {
-        match self.place {
-            Where::Here | Where::Lent => self.held.weight,
-            Where::Absent | Where::Loading => 0,
+        match self.location {
+            Location::Here | Location::Lent => self.held.weight,
+            Location::Absent | Location::Loading => 0,
         }
     }
 }
 
-impl Item {
-    /// Whether this can happen to it now.
-    fn allows(&self, act: Act) -> bool {
-        match act {
-            Act::Get | Act::PinAndLoad | Act::WriteForRoom | Act::DropClean => true,
-            Act::Loaded | Act::LoadFailed => self.place == Where::Loading,
-            Act::Unpin => self.pins > usize::from(self.place == Where::Lent),
-            Act::Edit => self.place == Where::Here && self.pins > 0,
-            Act::GiveBack { .. } => self.place == Where::Lent,
-            Act::Flush => self.dirty && self.writing.is_none() && self.place == Where::Here,
-            Act::Written | Act::WriteFailed => self.writing.is_some(),
+impl ModelEntry {
+    /// Returns whether the action is possible now.
+    fn allows(&self, action: Action) -> bool {
+        match action {
+            Action::Get | Action::PinAndLoad | Action::WriteForRoom | Action::DropClean => true,
+            Action::Loaded | Action::LoadFailed => self.location == Location::Loading,
+            Action::Unpin => self.pins > usize::from(self.location == Location::Lent),
+            Action::Edit => self.location == Location::Here && self.pins > 0,
+            Action::GiveBack { .. } => self.location == Location::Lent,
+            Action::Flush => self.dirty && self.writing.is_none() && self.location == Location::Here,
+            Action::Written | Action::WriteFailed => self.writing.is_some(),
         }
     }
 }
 
 struct Model {
     capacity: usize,
-    items: Vec<Item>,
-    /// Keys and weights of what left, in order.
+    items: Vec<ModelEntry>,
+    /// Keys and weights of evicted values, in order.
     left: Vec<(u8, usize)>,
     statistics: CacheStatistics,
     clock: i64,
@@ -77,14 +78,14 @@ struct Model {
 
 impl Model {
     fn new(capacity: usize) -> Self {
-        let item = Item {
-            place: Where::Absent,
+        let item = ModelEntry {
+            location: Location::Absent,
             held: Sample { version: 0, weight: 0 },
             pins: 0,
             dirty: false,
             writing: None,
             leaving: false,
-            again: false,
+            used_again: false,
             turn: 0,
             saved: 0,
             latest: 0,
@@ -99,8 +100,12 @@ impl Model {
         }
     }
 
-    fn sum(&self, counts: impl Fn(&Item) -> bool) -> usize {
-        self.items.iter().filter(|item| counts(item)).map(Item::weight).sum()
+    fn sum(&self, counts: impl Fn(&ModelEntry) -> bool) -> usize {
+        self.items
+            .iter()
+            .filter(|item| counts(item))
+            .map(ModelEntry::weight)
+            .sum()
     }
 
     fn bytes(&self) -> usize {
@@ -111,30 +116,30 @@ impl Model {
         self.sum(|item| !item.is_free())
     }
 
-    /// After something happened to a key.
-    fn moved(&mut self, key: u8, next: bool) {
+    /// Updates the model after an action on a key.
+    fn transition_done(&mut self, key: u8, next: bool) {
         self.clock += 1;
         let item = &mut self.items[usize::from(key)];
         item.turn = self.clock;
         if item.is_free() && (next || item.held.weight > self.capacity) {
             item.turn = -self.clock;
-            item.again = false;
+            item.used_again = false;
         }
-        if item.place == Where::Absent && item.pins == 0 {
-            item.again = false;
+        if item.location == Location::Absent && item.pins == 0 {
+            item.used_again = false;
         }
         self.statistics.most_bytes = self.statistics.most_bytes.max(self.bytes());
-        while self.sum(|item| item.is_free() && item.again) > self.capacity / 5 * 4 {
-            let protected = self.items.iter_mut().filter(|item| item.is_free() && item.again);
+        while self.sum(|item| item.is_free() && item.used_again) > self.capacity / 5 * 4 {
+            let protected = self.items.iter_mut().filter(|item| item.is_free() && item.used_again);
             let oldest = protected.min_by_key(|item| item.turn).unwrap();
             self.clock += 1;
-            (oldest.again, oldest.turn) = (false, self.clock);
+            (oldest.used_again, oldest.turn) = (false, self.clock);
         }
     }
 
     fn used(&mut self, key: u8) {
         let item = &mut self.items[usize::from(key)];
-        (item.again, item.leaving) = (true, false);
+        (item.used_again, item.leaving) = (true, false);
     }
 
     fn make_room(&mut self) -> Option<u8> {
@@ -146,7 +151,7 @@ impl Model {
             let free = (0..KEYS).filter(|&key| self.items[usize::from(key)].is_free());
             let next = free.min_by_key(|&key| {
                 let item = &self.items[usize::from(key)];
-                (item.again, item.turn)
+                (item.used_again, item.turn)
             })?;
             if self.items[usize::from(next)].dirty {
                 return Some(next);
@@ -164,7 +169,7 @@ impl Model {
             });
             let next = clean.min_by_key(|&key| {
                 let item = &self.items[usize::from(key)];
-                (item.again, item.turn)
+                (item.used_again, item.turn)
             });
             match next {
                 Some(next) if self.bytes() - outside > self.capacity => self.evict(next),
@@ -175,7 +180,7 @@ impl Model {
 
     fn evict(&mut self, key: u8) {
         let item = &mut self.items[usize::from(key)];
-        (item.place, item.again) = (Where::Absent, false);
+        (item.location, item.used_again) = (Location::Absent, false);
         self.statistics.evictions += 1;
         if item.held.weight <= self.capacity {
             self.left.push((key, item.held.weight));
@@ -187,7 +192,7 @@ impl Model {
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Act {
+enum Action {
     Get,
     PinAndLoad,
     Loaded,
@@ -202,75 +207,78 @@ enum Act {
     WriteFailed,
 }
 
-/// The state and its model, to which the same happens.
-struct Both {
-    state: State<u8, Sample>,
+/// The state machine and its model. Every action is applied to both.
+struct StateAndModel {
+    state: CacheState<u8, Sample>,
     model: Model,
 }
 
-impl Both {
+impl StateAndModel {
     fn new(capacity: usize) -> Self {
         Self {
-            state: State::new(capacity),
+            state: CacheState::new(capacity),
             model: Model::new(capacity),
         }
     }
 
-    fn item(&mut self, key: u8) -> &mut Item {
+    fn item(&mut self, key: u8) -> &mut ModelEntry {
         &mut self.model.items[usize::from(key)]
     }
 
-    /// Does something to the first key, from this one on, to which it can happen now.
-    fn act_from(&mut self, act: Act, key: u8, weight: usize) {
+    /// Applies the action to the first key, from `key` on, for which it is possible now.
+    fn apply_from(&mut self, action: Action, key: u8, weight: usize) {
         let mut keys = (key..KEYS).chain(0..key);
-        if let Some(key) = keys.find(|&key| self.item(key).allows(act)) {
-            self.act(act, key, weight);
+        if let Some(key) = keys.find(|&key| self.item(key).allows(action)) {
+            self.apply(action, key, weight);
         }
     }
 
-    fn act(&mut self, act: Act, key: u8, weight: usize) {
+    fn apply(&mut self, action: Action, key: u8, weight: usize) {
         let item = *self.item(key);
-        match act {
-            Act::Get => {
+        match action {
+            Action::Get => {
                 let found = self.state.get(&key);
-                assert_eq!(found.as_deref(), (item.place == Where::Here).then_some(&item.held));
+                assert_eq!(
+                    found.as_deref(),
+                    (item.location == Location::Here).then_some(&item.held)
+                );
                 if found.is_some() {
                     self.model.requests += 1;
                     self.model.statistics.hits += 1;
                     self.model.used(key);
-                    self.model.moved(key, false);
+                    self.model.transition_done(key, false);
                 }
             }
-            Act::PinAndLoad => self.pin_and_load(key),
-            Act::Loaded | Act::LoadFailed => {
+            Action::PinAndLoad => self.pin_and_load(key),
+            Action::Loaded | Action::LoadFailed => {
                 let loaded = Sample {
                     version: item.saved,
                     weight,
                 };
-                let came = matches!(act, Act::Loaded);
+                let came = matches!(action, Action::Loaded);
                 self.state.end_load(key, came.then(|| Arc::new(loaded)));
                 let before = self.model.left.len();
                 self.model.left.retain(|&(left, _)| !came || left != key);
                 let again = self.model.left.len() < before;
                 let item = self.item(key);
-                item.place = if came { Where::Here } else { Where::Absent };
+                item.location = if came { Location::Here } else { Location::Absent };
                 item.held = loaded;
-                item.again |= again;
-                self.model.moved(key, false);
+                item.used_again |= again;
+                self.model.transition_done(key, false);
                 self.model.make_room();
             }
-            Act::Unpin => {
+            Action::Unpin => {
                 self.state.unpin(key);
                 self.item(key).pins -= 1;
-                self.model.moved(key, false);
+                self.model.transition_done(key, false);
                 self.model.make_room();
             }
-            Act::Edit => {
+            Action::Edit => {
                 assert_eq!(self.state.lend(key).as_deref(), Some(&item.held));
-                self.item(key).place = Where::Lent;
-                self.model.moved(key, false);
+                self.item(key).location = Location::Lent;
+                self.model.transition_done(key, false);
             }
-            Act::GiveBack { changed } => {
+            Action::GiveBack { changed } => {
                 let item = self.item(key);
                 if changed {
                     item.latest += 1;
@@ -280,12 +288,12 @@ impl Both {
                     };
                 }
                 item.dirty |= changed;
-                item.place = Where::Here;
+                item.location = Location::Here;
                 let held = item.held;
                 self.state.give_back(key, Arc::new(held), changed);
-                self.model.moved(key, false);
+                self.model.transition_done(key, false);
             }
-            Act::WriteForRoom => {
+            Action::WriteForRoom => {
                 let next = self.state.make_room();
                 assert_eq!(next, self.model.make_room());
                 match next {
@@ -293,13 +301,13 @@ impl Both {
                     None => assert!(self.model.bytes() <= self.model.capacity + self.model.pinned()),
                 }
             }
-            Act::DropClean => {
+            Action::DropClean => {
                 self.state.drop_clean();
                 self.model.drop_clean();
             }
-            Act::Flush => self.begin_write(key, false),
-            Act::Written | Act::WriteFailed => {
-                let saved = matches!(act, Act::Written);
+            Action::Flush => self.begin_write(key, false),
+            Action::Written | Action::WriteFailed => {
+                let saved = matches!(action, Action::Written);
                 self.state.end_write(key, saved);
                 let item = self.item(key);
                 let version = item.writing.take().unwrap();
@@ -309,7 +317,7 @@ impl Both {
                 }
                 item.dirty |= !saved;
                 self.model.statistics.write_backs += u64::from(saved);
-                self.model.moved(key, leaving);
+                self.model.transition_done(key, leaving);
                 self.model.make_room();
             }
         }
@@ -321,32 +329,32 @@ impl Both {
         let found = self.state.pin(key);
         let item = *self.item(key);
         self.item(key).pins += 1;
-        match item.place {
-            Where::Here | Where::Lent => {
+        match item.location {
+            Location::Here | Location::Lent => {
                 self.model.used(key);
                 self.model.statistics.hits += 1;
             }
-            Where::Loading => self.model.statistics.shared_loads += 1,
-            Where::Absent => {
+            Location::Loading => self.model.statistics.shared_loads += 1,
+            Location::Absent => {
                 assert!(matches!(found, Content::Absent));
-                assert_eq!(item.saved, item.latest, "what was changed is lost");
+                assert_eq!(item.saved, item.latest, "a change was lost");
                 self.state.begin_load(key);
-                self.item(key).place = Where::Loading;
+                self.item(key).location = Location::Loading;
                 self.model.statistics.misses += 1;
             }
         }
-        self.model.moved(key, false);
+        self.model.transition_done(key, false);
     }
 
     fn begin_write(&mut self, key: u8, leaving: bool) {
         let item = *self.item(key);
-        let can = item.dirty && item.writing.is_none() && item.place == Where::Here;
+        let can = item.dirty && item.writing.is_none() && item.location == Location::Here;
         let value = self.state.begin_write(key, leaving);
         assert_eq!(value.as_deref(), can.then_some(&item.held));
         if can {
             let item = self.item(key);
             (item.dirty, item.writing, item.leaving) = (false, Some(item.held.version), leaving);
-            self.model.moved(key, false);
+            self.model.transition_done(key, false);
         }
     }
 
@@ -369,14 +377,14 @@ impl Both {
         assert!(unsaved.into_iter().eq(expected));
         for (key, item) in (0..KEYS).zip(&self.model.items) {
             match self.state.peek(&key) {
-                Content::Absent => assert_eq!(item.place, Where::Absent),
-                Content::Loading => assert_eq!(item.place, Where::Loading),
-                Content::Lent => assert_eq!(item.place, Where::Lent),
-                Content::Here(value) => assert_eq!((item.place, *value), (Where::Here, item.held)),
+                Content::Absent => assert_eq!(item.location, Location::Absent),
+                Content::Loading => assert_eq!(item.location, Location::Loading),
+                Content::Lent => assert_eq!(item.location, Location::Lent),
+                Content::Here(value) => assert_eq!((item.location, *value), (Location::Here, item.held)),
             }
             assert_eq!(self.state.is_dirty(&key), item.dirty);
             assert_eq!(self.state.is_writing(&key), item.writing.is_some());
-            let last = if item.place == Where::Absent {
+            let last = if item.location == Location::Absent {
                 item.saved
             } else {
                 item.held.version
@@ -385,21 +393,21 @@ impl Both {
         }
     }
 
-    /// Lets all that is under way come to its end.
+    /// Ends everything that is in progress.
     fn settle(&mut self) {
         let ends = [
-            Act::Written,
-            Act::Loaded,
-            Act::GiveBack { changed: false },
-            Act::Unpin,
-            Act::Flush,
-            Act::Written,
+            Action::Written,
+            Action::Loaded,
+            Action::GiveBack { changed: false },
+            Action::Unpin,
+            Action::Flush,
+            Action::Written,
         ];
-        for act in ends {
+        for action in ends {
             for key in 0..KEYS {
-                while self.item(key).allows(act) {
+                while self.item(key).allows(action) {
                     let weight = self.item(key).held.weight;
-                    self.act(act, key, weight);
+                    self.apply(action, key, weight);
                 }
             }
         }
@@ -411,24 +419,24 @@ impl Both {
     }
 }
 
-fn acts() -> impl Strategy<Value = (Act, u8, usize)> {
-    let act = prop_oneof![
-        4 => Just(Act::Get),
-        6 => Just(Act::PinAndLoad),
-        6 => Just(Act::Loaded),
-        1 => Just(Act::LoadFailed),
-        9 => Just(Act::Unpin),
-        8 => Just(Act::Edit),
-        6 => prop::bool::weighted(0.8).prop_map(|changed| Act::GiveBack { changed }),
-        6 => Just(Act::WriteForRoom),
-        1 => Just(Act::DropClean),
-        1 => Just(Act::Flush),
-        3 => Just(Act::Written),
-        1 => Just(Act::WriteFailed),
+fn actions() -> impl Strategy<Value = (Action, u8, usize)> {
+    let action = prop_oneof![
+        4 => Just(Action::Get),
+        6 => Just(Action::PinAndLoad),
+        6 => Just(Action::Loaded),
+        1 => Just(Action::LoadFailed),
+        9 => Just(Action::Unpin),
+        8 => Just(Action::Edit),
+        6 => prop::bool::weighted(0.8).prop_map(|changed| Action::GiveBack { changed }),
+        6 => Just(Action::WriteForRoom),
+        1 => Just(Action::DropClean),
+        1 => Just(Action::Flush),
+        3 => Just(Action::Written),
+        1 => Just(Action::WriteFailed),
     ];
-    // One in ten is larger than any cache.
+    // One value in ten is larger than any cache.
     let weight = prop_oneof![9 => 0..40usize, 1 => Just(500)];
-    (act, 0..KEYS, weight)
+    (action, 0..KEYS, weight)
 }
 
 proptest! {
@@ -440,13 +448,13 @@ proptest! {
     })]
 
     #[test]
-    fn the_state_does_what_the_model_does(
+    fn the_state_machine_agrees_with_the_naive_model(
         capacity in prop_oneof![1 => Just(0), 6 => 1..60usize],
-        acts in prop::collection::vec(acts(), 0..250),
+        actions in prop::collection::vec(actions(), 0..250),
     ) {
-        let mut both = Both::new(capacity);
-        for (act, key, weight) in acts {
-            both.act_from(act, key, weight);
+        let mut both = StateAndModel::new(capacity);
+        for (action, key, weight) in actions {
+            both.apply_from(action, key, weight);
         }
         both.settle();
     }

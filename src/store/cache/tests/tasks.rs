@@ -32,7 +32,7 @@ fn holds(shelf: &Samples, key: u32) -> bool {
 }
 
 #[test]
-fn callers_share_a_load_and_its_error_which_is_not_kept() {
+fn callers_share_a_load_and_its_error_which_is_not_cached() {
     runtime().block_on(async {
         let shelf = Samples::new(100);
         let loads = AtomicU32::new(0);
@@ -53,7 +53,7 @@ fn callers_share_a_load_and_its_error_which_is_not_kept() {
 }
 
 #[test]
-fn a_caller_who_goes_away_cancels_nobody_else() {
+fn dropping_one_caller_does_not_cancel_the_others() {
     runtime().block_on(async {
         let shelf = Samples::new(100);
         let go = Arc::new(Notify::new());
@@ -72,7 +72,7 @@ fn a_caller_who_goes_away_cancels_nobody_else() {
             })
             .collect();
         tokio::task::yield_now().await;
-        // The first began the load.
+        // The first caller began the load.
         for caller in &callers[..5] {
             caller.abort();
         }
@@ -91,7 +91,7 @@ fn a_caller_who_goes_away_cancels_nobody_else() {
 }
 
 #[test]
-fn a_load_that_nobody_waits_for_any_more_still_comes_in() {
+fn a_load_without_waiting_callers_still_fills_the_cache() {
     runtime().block_on(async {
         let shelf = Samples::new(100);
         assert!(load(&shelf, 1, 5).now_or_never().is_none());
@@ -101,14 +101,14 @@ fn a_load_that_nobody_waits_for_any_more_still_comes_in() {
 }
 
 #[test]
-fn a_load_without_a_result_is_an_error_for_who_began_it_and_others_load_themselves() {
+fn a_load_without_a_result_is_an_error_only_for_the_caller_that_began_it() {
     runtime().block_on(async {
         let shelf = Samples::new(100);
-        let panics = || async { panic!("a load panics, as this test wants it to") };
+        let panics = || async { panic!("a load panics, as this test intends") };
         let (began, waited) = tokio::join!(shelf.get_or_load(1, panics), load(&shelf, 1, 5));
         assert_eq!(began, Err(Trouble::Cancelled));
         assert_eq!(waited.weight, 5);
-        // The load itself may say that something below it was cancelled with its runtime.
+        // The load itself may report that a task below it was cancelled with its runtime.
         let cancelled = || async { Err(Trouble::Cancelled) };
         let (began, waited) = tokio::join!(shelf.get_or_load(2, cancelled), load(&shelf, 2, 5));
         assert_eq!(began, Err(Trouble::Cancelled));
@@ -117,9 +117,9 @@ fn a_load_without_a_result_is_an_error_for_who_began_it_and_others_load_themselv
 }
 
 #[test]
-fn a_runtime_that_is_dropped_under_a_load_leaves_no_trace() {
+fn a_waiting_caller_loads_itself_when_the_runtime_of_the_load_is_dropped() {
     let alive = runtime();
-    // Polled before its runtime ends, or never.
+    // The load is polled before its runtime ends, or never.
     for polls in [true, false] {
         let dying = runtime();
         let shelf = Samples::new(100);
@@ -143,7 +143,7 @@ fn a_runtime_that_is_dropped_under_a_load_leaves_no_trace() {
 }
 
 #[test]
-fn what_is_pinned_stays_and_what_is_too_large_pushes_out_nobody() {
+fn pinned_values_stay_and_a_value_larger_than_the_cache_evicts_no_others() {
     runtime().block_on(async {
         let shelf = Samples::new(100);
         let pinned = shelf.pin_or_load(0, || async { Ok(sample(30)) }).await.unwrap();
@@ -156,7 +156,7 @@ fn what_is_pinned_stays_and_what_is_too_large_pushes_out_nobody() {
             (statistics.bytes, statistics.pinned_bytes, statistics.evictions),
             (100, 30, 42)
         );
-        // One that is larger than the cache is there while it is pinned.
+        // A value larger than the cache stays while it is pinned.
         let large = shelf.pin_or_load(50, || async { Ok(sample(101)) }).await.unwrap();
         let statistics = shelf.with(|inner| inner.state.statistics());
         assert_eq!(
@@ -180,7 +180,7 @@ fn what_is_pinned_stays_and_what_is_too_large_pushes_out_nobody() {
 }
 
 #[test]
-fn a_cache_of_nothing_still_shares_loads() {
+fn a_cache_of_capacity_0_still_shares_loads() {
     runtime().block_on(async {
         let shelf = Samples::new(0);
         let values = join_all((0..4).map(|_| load(&shelf, 1, 5))).await;
@@ -193,9 +193,9 @@ fn a_cache_of_nothing_still_shares_loads() {
     });
 }
 
-/// With a plain LRU there would be no hit after the scan.
+/// With a plain LRU there are no hits after the scan.
 #[test]
-fn a_scan_does_not_flush_what_is_used_again_and_again() {
+fn a_scan_does_not_evict_values_that_are_used_repeatedly() {
     runtime().block_on(async {
         let shelf = Samples::new(1000);
         let hits = || shelf.with(|inner| inner.state.statistics()).hits;
@@ -212,7 +212,7 @@ fn a_scan_does_not_flush_what_is_used_again_and_again() {
             load(&shelf, key, 10).await;
         }
         assert_eq!(hits() - before, 70);
-        // What is hot from now on takes the place of what was.
+        // The new hot values replace the old ones.
         for _ in 0..3 {
             for key in 5000..5070 {
                 load(&shelf, key, 10).await;

@@ -1,17 +1,18 @@
-//! The edges of a tile that are constraints, and why they are.
+//! The constraint edges of a tile, and their sources.
 
 use crate::geometry::{HalfEdge, VertexIndex};
 use crate::mesh::{Topology, Twin};
 use crate::store::format::edge_source::EdgeSource;
-use crate::store::format::tile::sides::{SideBits, Sources};
+use crate::store::format::tile::edge_bits::{EdgeSources, HalfEdgeBits};
 use crate::store::format::tile::{Tile, Vertex};
 
 /// An edge of a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TileEdge {
-    /// The edge of this half-edge, seen in its direction.
+    /// The edge of this half-edge, as seen in its direction.
     HalfEdge(HalfEdge),
-    /// The constraint of this number, from 0 on, of a tile without triangles: all vertices of its file lie on one line.
+    /// The constraint of this number, from 0 on, in a tile without triangles. All vertices of such
+    /// a file are on one line.
     OnLine(u32),
 }
 
@@ -23,84 +24,85 @@ impl From<HalfEdge> for TileEdge {
 }
 
 impl Tile {
-    /// Whether an edge is a constraint.
+    /// Returns whether an edge is a constraint.
     #[must_use]
     pub fn is_constraint(&self, edge: impl Into<TileEdge>) -> bool {
         match edge.into() {
             TileEdge::HalfEdge(half_edge) => {
-                let (bits, side) = self.side_bits(half_edge);
-                bits.is_constraint(side)
+                let (bits, index) = self.half_edge_bits(half_edge);
+                bits.is_constraint(index)
             }
             TileEdge::OnLine(_) => true,
         }
     }
 
-    /// Whether an edge is a wall: a constraint that blocks the way.
+    /// Returns whether an edge is a wall: a constraint that paths must not cross.
     #[must_use]
     pub fn is_wall(&self, edge: impl Into<TileEdge>) -> bool {
         match edge.into() {
             TileEdge::HalfEdge(half_edge) => {
-                let (bits, side) = self.side_bits(half_edge);
-                bits.is_wall(side)
+                let (bits, index) = self.half_edge_bits(half_edge);
+                bits.is_wall(index)
             }
             edge @ TileEdge::OnLine(_) => self.edge_sources(edge).any(EdgeSource::is_wall),
         }
     }
 
-    /// The bits of the core or of the border, and the place of a half-edge in them.
-    fn side_bits(&self, half_edge: HalfEdge) -> (&SideBits, usize) {
-        let side = half_edge.index();
+    /// Returns the bits of the core or of the border, and the index of a half-edge in them.
+    fn half_edge_bits(&self, half_edge: HalfEdge) -> (&HalfEdgeBits, usize) {
+        let index = half_edge.index();
         assert!(
-            side < 3 * self.triangle_count() as usize,
-            "tile {} has no side {side}",
+            index < 3 * self.triangle_count() as usize,
+            "tile {} has no half-edge {index}",
             self.id
         );
-        match side.checked_sub(self.triangles.len()) {
-            None => (&self.side_bits[0], side),
-            Some(side) => (&self.side_bits[1], side),
+        match index.checked_sub(self.triangles.len()) {
+            None => (&self.half_edge_bits[0], index),
+            Some(index) => (&self.half_edge_bits[1], index),
         }
     }
 
-    /// Why an edge is a constraint: the lines along it, as seen in its direction.
+    /// Returns the sources of a constraint edge: the lines along it, as seen in its direction.
     ///
-    /// None if it is no constraint, or belongs to another tile: to that of its lexicographically smaller end.
+    /// Returns none if the edge is no constraint, or belongs to another tile. An edge belongs to
+    /// the tile of its lexicographically smaller end.
     pub fn edge_sources(&self, edge: impl Into<TileEdge>) -> impl Iterator<Item = EdgeSource> {
-        let (in_core, entered, is_turned) = match edge.into() {
+        let (in_core, key, is_reversed) = match edge.into() {
             TileEdge::OnLine(number) => (false, number, false),
-            TileEdge::HalfEdge(side) => {
-                let twin = self.twin(side).half_edge();
+            TileEdge::HalfEdge(half_edge) => {
+                let twin = self.twin(half_edge).half_edge();
                 let core = 3 * self.core_triangle_count();
-                let in_core = twin.is_some_and(|twin| side.max(twin).0 < core);
-                let entered = twin.map_or(side, |twin| side.min(twin));
-                (in_core, entered.0, entered != side)
+                let in_core = twin.is_some_and(|twin| half_edge.max(twin).0 < core);
+                let key = twin.map_or(half_edge, |twin| half_edge.min(twin));
+                (in_core, key.0, key != half_edge)
             }
         };
         let sources = self.sources[usize::from(!in_core)].as_ref();
-        let sources = sources.into_iter().flat_map(move |sources| sources.of(entered));
-        sources.map(move |source| if is_turned { source.reversed() } else { source })
+        let sources = sources.into_iter().flat_map(move |sources| sources.of(key));
+        sources.map(move |source| if is_reversed { source.reversed() } else { source })
     }
 
-    /// How many constraint edges a tile without triangles has.
+    /// Returns the number of constraint edges of a tile without triangles.
     pub(crate) fn edge_count(&self) -> u32 {
         self.edges.as_ref().map_or(0, |edges| edges.len() as u32 / 2)
     }
 
-    /// How many edges the tile has sources for.
+    /// Returns the number of edges for which the tile has sources.
     pub(crate) fn edges_with_sources(&self) -> usize {
-        self.sources.iter().flatten().map(Sources::edge_count).sum()
+        self.sources.iter().flatten().map(EdgeSources::edge_count).sum()
     }
 
-    /// The constraint edges that belong to the tile, each once.
+    /// Returns the constraint edges that belong to the tile, each once.
     pub fn owned_constraints(&self) -> impl Iterator<Item = TileEdge> {
-        let is_first = |side: HalfEdge| match self.twin(side) {
-            Twin::HalfEdge(twin) => side < twin,
+        let is_first = |half_edge: HalfEdge| match self.twin(half_edge) {
+            Twin::HalfEdge(twin) => half_edge < twin,
             Twin::Hull => true,
-            // Both ends are other tiles'.
+            // Other tiles own both ends.
             Twin::Elsewhere => false,
         };
-        let owned = self.constraint_half_edges().filter(move |&side| {
-            is_first(side) && {
-                let [from, to] = self.ends(side);
+        let owned = self.constraint_half_edges().filter(move |&half_edge| {
+            is_first(half_edge) && {
+                let [from, to] = self.ends(half_edge);
                 let smallest = if from.point.lex_cmp(to.point).is_lt() { from } else { to };
                 smallest.id.tile == self.id
             }
@@ -109,26 +111,26 @@ impl Tile {
         owned.map(TileEdge::HalfEdge).chain(on_line)
     }
 
-    /// All half-edges that are on constraints.
+    /// Returns all half-edges on constraints.
     pub(crate) fn constraint_half_edges(&self) -> impl Iterator<Item = HalfEdge> {
-        let any = self.side_bits.iter().any(SideBits::any);
+        let any = self.half_edge_bits.iter().any(HalfEdgeBits::any);
         let all = self.half_edges().take_while(move |_| any);
-        all.filter(|&side| self.is_constraint(side))
+        all.filter(|&half_edge| self.is_constraint(half_edge))
     }
 
-    /// The vertices of an edge.
+    /// Returns the end vertices of an edge.
     #[must_use]
     pub fn ends(&self, edge: impl Into<TileEdge>) -> [Vertex; 2] {
         self.corners_of_edge(edge.into()).map(|corner| self.vertex(corner))
     }
 
-    /// The corners of an edge.
+    /// Returns the end corners of an edge.
     pub(crate) fn corners_of_edge(&self, edge: TileEdge) -> [VertexIndex; 2] {
         match (edge, &self.edges) {
-            (TileEdge::HalfEdge(side), _) => [self.origin(side), self.destination(side)],
+            (TileEdge::HalfEdge(half_edge), _) => [self.origin(half_edge), self.destination(half_edge)],
             (TileEdge::OnLine(number), Some(edges)) => {
                 let first = 2 * number as usize;
-                [first, first + 1].map(|place| VertexIndex(edges.get(place) as u32))
+                [first, first + 1].map(|index| VertexIndex(edges.get(index) as u32))
             }
             (TileEdge::OnLine(number), None) => panic!("tile {} has no edge {number}", self.id),
         }

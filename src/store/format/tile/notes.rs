@@ -1,4 +1,4 @@
-//! What queries note of a tile beside it, for those that come after them.
+//! Notes that queries store beside a tile, for later queries.
 
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
@@ -8,72 +8,75 @@ use std::sync::atomic::Ordering;
 
 use crate::geometry::VertexIndex;
 
-/// What queries note of a tile. It takes no memory before the first query asks.
+/// The notes of a tile. They take no memory until the first query needs them.
 #[derive(Debug, Default)]
 pub(crate) struct Notes {
-    marks: OnceLock<Marks>,
-    sides: OnceLock<NotedSides>,
+    vertices: OnceLock<VertexNotes>,
+    half_edges: OnceLock<HalfEdgeNotes>,
 }
 
-/// What queries note of a tile's vertices.
+/// The notes on a tile's vertices.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Marks {
-    /// A byte for each.
-    pub(crate) of_vertices: Vec<u8>,
-    /// For each, the place in `ends` of what is noted there of it, or a number beyond.
-    pub(crate) place: Vec<u32>,
-    /// Two corners for some of them.
+pub(crate) struct VertexNotes {
+    /// One byte per vertex.
+    pub(crate) marks: Vec<u8>,
+    /// For each vertex, the index of its corners in `ends`, or a number beyond the end of `ends` if
+    /// it has none.
+    pub(crate) ends_index: Vec<u32>,
+    /// Two corners for each of some vertices.
     pub(crate) ends: Vec<[VertexIndex; 2]>,
-    /// Whether a side is a constraint that does not block.
+    /// Whether any edge of the tile is a constraint but not a wall.
     pub(crate) has_break_lines: bool,
 }
 
-/// What queries note of a tile's sides, each when the first one comes to it.
+/// The notes on a tile's half-edges. Each is made when the first query needs it.
 #[derive(Debug)]
-pub(crate) struct NotedSides {
-    /// The corner that each starts at, and what lies beyond it.
-    pub(crate) of_sides: Vec<NotedSide>,
-    /// How many searches came to the tile.
+pub(crate) struct HalfEdgeNotes {
+    /// For each half-edge, its origin and the passage across it.
+    pub(crate) half_edges: Vec<HalfEdgeNote>,
+    /// The number of searches that visited the tile.
     pub(crate) visits: AtomicU32,
-    /// Whether it is noted where dead ends begin.
+    /// Whether the notes say which half-edges lead into dead ends.
     pub(crate) knows_dead_ends: AtomicBool,
 }
 
-/// Two numbers for a side, or none. Searches in several threads may note the same at once.
+/// Two numbers for a half-edge, each of which may be absent. Several threads may store the same
+/// number at once.
 #[derive(Debug)]
-pub(crate) struct NotedSide(
-    /// The complements of both, so that memory of zeros has none.
+pub(crate) struct HalfEdgeNote(
+    /// The complements of both numbers, so that zeroed memory means that both are absent.
     AtomicU64,
 );
 
-/// Which number of a side.
+/// Selects one of the two numbers of a half-edge.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Noted {
-    /// The corner that it starts at.
-    Corner,
-    /// What lies beyond it.
-    Beyond,
+pub(crate) enum NoteKind {
+    /// The corner at which the half-edge starts.
+    Origin,
+    /// The passage across the half-edge, as the query encodes it.
+    Passage,
 }
 
 impl Notes {
-    /// Bytes that the notes take at most.
-    pub(crate) fn byte_size(vertices: usize, sides: usize) -> usize {
-        vertices * (size_of::<u8>() + size_of::<u32>() + size_of::<[VertexIndex; 2]>()) + sides * size_of::<NotedSide>()
+    /// Returns the maximum size of the notes in bytes.
+    pub(crate) fn byte_size(vertices: usize, half_edges: usize) -> usize {
+        vertices * (size_of::<u8>() + size_of::<u32>() + size_of::<[VertexIndex; 2]>())
+            + half_edges * size_of::<HalfEdgeNote>()
     }
 
-    /// What is noted of the vertices, made when it is first asked for.
-    pub(crate) fn marks(&self, make: impl FnOnce() -> Marks) -> &Marks {
-        self.marks.get_or_init(make)
+    /// Returns the notes on the vertices. The first call creates them with `make`.
+    pub(crate) fn vertices(&self, make: impl FnOnce() -> VertexNotes) -> &VertexNotes {
+        self.vertices.get_or_init(make)
     }
 
-    /// What is noted of the sides, of which there are so many.
+    /// Returns the notes on the half-edges. The first call creates them for `count` half-edges.
     #[inline]
-    pub(crate) fn sides(&self, count: u32) -> &NotedSides {
-        self.sides.get_or_init(|| NotedSides {
-            // Zeros come from the system as they are needed, and the conversion costs nothing.
-            of_sides: vec![0; count as usize]
+    pub(crate) fn half_edges(&self, count: u32) -> &HalfEdgeNotes {
+        self.half_edges.get_or_init(|| HalfEdgeNotes {
+            // The system provides zeroed pages on demand, and the conversion is free.
+            half_edges: vec![0; count as usize]
                 .into_iter()
-                .map(|zero| NotedSide(AtomicU64::new(zero)))
+                .map(|zero| HalfEdgeNote(AtomicU64::new(zero)))
                 .collect(),
             visits: AtomicU32::new(0),
             knows_dead_ends: AtomicBool::new(false),
@@ -81,35 +84,35 @@ impl Notes {
     }
 }
 
-impl NotedSide {
-    /// In place of a number: there is none.
+impl HalfEdgeNote {
+    /// Stands for an absent number.
     pub(crate) const NONE: u32 = u32::MAX;
 
     #[inline]
-    pub(crate) fn get(&self, which: Noted) -> u32 {
+    pub(crate) fn get(&self, which: NoteKind) -> u32 {
         !((self.0.load(Ordering::Relaxed) >> which.shift()) as u32)
     }
 
-    /// Notes a number where there is none, and tells which one there is then.
-    pub(crate) fn note(&self, which: Noted, number: u32) -> u32 {
+    /// Stores a number if it is absent. Returns the number that is stored then.
+    pub(crate) fn note(&self, which: NoteKind, number: u32) -> u32 {
         let with = u64::from(!number) << which.shift();
         let is_new = |there: u64| ((there >> which.shift()) as u32 == 0).then_some(there | with);
         let noted = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, is_new);
         noted.map_or_else(|there| !((there >> which.shift()) as u32), |_| number)
     }
 
-    /// Sets bits of a number that there is.
-    pub(crate) fn set_bits(&self, which: Noted, bits: u32) {
+    /// Sets bits of a number that is present.
+    pub(crate) fn set_bits(&self, which: NoteKind, bits: u32) {
         self.0.fetch_and(!(u64::from(bits) << which.shift()), Ordering::Relaxed);
     }
 }
 
-impl Noted {
+impl NoteKind {
     #[inline]
     fn shift(self) -> u32 {
         match self {
-            Self::Corner => 0,
-            Self::Beyond => 32,
+            Self::Origin => 0,
+            Self::Passage => 32,
         }
     }
 }

@@ -1,4 +1,4 @@
-//! From bytes to a tile: what is checked, so that nothing panics later.
+//! Opens a tile from its bytes, with all checks that keep later accesses from panicking.
 
 use std::sync::Arc;
 
@@ -11,12 +11,12 @@ use crate::store::format::directory::{check_crc, verified};
 use crate::store::format::generated::tile as schema;
 use crate::store::format::ids::TileId;
 use crate::store::format::packed::Packed;
+use crate::store::format::tile::edge_bits::{EdgeSources, HalfEdgeBits};
 use crate::store::format::tile::regions::Regions;
-use crate::store::format::tile::sides::{SideBits, Sources};
 use crate::store::format::tile::sites::Sites;
 use crate::store::format::tile::{FOREIGN, Tile};
 
-/// Checks that a part belongs to the tile and the generation that the directory says.
+/// Checks that a part belongs to the tile and the generation that the directory names.
 fn check_identity(id: TileId, entry: &TileEntry, part: &str, tile: u32, generation: u32) -> Result<(), Damage> {
     if (tile, generation) == (id.0, entry.generation) {
         return Ok(());
@@ -27,7 +27,8 @@ fn check_identity(id: TileId, entry: &TileEntry, part: &str, tile: u32, generati
 }
 
 impl Tile {
-    /// Checks the bytes of a tile against its entry, and every index in them; an error says what is wrong.
+    /// Opens a tile, and checks its bytes against its entry and all indices in them. The error says
+    /// what is wrong.
     pub(crate) fn open(id: TileId, entry: &TileEntry, core: &Bytes, border: &Bytes) -> Result<Self, Damage> {
         check_crc("the core", core, entry.core.crc)?;
         check_crc("the border", border, entry.border.crc)?;
@@ -36,15 +37,15 @@ impl Tile {
         check_identity(id, entry, "core", core_table.tile(), core_table.generation())?;
         check_identity(id, entry, "border", border_table.tile(), border_table.generation())?;
         let triangles = [entry.core_triangles, entry.border_triangles].map(|count| count as usize);
-        let [core_sides, border_sides] = triangles.map(|count| 3 * count);
+        let [core_half_edges, border_half_edges] = triangles.map(|count| 3 * count);
         let edges = border_table
             .edges()
             .map(|edges| Packed::open(border, edges))
             .transpose()?;
-        // Without triangles, edges stand for sides.
-        let edge_places = edges
+        // Without triangles, sources refer to edges in place of half-edges.
+        let edge_limit = edges
             .as_ref()
-            .map_or(core_sides + border_sides, |edges| edges.len() / 2);
+            .map_or(core_half_edges + border_half_edges, |edges| edges.len() / 2);
         let open = |buffer: &Bytes, what: &str, table| Packed::open(buffer, table).map_err(|damage| damage.of(what));
         let this = Self {
             id,
@@ -60,18 +61,28 @@ impl Tile {
             border_neighbours: open(border, "border neighbours", border_table.neighbours())?,
             core_links: open(border, "core links", border_table.core_links())?,
             border_vertex_sides: open(border, "border vertex sides", border_table.vertex_sides())?,
-            side_bits: [
-                SideBits::open(core, core_table.constraints(), core_table.walls(), core_sides)?,
-                SideBits::open(border, border_table.constraints(), border_table.walls(), border_sides)
-                    .map_err(|damage| damage.of("the border"))?,
+            half_edge_bits: [
+                HalfEdgeBits::open(core, core_table.constraints(), core_table.walls(), core_half_edges)?,
+                HalfEdgeBits::open(
+                    border,
+                    border_table.constraints(),
+                    border_table.walls(),
+                    border_half_edges,
+                )
+                .map_err(|damage| damage.of("the border"))?,
             ],
             sources: [
-                Sources::open(core, core_table.edge_sides(), core_table.edge_sources(), core_sides)?,
-                Sources::open(
+                EdgeSources::open(
+                    core,
+                    core_table.edge_sides(),
+                    core_table.edge_sources(),
+                    core_half_edges,
+                )?,
+                EdgeSources::open(
                     border,
                     border_table.edge_sides(),
                     border_table.edge_sources(),
-                    edge_places,
+                    edge_limit,
                 )
                 .map_err(|damage| damage.of("the border"))?,
             ],
@@ -84,7 +95,7 @@ impl Tile {
         Ok(this)
     }
 
-    /// Checks lengths and ranges, so that nothing panics later.
+    /// Checks lengths and ranges, so that no later access panics.
     fn check(&self, entry: &TileEntry) -> Result<(), Damage> {
         let vertices = entry.vertices as usize;
         let (core, border) = (entry.core_triangles as usize, entry.border_triangles as usize);
@@ -97,16 +108,16 @@ impl Tile {
             ("vertex sides", self.vertex_sides.len(), vertices),
             ("corners of the border", self.border_triangles.len(), 3 * border),
             ("neighbours of the border", self.border_neighbours.len(), 3 * border),
-            ("half links", self.core_links.len() % 2, 0),
-            ("half vertex sides", self.border_vertex_sides.len() % 2, 0),
+            ("unpaired core links", self.core_links.len() % 2, 0),
+            ("unpaired border vertex sides", self.border_vertex_sides.len() % 2, 0),
         ] {
             if found != expected {
                 return Err(Damage::new(format!("there are {found} {what}, not {expected}")));
             }
         }
         let corners = self.corner_count() as u64;
-        let core_sides = 3 * core as u64;
-        let sides = core_sides + 3 * border as u64;
+        let core_half_edges = 3 * core as u64;
+        let half_edges = core_half_edges + 3 * border as u64;
         let below = |what: &str, values: &Packed, limit: u64, marks: u64| {
             let first_mark = if marks == 0 {
                 u64::MAX
@@ -114,26 +125,28 @@ impl Tile {
                 values.largest() - (marks - 1)
             };
             match values.find_within(limit..first_mark) {
-                Some(value) => Err(Damage::new(format!("{what} {value} is beyond {limit}"))),
+                Some(value) => Err(Damage::new(format!("{what} {value} is not below {limit}"))),
                 None => Ok(()),
             }
         };
         below("corner", &self.triangles, vertices as u64, 0)?;
-        below("neighbour", &self.neighbours, core_sides, 1)?;
-        below("vertex side", &self.vertex_sides, core_sides, 1)?;
+        below("neighbour", &self.neighbours, core_half_edges, 1)?;
+        below("vertex side", &self.vertex_sides, core_half_edges, 1)?;
         below("border corner", &self.border_triangles, corners, 0)?;
-        below("border neighbour", &self.border_neighbours, sides, 2)?;
+        below("border neighbour", &self.border_neighbours, half_edges, 2)?;
         let pairs = |values: &Packed| -> Vec<(u64, u64)> {
             (0..values.len() / 2)
                 .map(|i| (values.get(2 * i), values.get(2 * i + 1)))
                 .collect()
         };
         for (what, values, keys) in [
-            ("core link", &self.core_links, core_sides),
+            ("core link", &self.core_links, core_half_edges),
             ("border vertex side", &self.border_vertex_sides, vertices as u64),
         ] {
             let pairs = pairs(values);
-            let in_range = pairs.iter().all(|&(key, side)| key < keys && side < sides);
+            let in_range = pairs
+                .iter()
+                .all(|&(key, half_edge)| key < keys && half_edge < half_edges);
             if !in_range || !pairs.is_sorted_by(|a, b| a.0 < b.0) {
                 return Err(Damage::new(format!("a {what} is out of range or out of order")));
             }
@@ -146,9 +159,9 @@ impl Tile {
         self.check_points()
     }
 
-    /// Checks that coordinates are valid.
+    /// Checks that all coordinates are valid.
     fn check_points(&self) -> Result<(), Damage> {
-        // Without an early end, so that many are compared at once.
+        // No early exit, so that the compiler can vectorise the comparisons.
         let all = |bytes: &[u8]| {
             bytes
                 .as_chunks()
@@ -161,25 +174,29 @@ impl Tile {
         }
         let points = (0..self.corner_count() as u32).map(|corner| self.point(VertexIndex(corner)));
         match points.zip(0..).find(|(p, _)| !is_stored(p.x) || !is_stored(p.y)) {
-            Some((p, corner)) => Err(Damage::new(format!("corner {corner} is at ({}, {})", p.x, p.y))),
+            Some((p, corner)) => Err(Damage::new(format!(
+                "corner {corner} has the invalid coordinates ({}, {})",
+                p.x, p.y
+            ))),
             None => Ok(()),
         }
     }
 
-    /// Only a tile without triangles has edges: each from another one of its vertices, in order, to another corner.
+    /// Checks the edge list. Only a tile without triangles has one; each edge leads from a
+    /// different vertex of the tile, in order, to another corner.
     fn check_edges(&self, entry: &TileEntry) -> Result<(), Damage> {
         let Some(edges) = &self.edges else { return Ok(()) };
         if entry.core_triangles > 0 || entry.border_triangles > 0 {
-            return Err(Damage::new("it has edges beside triangles"));
+            return Err(Damage::new("it has both triangles and a list of edges"));
         }
         if edges.len() % 2 == 1 {
-            return Err(Damage::new("an edge has one end"));
+            return Err(Damage::new("an edge has only one end"));
         }
         let vertices = u64::from(entry.vertices);
         let corners = vertices + self.foreign_count() as u64;
         let mut next = 0;
-        for place in (0..edges.len()).step_by(2) {
-            let [from, to] = [edges.get(place), edges.get(place + 1)];
+        for index in (0..edges.len()).step_by(2) {
+            let [from, to] = [edges.get(index), edges.get(index + 1)];
             if from < next || from >= vertices || to >= corners || from == to {
                 return Err(Damage::new(format!(
                     "the edge from {from} to {to} is out of range or out of order"
@@ -191,9 +208,9 @@ impl Tile {
     }
 }
 
-/// Whether files may hold a coordinate: it is valid, and no negative zero.
+/// Returns whether a file may contain the coordinate: it is valid, and not a negative zero.
 fn is_stored(coordinate: f64) -> bool {
-    // Numbers that are positive are in the order of their bits.
+    // Positive numbers have the same order as their bits.
     let (bits, magnitude) = (coordinate.to_bits(), coordinate.abs().to_bits());
     let [least, most] = [Point::MIN_MAGNITUDE, Point::MAX_MAGNITUDE].map(f64::to_bits);
     (bits == 0) | ((magnitude >= least) & (magnitude <= most))

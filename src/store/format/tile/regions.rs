@@ -1,37 +1,38 @@
-//! Which region each triangle of a tile belongs to, by way of the components that the tile falls into.
+//! The regions of a tile's triangles, stored by component.
 
 use bytes::Bytes;
 
 use crate::store::format::damage::Damage;
 use crate::store::format::generated::tile as schema;
 use crate::store::format::packed::Packed;
-use crate::store::format::tile::sides::is_set;
+use crate::store::format::tile::edge_bits::is_set;
 
-/// What is true of all triangles of a component of a tile.
+/// The properties that all triangles of a component of a tile share.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Component {
-    /// The number of its region.
+    /// The number of the region.
     pub(crate) region: u64,
-    /// By how many obstacles it is covered.
+    /// The number of obstacles that cover the component.
     pub(crate) depth: i32,
     /// Whether the region is a hole.
     pub(crate) is_hole: bool,
 }
 
-/// The components of a tile. What is absent is 0 or free.
+/// The components of a tile. Absent data means 0, or no hole.
 #[derive(Clone)]
 pub(crate) struct Regions {
     core_triangles: usize,
-    /// Of triangles of the core, and of the border.
+    /// The components of the triangles of the core, and of the border.
     components: [Option<Packed>; 2],
-    /// Of components.
+    /// The regions of the components.
     regions: Option<Packed>,
     depths: Option<Packed>,
     holes: Bytes,
 }
 
 impl Regions {
-    /// Takes them from verified buffers, for so many triangles of core and border.
+    /// Opens the components in verified buffers. `triangles` contains the numbers of triangles of
+    /// core and border.
     pub(crate) fn open(
         (core, core_table): (&Bytes, schema::Core<'_>),
         (border, border_table): (&Bytes, schema::Border<'_>),
@@ -65,7 +66,7 @@ impl Regions {
             }
             let count = self.count() as u64;
             if let Some(component) = components.iter().find(|&component| component >= count) {
-                return Err(Damage::new(format!("component {component} is beyond {count}")));
+                return Err(Damage::new(format!("component {component} is not below {count}")));
             }
         }
         let Some(regions) = &self.regions else {
@@ -92,12 +93,12 @@ impl Regions {
         Ok(())
     }
 
-    /// How many components the tile has.
+    /// Returns the number of components of the tile.
     pub(crate) fn count(&self) -> usize {
         self.regions.as_ref().map_or(1, Packed::len)
     }
 
-    /// The number of the component of a triangle, which is in range.
+    /// Returns the number of the component of a triangle.
     pub(crate) fn number(&self, triangle: usize) -> usize {
         let (components, triangle) = match triangle.checked_sub(self.core_triangles) {
             None => (&self.components[0], triangle),
@@ -108,7 +109,7 @@ impl Regions {
             .map_or(0, |components| components.get(triangle) as usize)
     }
 
-    /// What is true of a component, by its number.
+    /// Returns the properties of a component by its number.
     pub(crate) fn component(&self, number: usize) -> Component {
         Component {
             region: self.regions.as_ref().map_or(0, |regions| regions.get(number)),
@@ -123,7 +124,7 @@ impl Regions {
     }
 }
 
-/// The signed number behind an unsigned one of 32 bits: 0, 1, 2, 3 stand for 0, −1, 1, −2.
+/// Decodes a zigzag number of 32 bits: 0, 1, 2, 3 stand for 0, −1, 1, −2.
 fn unzigzag(value: u64) -> i32 {
     let value = value as u32;
     (value >> 1) as i32 ^ -((value & 1) as i32)

@@ -7,28 +7,28 @@ use crate::store::format::damage::Damage;
 use crate::store::format::generated::tile as schema;
 use crate::store::format::packed::{Packed, partition_point};
 
-/// A site: a vertex that queries look for.
+/// A site: a vertex that queries search for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Site<'t> {
-    /// The vertex of the tile at which it lies.
+    /// The vertex of the tile at which the site is.
     pub vertex: VertexIndex,
-    /// Its number, from 0 over all inputs.
+    /// The number of the site, from 0 across all inputs.
     pub number: u64,
-    /// Its id, if the input gave it one.
+    /// The id of the site, if the input has one.
     pub id: Option<&'t str>,
 }
 
-/// The sites of a tile, by vertex.
+/// The sites of a tile, ordered by vertex.
 #[derive(Clone)]
 pub(crate) struct Sites {
-    /// Vertex and number of each.
+    /// The vertex and the number of each site.
     pairs: Packed,
-    /// Their ids, one behind the other, and where each ends.
+    /// The concatenated ids, and the end offset of each.
     ids: Option<(Bytes, Packed)>,
 }
 
 impl Sites {
-    /// Takes them from a verified buffer; there are so many vertices.
+    /// Opens the sites in a verified buffer. `vertices` is the number of vertices of the tile.
     pub(crate) fn open(core: &Bytes, table: schema::Core<'_>, vertices: u64) -> Result<Option<Self>, Damage> {
         let (pairs, ids) = match (table.sites(), table.site_ids(), table.site_id_ends()) {
             (None, None, None) => return Ok(None),
@@ -45,9 +45,9 @@ impl Sites {
         }
         if let Some((text, ends)) = &ids {
             let complete = ends.len() == pairs.len() / 2 && ends.iter().last().unwrap_or(0) == text.len() as u64;
-            // The ends are ascending up to the length, so all of them are within it.
+            // The ends ascend up to the length, so all of them are within the text.
             if !complete || !ends.iter().is_sorted() || !ends.iter().all(|end| text.is_char_boundary(end as usize)) {
-                return Err(Damage::new("the ids of the sites are cut where none ends"));
+                return Err(Damage::new("the end offsets of the ids of the sites are wrong"));
             }
         }
         Ok(Some(Self {
@@ -60,37 +60,37 @@ impl Sites {
         self.pairs.len() / 2
     }
 
-    pub(crate) fn get(&self, place: usize) -> Site<'_> {
+    pub(crate) fn get(&self, index: usize) -> Site<'_> {
         Site {
-            vertex: VertexIndex(self.pairs.get(2 * place) as u32),
-            number: self.pairs.get(2 * place + 1),
-            id: self.id(place).filter(|id| !id.is_empty()),
+            vertex: VertexIndex(self.pairs.get(2 * index) as u32),
+            number: self.pairs.get(2 * index + 1),
+            id: self.id(index).filter(|id| !id.is_empty()),
         }
     }
 
-    /// Those at a vertex.
+    /// Returns the sites at a vertex.
     pub(crate) fn at(&self, vertex: VertexIndex) -> impl Iterator<Item = Site<'_>> {
         let first = self.first_at(vertex.0.into());
-        let sites = (first..self.len()).map(|place| self.get(place));
+        let sites = (first..self.len()).map(|index| self.get(index));
         sites.take_while(move |site| site.vertex == vertex)
     }
 
-    /// The place of the first site at a vertex, or behind.
+    /// Returns the index of the first site at this vertex or at a later one.
     fn first_at(&self, vertex: u64) -> usize {
-        partition_point(self.len(), |place| self.pairs.get(2 * place) < vertex)
+        partition_point(self.len(), |index| self.pairs.get(2 * index) < vertex)
     }
 
-    fn id(&self, place: usize) -> Option<&str> {
+    fn id(&self, index: usize) -> Option<&str> {
         let (text, ends) = self.ids.as_ref()?;
-        let start = place.checked_sub(1).map_or(0, |before| ends.get(before));
-        // Checked when the tile was opened.
-        std::str::from_utf8(&text[start as usize..ends.get(place) as usize]).ok()
+        let start = index.checked_sub(1).map_or(0, |before| ends.get(before));
+        // UTF-8 was checked when the tile was opened.
+        std::str::from_utf8(&text[start as usize..ends.get(index) as usize]).ok()
     }
 
     pub(crate) fn is_site(&self, vertex: VertexIndex) -> bool {
         let vertex = u64::from(vertex.0);
-        let place = self.first_at(vertex);
-        place < self.len() && self.pairs.get(2 * place) == vertex
+        let index = self.first_at(vertex);
+        index < self.len() && self.pairs.get(2 * index) == vertex
     }
 
     pub(crate) fn byte_size(&self) -> usize {

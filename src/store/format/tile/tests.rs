@@ -1,4 +1,5 @@
-//! What a tile tells of constraints, regions and sites is what its drafts said; drafts that contradict themselves are refused.
+//! A tile has the constraints, regions and sites of its drafts; drafts that contradict themselves
+//! are rejected.
 
 use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId, VertexIndex};
 use crate::io::Buffers;
@@ -11,12 +12,13 @@ use crate::store::format::encode::{BorderDraft, CoreDraft};
 use crate::store::format::generated::tile as schema;
 use crate::store::format::tile::*;
 
-/// A square of two triangles, and one at its right side that has a corner of another tile.
+/// A square of two triangles, and a border triangle at its right edge that has a corner of another
+/// tile.
 ///
 /// ```text
 /// 3────2
-/// │ 1 ╱│╲       sides: 0–2 of triangle 0, 3–5 of triangle 1, 6–8 of triangle 2 in the border
-/// │ ╱  │ 2 4    2 and 3 are on the diagonal, 1 and 8 on the right side of the square
+/// │ 1 ╱│╲       half-edges: 0–2 of triangle 0, 3–5 of triangle 1, 6–8 of triangle 2 in the border
+/// │ ╱  │ 2 4    2 and 3 are on the diagonal, 1 and 8 on the right edge of the square
 /// │╱ 0 │╱
 /// 0────1
 /// ```
@@ -46,7 +48,7 @@ fn drafts() -> (CoreDraft, BorderDraft) {
     (core, border)
 }
 
-/// The same with a break line, a wall and an obstacle, regions and sites.
+/// The drafts of [`drafts`] with a break line, a wall and an obstacle, regions and sites.
 fn full_drafts() -> (CoreDraft, BorderDraft) {
     let (mut core, mut border) = drafts();
     core.constraints = vec![0b110_110 & !(1 << 4), 0b101_101];
@@ -99,12 +101,18 @@ fn open_bytes(core: &Bytes, border: &Bytes) -> Result<Tile, Damage> {
 }
 
 #[test]
-fn a_tile_tells_what_its_drafts_said() {
+fn a_tile_has_the_constraints_regions_and_sites_of_its_drafts() {
     let tile = open(&full_drafts()).unwrap();
-    let of_sides =
-        |what: fn(&Tile, HalfEdge) -> bool| (0..9).filter(|&side| what(&tile, HalfEdge(side))).collect::<Vec<_>>();
-    assert_eq!(of_sides(|tile, side| tile.is_constraint(side)), [1, 2, 3, 5, 6, 8]);
-    assert_eq!(of_sides(|tile, side| tile.is_wall(side)), [2, 3, 5, 6]);
+    let half_edges_with = |what: fn(&Tile, HalfEdge) -> bool| {
+        (0..9)
+            .filter(|&half_edge| what(&tile, HalfEdge(half_edge)))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(
+        half_edges_with(|tile, half_edge| tile.is_constraint(half_edge)),
+        [1, 2, 3, 5, 6, 8]
+    );
+    assert_eq!(half_edges_with(|tile, half_edge| tile.is_wall(half_edge)), [2, 3, 5, 6]);
     let triangles = [0, 1, 2].map(TriangleId);
     assert_eq!(triangles.map(|t| tile.region(t)), [70_000, 9, 3]);
     assert_eq!(triangles.map(|t| tile.depth(t)), [1, 0, -2]);
@@ -119,25 +127,25 @@ fn a_tile_tells_what_its_drafts_said() {
 }
 
 #[test]
-fn the_sources_of_an_edge_are_seen_from_both_sides() {
+fn the_half_edges_of_an_edge_see_its_sources_in_opposite_directions() {
     let tile = open(&full_drafts()).unwrap();
-    let of = |side: u32| tile.edge_sources(HalfEdge(side)).collect::<Vec<_>>();
+    let of = |half_edge: u32| tile.edge_sources(HalfEdge(half_edge)).collect::<Vec<_>>();
     let (wall, obstacle) = (source(LineKind::Wall, 3), source(LineKind::Obstacle, 5));
     assert_eq!(of(2), [wall, obstacle]);
     assert_eq!(of(3), [wall, obstacle.reversed()]);
-    for side in [1, 8] {
-        assert_eq!(of(side), [source(LineKind::BreakLine, 0)]);
+    for half_edge in [1, 8] {
+        assert_eq!(of(half_edge), [source(LineKind::BreakLine, 0)]);
     }
     assert_eq!((of(5), of(6)), (vec![obstacle.reversed()], vec![wall]));
-    for side in [0, 4, 7] {
-        assert_eq!(of(side), []);
+    for half_edge in [0, 4, 7] {
+        assert_eq!(of(half_edge), []);
     }
     assert_eq!(tile.edges_with_sources(), 4);
 }
 
-/// A site's number is its id where no site of the tile has another.
+/// A site's number is its id if no site of the tile has another id.
 #[test]
-fn sites_without_ids() {
+fn without_ids_a_site_is_identified_by_its_number() {
     let (mut core, border) = full_drafts();
     core.site_ids.clear();
     let tile = open(&(core, border)).unwrap();
@@ -146,16 +154,16 @@ fn sites_without_ids() {
 }
 
 #[test]
-fn what_is_absent_is_free_and_of_region_0() {
+fn triangles_without_stored_regions_are_free_and_of_region_0() {
     let tile = open(&drafts()).unwrap();
     assert!(
         (0..9)
             .map(HalfEdge)
-            .all(|side| !tile.is_wall(side) && tile.edge_sources(side).count() == 0)
+            .all(|half_edge| !tile.is_wall(half_edge) && tile.edge_sources(half_edge).count() == 0)
     );
     assert!(tile.triangle_ids().all(|t| tile.component(t) == Component::default()));
     assert!(tile.sites().next().is_none() && tile.vertex_indices().all(|v| !tile.is_site(v)));
-    // What says no more than that takes no room.
+    // Default values take no space.
     let (mut core, mut border) = drafts();
     core.components = vec![0; 2];
     core.constraints = vec![0; 2];
@@ -172,7 +180,7 @@ fn what_is_absent_is_free_and_of_region_0() {
 }
 
 #[test]
-fn depths_of_all_sizes() {
+fn depths_of_all_sizes_are_read_as_they_were_written() {
     for depth in [0, 1, -1, 63, -64, 64, 40_000, i32::MAX, i32::MIN] {
         let (core, mut border) = drafts();
         border.regions = vec![Component {
@@ -184,15 +192,15 @@ fn depths_of_all_sizes() {
 }
 
 #[test]
-fn drafts_that_contradict_themselves_are_refused() {
+fn drafts_that_contradict_themselves_are_rejected() {
     type Fault = fn(&mut CoreDraft, &mut BorderDraft);
     let faults: [(&str, Fault); 13] = [
         ("a wall is no constraint", |core, _| core.constraints[0] = 0b001_110),
         ("the border: a wall", |_, border| border.constraints[0] = 0b010_101),
         ("have 3 components", |core, _| core.components.push(1)),
         ("have 2 components", |_, border| border.components.push(0)),
-        ("component 3 is beyond 3", |core, _| core.components[1] = 3),
-        ("component 2 is beyond 1", |core, border| {
+        ("component 3 is not below 3", |core, _| core.components[1] = 3),
+        ("component 2 is not below 1", |core, border| {
             border.regions = vec![Component::default()];
             core.components = vec![0, 0];
         }),
@@ -212,9 +220,9 @@ fn drafts_that_contradict_themselves_are_refused() {
     }
 }
 
-/// What no draft can say.
+/// Contradictions that no draft can express.
 #[test]
-fn tables_without_their_other_half_are_refused() {
+fn a_border_with_only_one_of_two_matching_tables_is_rejected() {
     type Fault = for<'b> fn(&mut schema::BorderArgs<'b>, [flatbuffers::WIPOffset<schema::Packed<'b>>; 4]);
     let faults: [(&str, Fault); 6] = [
         ("", |_, _| ()),
@@ -272,9 +280,9 @@ fn tables_without_their_other_half_are_refused() {
     }
 }
 
-/// Whatever the bytes are, there is an error, or a tile that can be asked everything.
+/// Whatever the bytes are, opening fails, or all accessors of the tile work.
 #[test]
-fn nonsense_is_refused_or_harmless() {
+fn random_bytes_are_rejected_or_give_a_tile_that_does_not_panic() {
     let mut seed = 11u64;
     let mut below = |n: usize| {
         seed = seed
@@ -302,9 +310,9 @@ fn nonsense_is_refused_or_harmless() {
             continue;
         };
         outcomes[1] += 1;
-        for side in (0..3 * tile.triangle_count()).map(HalfEdge) {
-            let sources = tile.edge_sources(side).filter(|source| source.is_wall()).count();
-            assert!(sources < 1000 && (tile.is_constraint(side) || !tile.is_wall(side)));
+        for half_edge in (0..3 * tile.triangle_count()).map(HalfEdge) {
+            let sources = tile.edge_sources(half_edge).filter(|source| source.is_wall()).count();
+            assert!(sources < 1000 && (tile.is_constraint(half_edge) || !tile.is_wall(half_edge)));
         }
         for triangle in tile.triangle_ids() {
             let told = (tile.region(triangle), tile.depth(triangle), tile.is_hole(triangle));

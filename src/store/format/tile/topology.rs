@@ -1,4 +1,4 @@
-//! How the triangles of a tile lie beside each other.
+//! The adjacency of a tile's triangles.
 
 use crate::geometry::{HalfEdge, Point, VertexIndex};
 use crate::mesh::{Embedded, Topology, Twin};
@@ -6,46 +6,48 @@ use crate::store::format::packed::{Packed, partition_point};
 use crate::store::format::tile::Tile;
 
 impl Tile {
-    /// The corner that a half-edge starts at.
+    /// Returns the corner at which a half-edge starts.
     #[inline]
     #[must_use]
     pub fn origin(&self, half_edge: HalfEdge) -> VertexIndex {
-        let side = half_edge.index();
-        let corner = match side.checked_sub(self.triangles.len()) {
-            None => self.triangles.get(side),
-            Some(side) => self.border_triangles.get(side),
+        let index = half_edge.index();
+        let corner = match index.checked_sub(self.triangles.len()) {
+            None => self.triangles.get(index),
+            Some(index) => self.border_triangles.get(index),
         };
         VertexIndex(corner as u32)
     }
 
-    /// What lies on the other side of the edge of a half-edge. [`Twin::Elsewhere`] is a triangle that no vertex of this
-    /// tile is a corner of: the tiles of the ends of the edge have it, unless it is the hull.
+    /// Returns the twin of a half-edge. [`Twin::Elsewhere`] means that the other triangle has no
+    /// corner in this tile, or that the edge is on the hull; the tiles of the ends of the edge
+    /// know.
     #[inline]
     #[must_use]
     pub fn twin(&self, half_edge: HalfEdge) -> Twin {
-        let side = half_edge.index();
+        let index = half_edge.index();
         let twin = |value: u64| Twin::HalfEdge(HalfEdge(value as u32));
-        if let Some(side) = side.checked_sub(self.triangles.len()) {
-            let value = self.border_neighbours.get(side);
+        if let Some(index) = index.checked_sub(self.triangles.len()) {
+            let value = self.border_neighbours.get(index);
             return match self.border_neighbours.largest() - value {
                 0 => Twin::Hull,
                 1 => Twin::Elsewhere,
                 _ => twin(value),
             };
         }
-        let value = self.neighbours.get(side);
+        let value = self.neighbours.get(index);
         if value != self.neighbours.largest() {
             return twin(value);
         }
-        find(&self.core_links, side as u64).map_or(Twin::Hull, Twin::HalfEdge)
+        find(&self.core_links, index as u64).map_or(Twin::Hull, Twin::HalfEdge)
     }
 
-    /// A half-edge that leaves a vertex of the tile, if it has any triangles.
+    /// Returns a half-edge that starts at a vertex of the tile, or `None` if the vertex has no
+    /// triangles.
     #[must_use]
     pub fn leaving(&self, vertex: VertexIndex) -> Option<HalfEdge> {
-        let side = self.vertex_sides.get(vertex.index());
-        if side != self.vertex_sides.largest() {
-            return Some(HalfEdge(side as u32));
+        let half_edge = self.vertex_sides.get(vertex.index());
+        if half_edge != self.vertex_sides.largest() {
+            return Some(HalfEdge(half_edge as u32));
         }
         find(&self.border_vertex_sides, vertex.0.into())
     }
@@ -68,7 +70,7 @@ impl Topology for Tile {
     }
 }
 
-/// Vertices are corners: those of other tiles have numbers too.
+/// The vertices of this implementation are corners: vertices of other tiles have numbers too.
 impl Embedded for Tile {
     #[inline]
     fn point(&self, corner: VertexIndex) -> Point {
@@ -78,7 +80,7 @@ impl Embedded for Tile {
 
 /// Looks up the half-edge of a key in sorted pairs.
 fn find(pairs: &Packed, key: u64) -> Option<HalfEdge> {
-    let place = partition_point(pairs.len() / 2, |place| pairs.get(2 * place) < key);
-    let found = place < pairs.len() / 2 && pairs.get(2 * place) == key;
-    found.then(|| HalfEdge(pairs.get(2 * place + 1) as u32))
+    let index = partition_point(pairs.len() / 2, |index| pairs.get(2 * index) < key);
+    let found = index < pairs.len() / 2 && pairs.get(2 * index) == key;
+    found.then(|| HalfEdge(pairs.get(2 * index + 1) as u32))
 }

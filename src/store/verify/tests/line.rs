@@ -1,4 +1,4 @@
-//! Files of points on one line that are wrong in one thing each.
+//! Files of collinear points that are wrong in one respect each.
 
 use crate::geometry::{Point, VertexIndex};
 use crate::store::format::edge_source::{EdgeSource, LineKind};
@@ -9,7 +9,8 @@ fn at(step: usize) -> Point {
     Point::new(step as f64, 7.0 - 3.0 * step as f64)
 }
 
-/// Forty points, and edges between all but the last of them: a break line from the other side, and a wall along a part.
+/// Forty points, with edges between all but the last: a break line in the other direction, and a
+/// wall along a part of it.
 fn model(tile_vertices: usize) -> Model {
     let points: Vec<Point> = (0..40).map(at).collect();
     let lines = [
@@ -28,7 +29,7 @@ fn vertex(model: &Model, step: usize) -> VertexId {
     found.next().unwrap()
 }
 
-/// Replaces the edge from a step to the next by one to another vertex.
+/// Replaces the edge from vertex `step` to the next one by an edge to `to`.
 fn bend(model: &mut Model, step: usize, to: VertexId) {
     let [from, next] = [step, step + 1].map(|step| vertex(model, step));
     let sources = &mut model.tiles[from.tile.0 as usize].sources;
@@ -43,7 +44,7 @@ fn found(model: &Model, words: &str) {
 }
 
 #[test]
-fn edges_that_do_not_lead_to_the_next_vertex() {
+fn edges_that_skip_the_next_vertex_on_the_line_are_found() {
     for tile_vertices in [8, 1000] {
         let right = model(tile_vertices);
         right.verify().unwrap();
@@ -66,7 +67,7 @@ fn edges_that_do_not_lead_to_the_next_vertex() {
                 &wrong,
                 "its last edge leads to a vertex that is not the next one on the line",
             );
-            // The right vertex, but elsewhere.
+            // The right vertex, at a wrong position.
             let mut wrong = right.clone();
             let next = vertex(&wrong, step + 1);
             let tile = vertex(&wrong, step).tile.0 as usize;
@@ -82,7 +83,7 @@ fn edges_that_do_not_lead_to_the_next_vertex() {
 }
 
 #[test]
-fn edges_without_sources() {
+fn edges_without_sources_are_found() {
     let mut wrong = model(8);
     let edge = pair(vertex(&wrong, 20), vertex(&wrong, 21));
     for tile in &mut wrong.tiles {

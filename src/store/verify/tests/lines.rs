@@ -1,4 +1,4 @@
-//! Lines and sites that are wrong in one thing each, in the file or in the input.
+//! Lines and sites that are wrong in one respect each, in the file or in the input.
 
 use crate::geometry::{Point, VertexIndex};
 use crate::input::{SiteBatch, SiteId};
@@ -11,7 +11,7 @@ use crate::store::verify::tests::grid;
 use crate::store::verify::tests::model::{Model, Sourced, pair, run};
 use LineKind::{BreakLine, Obstacle, Wall};
 
-/// Segments and sites on a grid of 100 points, and the file of them.
+/// Segments and sites on a grid of 100 points, and the file built from them.
 struct Town {
     model: Model,
     lines: Vec<Sourced>,
@@ -31,15 +31,15 @@ impl Town {
     fn new(tile_vertices: usize) -> Self {
         let line = EdgeSource::new;
         let lines = [
-            // Across everything; a part of it once more, and the other way.
+            // Across the whole grid; a part of it once more, in the other direction.
             chain(line(BreakLine, 0), &[(0.0, 0.0), (9.0, 9.0)]),
             chain(line(BreakLine, 0), &[(6.0, 6.0), (3.0, 3.0)]),
-            // The same line is another edge's source too.
+            // The same line is the source of another edge too.
             chain(line(BreakLine, 0), &[(0.0, 9.0), (3.0, 9.0), (3.0, 9.0), (7.0, 7.0)]),
             chain(line(BreakLine, 1), &[(5.0, 9.0), (5.0, 0.0)]),
             chain(line(Wall, 2), &[(9.0, 5.0), (0.0, 5.0)]),
             chain(line(Wall, 3), &[(5.0, 5.0), (5.0, 2.0), (9.0, 2.0)]),
-            // Rings that share a side; a spike; a ring that goes round twice.
+            // Rings that share an edge; a spike; a ring that goes round twice.
             chain(
                 line(Obstacle, 4),
                 &[(1.0, 1.0), (4.0, 1.0), (4.0, 4.0), (1.0, 4.0), (1.0, 1.0)],
@@ -81,14 +81,14 @@ impl Town {
         [8, 16, 1000].map(Self::new)
     }
 
-    /// A file that is wrong in one thing.
+    /// Returns a copy of the model with `change` applied.
     fn but(&self, change: impl FnOnce(&mut Model)) -> Model {
         let mut wrong = self.model.clone();
         change(&mut wrong);
         wrong
     }
 
-    /// The edges and their sources, each with the tile that has them.
+    /// Returns the edges and their sources, each with the tile that has them.
     fn edges(&self) -> Vec<(usize, [VertexId; 2], Vec<EdgeSource>)> {
         let tiles = self.model.tiles.iter().enumerate();
         let edges = tiles.flat_map(|(tile, its)| its.sources.iter().map(move |(e, s)| (tile, *e, s.clone())));
@@ -97,7 +97,7 @@ impl Town {
         edges
     }
 
-    /// An edge between two places.
+    /// Returns the edge between two positions.
     fn edge(&self, from: (f64, f64), to: (f64, f64)) -> [VertexId; 2] {
         let vertex = |p: Point| {
             let found = self.model.tiles.iter().zip(0..).find_map(|(tile, number)| {
@@ -111,7 +111,7 @@ impl Town {
     }
 }
 
-/// What comes of the comparison, which is the same in whatever parts the segments are looked for.
+/// Returns the result of the comparison. Asserts that it does not depend on the parts.
 #[track_caller]
 fn compare(model: &Model, lines: &[Sourced]) -> Result<u64, VerifyError> {
     let reader = run(model.open());
@@ -142,7 +142,7 @@ fn complaint(model: &Model, lines: &[Sourced]) -> String {
 }
 
 #[test]
-fn lines_that_are_right_in_any_order_and_direction() {
+fn correct_lines_pass_in_any_order_and_direction() {
     for town in Town::all() {
         town.model.verify().unwrap();
         let mut lines = town.lines.clone();
@@ -157,24 +157,26 @@ fn lines_that_are_right_in_any_order_and_direction() {
                 }
             }
         }
-        // Break lines and walls may come once more.
+        // Break lines and walls may occur once more.
         lines.extend(town.lines.iter().filter(|(_, source)| source.kind() != Obstacle));
         assert_eq!(compare(&town.model, &lines).unwrap(), lines.len() as u64);
     }
 }
 
 #[test]
-fn an_edge_without_one_of_its_sources() {
+fn an_edge_without_one_of_its_sources_is_found() {
     for town in Town::all() {
         let mut shared = 0;
         for (tile, edge, sources) in town.edges() {
-            for place in 0..sources.len() {
-                let wrong = town.but(|m| _ = m.tiles[tile].sources.get_mut(&edge).unwrap().remove(place));
+            for index in 0..sources.len() {
+                let wrong = town.but(|m| _ = m.tiles[tile].sources.get_mut(&edge).unwrap().remove(index));
                 let expected = match sources.len() {
                     1 => "is a constraint without a source",
-                    _ if sources[..place].contains(&sources[place]) => "run along more often than the file says",
-                    _ if sources[place + 1..].contains(&sources[place]) => "run along more often than the file says",
-                    _ => "is no chain of edges that come from it",
+                    _ if sources[..index].contains(&sources[index]) => "covered by more segments than the file says",
+                    _ if sources[index + 1..].contains(&sources[index]) => {
+                        "covered by more segments than the file says"
+                    }
+                    _ => "is not a chain of edges that come from it",
                 };
                 let text = complaint(&wrong, &town.lines);
                 assert!(text.contains(expected), "{text}: {sources:?}");
@@ -186,7 +188,7 @@ fn an_edge_without_one_of_its_sources() {
 }
 
 #[test]
-fn a_source_too_many() {
+fn an_additional_source_is_found() {
     for town in Town::all() {
         let lines = town.lines.iter().map(|(_, source)| *source);
         let unknown = [BreakLine, Wall, Obstacle].map(|kind| EdgeSource::new(kind, 99));
@@ -207,7 +209,7 @@ fn a_source_too_many() {
                 assert!(text.contains("more than once"), "{text}: {source:?} beside {sources:?}");
             } else {
                 others += 1;
-                let expected = "is an edge of the file, but not so in the input";
+                let expected = "is an edge of the file, but not of the input";
                 assert!(text.contains(expected), "{text}: {source:?} beside {sources:?}");
             }
         }
@@ -217,7 +219,7 @@ fn a_source_too_many() {
 
 /// The file says that an edge is a constraint, and all its tiles agree.
 #[test]
-fn an_edge_that_is_no_constraint_of_the_input() {
+fn a_constraint_that_is_not_in_the_input_is_found() {
     for town in Town::all() {
         for (from, to) in [
             ((0.0, 1.0), (0.0, 2.0)),
@@ -251,7 +253,7 @@ fn an_edge_that_is_no_constraint_of_the_input() {
             assert!(without.contains("is a constraint without a source"), "{without}");
             for line in [0, 1, 50] {
                 let wrong = marked(Some(EdgeSource::new(BreakLine, line)));
-                // The file agrees with itself.
+                // The file is consistent.
                 if line < 50 {
                     wrong.verify().unwrap();
                 }
@@ -262,7 +264,7 @@ fn an_edge_that_is_no_constraint_of_the_input() {
                     [to, from]
                 };
                 let expected = format!(
-                    "break line {line} from ({}, {}) to ({}, {}) is an edge of the file, but not so in the input",
+                    "break line {line} from ({}, {}) to ({}, {}) is an edge of the file, but not of the input",
                     low.0, low.1, high.0, high.1
                 );
                 assert_eq!(text, expected);
@@ -272,29 +274,30 @@ fn an_edge_that_is_no_constraint_of_the_input() {
 }
 
 #[test]
-fn a_segment_missing_from_the_input() {
+fn a_segment_missing_from_the_input_is_found() {
     for town in Town::all() {
         for missing in 0..town.lines.len() {
             let mut lines = town.lines.clone();
             let (ends, _) = lines.remove(missing);
-            // Others run along it, or it has no length.
+            // Other segments cover it, or it has no length.
             if ends == [at((6.0, 6.0)), at((3.0, 3.0))] || ends[0] == ends[1] {
                 compare(&town.model, &lines).unwrap();
                 continue;
             }
             let text = complaint(&town.model, &lines);
-            assert!(text.contains("but not so in the input"), "{missing}: {text}");
+            assert!(text.contains("but not of the input"), "{missing}: {text}");
         }
-        assert!(complaint(&town.model, &[]).contains("but not so in the input"));
+        assert!(complaint(&town.model, &[]).contains("but not of the input"));
     }
 }
 
 #[test]
-fn a_segment_that_the_file_does_not_have() {
+fn a_segment_that_the_file_does_not_have_is_found() {
     for town in Town::all() {
         let wall = EdgeSource::new(Wall, 2);
         for (from, to) in [
-            // Another wall's, none's, beside the plane, beyond an edge, short of a vertex, with an end that is none.
+            // On another wall, on no edge, off the grid, beyond an edge, short of a vertex, near a
+            // vertex, and with an invalid end.
             ((5.0, 5.0), (5.0, 2.0)),
             ((0.0, 2.0), (1.0, 2.0)),
             ((-5.0, -5.0), (-5.0, -9.0)),
@@ -308,11 +311,11 @@ fn a_segment_that_the_file_does_not_have() {
             lines.extend(chain(wall, &[from, to]));
             lines.extend(chain(wall, &[(77.0, 77.0), (78.0, 78.0)]));
             let text = complaint(&town.model, &lines);
-            let found = text.contains("no chain of edges") || text.contains("no valid point");
+            let found = text.contains("not a chain of edges") || text.contains("no valid point");
             let first = [from, to].iter().any(|(x, y)| text.contains(&format!("({x}, {y})")));
             assert!(found && first, "{text}");
         }
-        // The numbers and kinds of lines count.
+        // Numbers and kinds of lines matter.
         let segments = town.lines.iter().enumerate().filter(|(_, (e, _))| e[0] != e[1]);
         for (segment, &(ends, source)) in segments.step_by(2) {
             for kind in [BreakLine, Wall, Obstacle] {
@@ -330,7 +333,7 @@ fn a_segment_that_the_file_does_not_have() {
 }
 
 #[test]
-fn obstacles_the_wrong_way_round_or_too_often() {
+fn reversed_and_repeated_obstacle_segments_are_found() {
     for town in Town::all() {
         for (segment, &(ends, source)) in town.lines.iter().enumerate() {
             if source.kind() != Obstacle {
@@ -342,13 +345,13 @@ fn obstacles_the_wrong_way_round_or_too_often() {
             let mut twice = town.lines.clone();
             twice.insert(segment / 2, (ends, source));
             let text = complaint(&town.model, &twice);
-            assert!(text.contains("more often than the file says"), "{text}");
+            assert!(text.contains("more segments than the file says"), "{text}");
         }
         for (tile, edge, sources) in town.edges() {
-            for (place, source) in sources.iter().enumerate() {
+            for (index, source) in sources.iter().enumerate() {
                 if source.kind() == Obstacle {
                     let turn = |m: &mut Model| {
-                        let source = &mut m.tiles[tile].sources.get_mut(&edge).unwrap()[place];
+                        let source = &mut m.tiles[tile].sources.get_mut(&edge).unwrap()[index];
                         *source = source.reversed();
                     };
                     complaint(&town.but(turn), &town.lines);
@@ -359,7 +362,7 @@ fn obstacles_the_wrong_way_round_or_too_often() {
 }
 
 #[test]
-fn input_that_is_none() {
+fn an_input_error_and_an_inconsistent_batch_are_reported() {
     let town = Town::new(16);
     let text = |next: &dyn Fn(&mut LineBatch) -> Result<bool, String>| {
         let verified = run(async { town.model.open().await.verify_lines(next).await });
@@ -374,9 +377,9 @@ fn input_that_is_none() {
 }
 
 /// Sites with their ids.
-type Named = Vec<(Point, SiteId)>;
+type NamedSites = Vec<(Point, SiteId)>;
 
-/// What comes of the comparison of sites, in whatever parts they are looked up.
+/// Returns the result of the comparison of sites. Asserts that it does not depend on the parts.
 #[track_caller]
 fn compare_sites(model: &Model, sites: &[(Point, SiteId)]) -> Result<u64, String> {
     let all = [1, 2, 100].map(|at_once| {
@@ -399,7 +402,7 @@ fn compare_sites(model: &Model, sites: &[(Point, SiteId)]) -> Result<u64, String
 }
 
 #[test]
-fn sites_that_are_missing_moved_or_too_many() {
+fn missing_moved_and_additional_sites_are_found() {
     for town in Town::all() {
         let number = |&(p, number): &(Point, u64)| (p, SiteId::Number(number));
         let right: Vec<_> = town.sites.iter().map(number).collect();
@@ -407,19 +410,19 @@ fn sites_that_are_missing_moved_or_too_many() {
         let mut turned = right.clone();
         turned.reverse();
         assert_eq!(compare_sites(&town.model, &turned), Ok(5));
-        for place in 0..right.len() {
-            let wrong = |change: &dyn Fn(&mut Named)| {
+        for index in 0..right.len() {
+            let wrong = |change: &dyn Fn(&mut NamedSites)| {
                 let mut sites = right.clone();
                 change(&mut sites);
                 compare_sites(&town.model, &sites).unwrap_err()
             };
-            let text = wrong(&|sites| _ = sites.remove(place));
+            let text = wrong(&|sites| _ = sites.remove(index));
             assert!(text.contains("of the file is not in the input"), "{text}");
             for text in [
-                wrong(&|sites| sites[place].1 = SiteId::Number(70)),
-                wrong(&|sites| sites[place].1 = SiteId::Text("7".to_owned())),
-                wrong(&|sites| sites[place].0.x -= 1.0),
-                wrong(&|sites| sites.insert(place, sites[place].clone())),
+                wrong(&|sites| sites[index].1 = SiteId::Number(70)),
+                wrong(&|sites| sites[index].1 = SiteId::Text("7".to_owned())),
+                wrong(&|sites| sites[index].0.x -= 1.0),
+                wrong(&|sites| sites.insert(index, sites[index].clone())),
             ] {
                 assert!(text.contains("is not in the file, or not as often"), "{text}");
             }

@@ -1,4 +1,5 @@
-//! A file as sets of triangles, from which cores, borders and entries are made, whatever they contradict.
+//! A file as sets of triangles, from which cores, borders and entries are made, even if the sets
+//! are inconsistent.
 
 use std::collections::{HashMap, HashSet};
 
@@ -22,7 +23,7 @@ use crate::{BuildOptions, Builder, MissingZ};
 
 pub(super) type Named = [VertexId; 3];
 
-/// A segment, and what it makes of edges along it.
+/// A segment, and the source that it gives to the edges along it.
 pub(super) type Sourced = ([Point; 2], EdgeSource);
 
 /// A file as sets of triangles, from which cores, borders and entries are made.
@@ -38,15 +39,15 @@ pub(super) struct ModelTile {
     pub(super) z: Vec<f64>,
     pub(super) core: Vec<Named>,
     pub(super) border: Vec<Named>,
-    /// Where the tile believes vertices of others to be, if not where they are.
+    /// Points at which the tile stores foreign vertices, if they differ from the real ones.
     pub(super) beliefs: HashMap<VertexId, Point>,
-    /// Pairs of vertices, the smaller first, between which the tile has constraints.
+    /// The constraints of the tile, as pairs of vertices, the smaller first.
     pub(super) constraints: HashSet<[VertexId; 2]>,
-    /// Those of them that it has for walls.
+    /// The constraints that the tile stores as walls.
     pub(super) walls: HashSet<[VertexId; 2]>,
-    /// The sources that it has for them, as seen from the first to the second.
+    /// The sources that the tile stores for them, as seen from the first vertex to the second.
     pub(super) sources: HashMap<[VertexId; 2], Vec<EdgeSource>>,
-    /// What it says of its triangles' regions.
+    /// The components that the tile stores for its triangles.
     pub(super) labels: HashMap<Named, Component>,
     /// Vertices and numbers of its sites.
     pub(super) sites: Vec<(u32, u64)>,
@@ -70,7 +71,7 @@ pub(super) fn smallest_first(mut t: Named) -> Named {
 }
 
 impl ModelTile {
-    /// Without triangles.
+    /// Returns whether the tile has no triangles.
     fn is_on_line(&self) -> bool {
         self.core.is_empty() && self.border.is_empty()
     }
@@ -80,13 +81,13 @@ impl ModelTile {
             tile.triangle_ids()
                 .map(|t| (t, smallest_first(tile.vertices(t).map(|v| v.id))))
         };
-        let edge = |side: TileEdge| tile.ends(side).map(|v| v.id);
-        let unordered = |side: TileEdge| pair(edge(side)[0], edge(side)[1]);
-        let sides = || tile.half_edges().map(TileEdge::HalfEdge);
-        let sources = tile.owned_constraints().map(|side| {
-            let is_forward = edge(side) == unordered(side);
+        let directed = |edge: TileEdge| tile.ends(edge).map(|v| v.id);
+        let unordered = |edge: TileEdge| pair(directed(edge)[0], directed(edge)[1]);
+        let half_edges = || tile.half_edges().map(TileEdge::HalfEdge);
+        let sources = tile.owned_constraints().map(|edge| {
+            let is_forward = directed(edge) == unordered(edge);
             let seen = |source: EdgeSource| if is_forward { source } else { source.reversed() };
-            (unordered(side), tile.edge_sources(side).map(seen).collect())
+            (unordered(edge), tile.edge_sources(edge).map(seen).collect())
         });
         Self {
             points: tile.points().collect(),
@@ -100,11 +101,11 @@ impl ModelTile {
                 .map(|(_, t)| t)
                 .collect(),
             beliefs: HashMap::new(),
-            constraints: sides()
-                .filter(|&side| tile.is_constraint(side))
+            constraints: half_edges()
+                .filter(|&edge| tile.is_constraint(edge))
                 .map(unordered)
                 .collect(),
-            walls: sides().filter(|&side| tile.is_wall(side)).map(unordered).collect(),
+            walls: half_edges().filter(|&edge| tile.is_wall(edge)).map(unordered).collect(),
             sources: sources.collect(),
             labels: all().map(|(t, named)| (named, tile.component(t))).collect(),
             sites: tile.sites().map(|site| (site.vertex.0, site.number)).collect(),
@@ -117,7 +118,8 @@ impl Model {
         Self::with_lines(points, &[], &[], tile_vertices)
     }
 
-    /// A triangulation with segments, each with its source, and sites whose numbers are these.
+    /// Builds a triangulation of `points` with segments, each with its source, and with numbered
+    /// sites.
     pub(super) fn with_lines(
         points: &[Point],
         lines: &[Sourced],
@@ -163,7 +165,7 @@ impl Model {
         self.tiles[v.tile.0 as usize].points[v.index.index()]
     }
 
-    /// All triangles, each once.
+    /// Returns all triangles, each once.
     pub(super) fn triangles(&self) -> Vec<Named> {
         let all = self.tiles.iter().flat_map(|t| t.core.iter().chain(&t.border).copied());
         let mut all: Vec<_> = all.collect::<HashSet<_>>().into_iter().collect();
@@ -189,8 +191,8 @@ impl Model {
         }
     }
 
-    /// The other triangle at the edge from `a` to `b` of a triangle.
-    pub(super) fn across(&self, a: VertexId, b: VertexId) -> Option<Named> {
+    /// Returns the other triangle at the edge from `a` to `b` of a triangle.
+    pub(super) fn twin(&self, a: VertexId, b: VertexId) -> Option<Named> {
         self.triangles()
             .into_iter()
             .find(|t| (0..3).any(|i| t[i] == b && t[(i + 1) % 3] == a))
@@ -200,7 +202,7 @@ impl Model {
         run(async { self.open().await.verify(true).await.map(|_| ()) })
     }
 
-    /// The file, in memory.
+    /// Encodes the model as a file in memory, and opens it.
     pub(super) async fn open(&self) -> TileReader {
         let file = MemoryFile::default();
         let mut writer = TileWriter::new(file.clone());
@@ -248,68 +250,68 @@ impl Model {
         foreign.sort_unstable();
         foreign.dedup();
         let corner = |v: VertexId| match foreign.binary_search(&v) {
-            Ok(place) => own + place as u32,
+            Ok(index) => own + index as u32,
             Err(_) => v.index.0,
         };
         let at = |v: VertexId| tile.beliefs.get(&v).copied().unwrap_or_else(|| self.point(v));
         let triangles: Vec<[u32; 3]> = tile.core.iter().chain(&tile.border).map(|t| t.map(corner)).collect();
-        let core_sides = 3 * tile.core.len() as u32;
-        let mut sides: HashMap<(u32, u32), u32> = HashMap::new();
+        let core_half_edges = 3 * tile.core.len() as u32;
+        let mut half_edges: HashMap<(u32, u32), u32> = HashMap::new();
         for (t, first) in triangles.iter().zip((0u32..).step_by(3)) {
             for s in 0..3 {
-                sides.insert((t[s as usize], t[(s as usize + 1) % 3]), first + s);
+                half_edges.insert((t[s as usize], t[(s as usize + 1) % 3]), first + s);
             }
         }
         let (mut core_neighbours, mut neighbours, mut core_links) = (Vec::new(), Vec::new(), Vec::new());
         for (t, first) in triangles.iter().zip((0u32..).step_by(3)) {
-            let across = [0, 1, 2].map(|s| {
+            let twins = [0, 1, 2].map(|s| {
                 let (from, to) = (t[s], t[(s + 1) % 3]);
-                (sides.get(&(to, from)).copied(), from >= own && to >= own)
+                (half_edges.get(&(to, from)).copied(), from >= own && to >= own)
             });
-            if first < core_sides {
-                core_neighbours.push(across.map(|(side, _)| {
-                    let side = side.filter(|&s| s < core_sides).map(HalfEdge);
-                    PackedHalfEdge::from(side)
+            if first < core_half_edges {
+                core_neighbours.push(twins.map(|(twin, _)| {
+                    let twin = twin.filter(|&s| s < core_half_edges).map(HalfEdge);
+                    PackedHalfEdge::from(twin)
                 }));
-                for (s, (side, _)) in (0..).zip(across) {
+                for (s, (twin, _)) in (0..).zip(twins) {
                     core_links.extend(
-                        side.filter(|&other| other >= core_sides)
+                        twin.filter(|&other| other >= core_half_edges)
                             .map(|other| (first + s, other)),
                     );
                 }
             } else {
-                neighbours.push(across.map(|(side, foreign)| match side {
-                    Some(side) => Twin::HalfEdge(HalfEdge(side)),
+                neighbours.push(twins.map(|(twin, foreign)| match twin {
+                    Some(twin) => Twin::HalfEdge(HalfEdge(twin)),
                     None if foreign => Twin::Elsewhere,
                     None => Twin::Hull,
                 }));
             }
         }
         let bits = |triangles: &[Named]| -> Vec<u8> {
-            let sides = |t: &Named, set: &HashSet<[VertexId; 2]>| -> u8 {
+            let edge_bits = |t: &Named, set: &HashSet<[VertexId; 2]>| -> u8 {
                 let is_one = |s: &usize| set.contains(&pair(t[*s], t[(*s + 1) % 3]));
                 (0..3).filter(is_one).map(|s| 1 << s).sum()
             };
-            let both = |t: &Named| sides(t, &tile.constraints) | sides(t, &tile.walls) << crate::mesh::WALLS;
+            let both = |t: &Named| edge_bits(t, &tile.constraints) | edge_bits(t, &tile.walls) << crate::mesh::WALLS;
             triangles.iter().map(both).collect()
         };
         let mut edge_sources = [Vec::new(), Vec::new()];
         for (&edge, sources) in &tile.sources {
             let [from, to] = edge.map(corner);
-            let (forward, backward) = (sides.get(&(from, to)), sides.get(&(to, from)));
-            let Some(&side) = forward.into_iter().chain(backward).min() else {
+            let (forward, backward) = (half_edges.get(&(from, to)), half_edges.get(&(to, from)));
+            let Some(&key) = forward.into_iter().chain(backward).min() else {
                 continue;
             };
             let seen = |source: &EdgeSource| {
-                if forward == Some(&side) {
+                if forward == Some(&key) {
                     *source
                 } else {
                     source.reversed()
                 }
             };
-            let in_core = |side: Option<&u32>| side.is_some_and(|&side| side < core_sides);
+            let in_core = |half_edge: Option<&u32>| half_edge.is_some_and(|&half_edge| half_edge < core_half_edges);
             let part = usize::from(!in_core(forward) || !in_core(backward));
-            edge_sources[part].extend(sources.iter().map(|source| (side, seen(source))));
+            edge_sources[part].extend(sources.iter().map(|source| (key, seen(source))));
         }
         let mut edges = Vec::new();
         if is_on_line {
@@ -330,7 +332,7 @@ impl Model {
         let label = |t: &Named| tile.labels.get(t).copied().unwrap_or_default();
         let mut regions: Vec<Component> = Vec::new();
         let mut components = |triangles: &[Named]| -> Vec<u32> {
-            let place = |t| {
+            let component = |t| {
                 let label = label(t);
                 let found = regions.iter().position(|&other| other == label);
                 found.unwrap_or_else(|| {
@@ -338,7 +340,7 @@ impl Model {
                     regions.len() - 1
                 }) as u32
             };
-            triangles.iter().map(place).collect()
+            triangles.iter().map(component).collect()
         };
         let [core_components, border_components] = [&tile.core, &tile.border].map(|t| components(t));
         let in_core: HashSet<u32> = tile.core.iter().flatten().map(|v| v.index.0).collect();
@@ -346,7 +348,7 @@ impl Model {
             .as_flattened()
             .iter()
             .copied()
-            .zip(core_sides..)
+            .zip(core_half_edges..)
             .collect();
         leaving.retain(|(v, _)| *v < own && !in_core.contains(v));
         leaving.sort_unstable();
@@ -397,17 +399,18 @@ impl Model {
         (core, border, entry)
     }
 
-    /// Two neighbours whose quad is convex, so that their edge can be flipped: the triangles, and what they become.
+    /// Returns pairs of neighbours whose quadrilateral is convex, so that their edge can be
+    /// flipped: the two triangles before and after the flip.
     pub(super) fn flips(&self, wanted: impl Fn(&[VertexId; 4]) -> bool) -> Vec<([Named; 2], [Named; 2])> {
         use crate::geometry::Orientation::CounterClockwise;
         use crate::geometry::orient2d;
         let left = |a, b, c| orient2d(self.point(a), self.point(b), self.point(c)) == CounterClockwise;
-        let sides = self
+        let half_edges = self
             .triangles()
             .into_iter()
             .flat_map(|t| [0, 1, 2].map(|i| (t, [t[i], t[(i + 1) % 3], t[(i + 2) % 3]])));
-        let flips = sides.filter_map(|(t, [a, b, c])| {
-            let other = self.across(a, b)?;
+        let flips = half_edges.filter_map(|(t, [a, b, c])| {
+            let other = self.twin(a, b)?;
             let d = *other.iter().find(|&&v| v != a && v != b)?;
             let convex = left(d, b, c) && left(c, a, d);
             (convex && wanted(&[a, b, c, d])).then_some(([t, other], [[d, b, c], [c, a, d]]))

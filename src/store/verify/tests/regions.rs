@@ -1,13 +1,13 @@
-//! Regions, holes and sources that are wrong in one thing each.
+//! Models in which regions, holes or sources are wrong in one respect each.
 
 use crate::geometry::Point;
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::ids::TileId;
 use crate::store::format::tile::regions::Component;
 use crate::store::verify::tests::model::{Model, pair};
-use crate::store::verify::tests::town::{middle, owner, sides, towns};
+use crate::store::verify::tests::town::{centroid, half_edges, owner, towns};
 
-/// The model is found to be wrong, in these words.
+/// Asserts that verification fails, with `words` in the error.
 #[track_caller]
 fn found(wrong: &Model, words: &str) {
     let text = match wrong.verify() {
@@ -18,7 +18,7 @@ fn found(wrong: &Model, words: &str) {
 }
 
 #[test]
-fn towns_are_right_before_they_are_made_wrong() {
+fn unchanged_towns_are_valid() {
     for town in towns() {
         town.model.verify().unwrap();
         let m = &town.model.directory.metadata;
@@ -34,7 +34,7 @@ fn towns_are_right_before_they_are_made_wrong() {
 }
 
 #[test]
-fn constraints_without_sources_and_sources_without_constraints() {
+fn a_constraint_without_a_source_and_a_source_without_a_constraint_are_found() {
     for town in towns() {
         for edge in town.edges().into_iter().step_by(5) {
             let owner = owner(&town.model, edge);
@@ -50,12 +50,12 @@ fn constraints_without_sources_and_sources_without_constraints() {
             };
             assert!(town.but(no_constraint).verify().is_err());
         }
-        // A source for an edge that is none, and so parts nothing.
+        // A source for an edge that is no constraint, and so separates no regions.
         let all = town
             .model
             .triangles()
             .into_iter()
-            .flat_map(sides)
+            .flat_map(half_edges)
             .map(|[a, b]| pair(a, b));
         for edge in all.filter(|edge| !town.sources.contains_key(edge)).step_by(7) {
             let owner = owner(&town.model, edge);
@@ -69,7 +69,7 @@ fn constraints_without_sources_and_sources_without_constraints() {
 }
 
 #[test]
-fn sources_in_a_tile_that_does_not_own_the_edge() {
+fn sources_in_a_tile_that_does_not_own_the_edge_are_found() {
     let mut tried = 0;
     for town in towns() {
         for edge in town.edges() {
@@ -92,7 +92,7 @@ fn sources_in_a_tile_that_does_not_own_the_edge() {
 }
 
 #[test]
-fn walls_that_no_source_says_and_sources_that_no_wall_follows() {
+fn a_wall_that_disagrees_with_its_sources_is_found() {
     for town in towns() {
         for edge in town.edges().into_iter().step_by(4) {
             let flip = |m: &mut Model| {
@@ -103,7 +103,7 @@ fn walls_that_no_source_says_and_sources_that_no_wall_follows() {
                 }
             };
             found(&town.but(flip), "disagree on whether it is a wall");
-            // In one tile only, where it is an edge of several.
+            // In one tile only, if several tiles have the edge.
             for tile in edge.map(|v| v.tile.0 as usize) {
                 let flip = |m: &mut Model| {
                     let walls = &mut m.tiles[tile].walls;
@@ -118,11 +118,11 @@ fn walls_that_no_source_says_and_sources_that_no_wall_follows() {
 }
 
 #[test]
-fn depths_that_do_not_follow_from_the_sources() {
+fn depths_that_disagree_with_the_sources_are_found() {
     for town in towns() {
         for edge in town.edges() {
             let owner = owner(&town.model, edge);
-            let Some(place) = town.sources[&edge]
+            let Some(index) = town.sources[&edge]
                 .iter()
                 .position(|source| source.kind() == LineKind::Obstacle)
             else {
@@ -130,7 +130,7 @@ fn depths_that_do_not_follow_from_the_sources() {
             };
             found(
                 &town.but(|m| {
-                    let source = &mut m.tiles[owner].sources.get_mut(&edge).unwrap()[place];
+                    let source = &mut m.tiles[owner].sources.get_mut(&edge).unwrap()[index];
                     *source = source.reversed();
                 }),
                 "changes the depth by",
@@ -151,7 +151,7 @@ fn depths_that_do_not_follow_from_the_sources() {
 }
 
 #[test]
-fn lines_that_the_directory_does_not_know() {
+fn lines_that_the_directory_does_not_list_are_found() {
     for town in towns() {
         for source in 0..3 {
             found(
@@ -169,13 +169,13 @@ fn lines_that_the_directory_does_not_know() {
             &town.but(|m| m.directory.metadata.lines[2].lines -= 1),
             "which the directory does not know",
         );
-        // Who gives lines no names has none in the directory.
+        // A build whose lines have no names has no lines in the directory.
         town.but(|m| m.directory.metadata.lines.clear()).verify().unwrap();
     }
 }
 
 #[test]
-fn a_triangle_of_another_region_depth_or_kind() {
+fn a_triangle_with_a_wrong_region_depth_or_kind_is_found() {
     for town in towns() {
         let regions = town.regions();
         let mut triangles: Vec<_> = town.labels.keys().copied().collect();
@@ -207,7 +207,7 @@ fn a_triangle_of_another_region_depth_or_kind() {
 }
 
 #[test]
-fn holes_without_a_reason_and_reasons_without_a_hole() {
+fn holes_without_a_reason_and_regions_that_should_be_holes_are_found() {
     for town in towns() {
         for (_, label) in town.regions() {
             let filled = |m: &mut Model| {
@@ -235,7 +235,8 @@ fn holes_without_a_reason_and_reasons_without_a_hole() {
         let metadata = &town.model.directory.metadata;
         for seed in 0..metadata.seeds.len() {
             let removed = town.but(|m| _ = m.directory.metadata.seeds.remove(seed));
-            // Its region may be covered by an obstacle, or lie outside, so one is enough.
+            // The region may be covered by an obstacle too, or be outside, so it may have another
+            // reason.
             if let Err(error) = removed.verify() {
                 assert!(error.to_string().contains("nothing makes it one"), "{error}");
             }
@@ -246,7 +247,7 @@ fn holes_without_a_reason_and_reasons_without_a_hole() {
         );
         let free = town.regions().into_iter().find(|(_, label)| !label.is_hole).unwrap().0;
         found(
-            &town.but(|m| m.directory.metadata.seeds.push(middle(&town.model, free))),
+            &town.but(|m| m.directory.metadata.seeds.push(centroid(&town.model, free))),
             "is no hole, but should be",
         );
         assert!(
@@ -257,17 +258,18 @@ fn holes_without_a_reason_and_reasons_without_a_hole() {
     }
 }
 
-/// A seed in the middle of an edge means the region around it; at a vertex and on a constraint it may mean anything.
+/// A seed in the middle of an edge refers to the region around it. A seed at a vertex or on a
+/// constraint may refer to any region there.
 #[test]
-fn seeds_on_edges_and_vertices() {
+fn seeds_inside_free_edges_are_binding_and_seeds_on_vertices_or_constraints_are_not() {
     let town = &towns()[3];
     let with = |seed: Point| town.but(|m| m.directory.metadata.seeds.push(seed)).verify();
     let mut wrong = 0;
     for t in town.model.triangles() {
-        for side in sides(t) {
-            let [a, b] = side.map(|v| town.model.point(v));
+        for half_edge in half_edges(t) {
+            let [a, b] = half_edge.map(|v| town.model.point(v));
             let between = Point::new((a.x + b.x) / 2.0, (a.y + b.y) / 2.0);
-            let is_free = !town.labels[&t].is_hole && !town.sources.contains_key(&pair(side[0], side[1]));
+            let is_free = !town.labels[&t].is_hole && !town.sources.contains_key(&pair(half_edge[0], half_edge[1]));
             assert_eq!(with(between).is_err(), is_free, "{between:?}");
             wrong += u32::from(is_free);
             with(a).unwrap();
@@ -278,7 +280,7 @@ fn seeds_on_edges_and_vertices() {
 }
 
 #[test]
-fn numbers_of_regions_that_are_skipped_used_twice_or_moved() {
+fn skipped_repeated_and_moved_region_numbers_are_found() {
     for town in towns() {
         let m = &town.model.directory.metadata;
         let renumber = |from: u64, to: u64, in_tile: Option<TileId>| {
@@ -301,23 +303,24 @@ fn numbers_of_regions_that_are_skipped_used_twice_or_moved() {
             let other = (region + 1) % m.regions;
             assert!(renumber(region, other, None).verify().is_err(), "{region}");
         }
-        // A region that lies in one tile has the number of one that lies in another, so that all counts stay.
+        // A region within one tile gets the number of a region within another, so that all counts
+        // stay.
         let of_tile = |region: u64| {
             let t = town.labels.iter().find(|(_, label)| label.region == region).unwrap().0;
             t[0].tile
         };
         let (last, before) = (m.regions - 1, m.regions - 2);
         if of_tile(last) != of_tile(before) {
-            found(&renumber(last, before, None), "should lie in one tile each");
+            found(&renumber(last, before, None), "should be within one tile each");
         }
         let one_more = |m: &mut Model| m.directory.metadata.regions += 1;
-        found(&town.but(one_more), "should lie in one tile each");
+        found(&town.but(one_more), "should be within one tile each");
         let spanning = |m: &mut Model| m.directory.metadata.spanning_regions = m.directory.metadata.regions;
-        // They may lie in several tiles, but need not.
+        // Such regions may extend over several tiles, but need not.
         town.but(spanning).verify().unwrap();
         if m.spanning_regions > 0 {
             let fewer = |m: &mut Model| m.directory.metadata.spanning_regions -= 1;
-            found(&town.but(fewer), "lies in one by its number");
+            found(&town.but(fewer), "the number of a region within one tile");
         }
         found(
             &town.but(|m| {
@@ -330,7 +333,7 @@ fn numbers_of_regions_that_are_skipped_used_twice_or_moved() {
 }
 
 #[test]
-fn counts_that_are_off() {
+fn wrong_counts_are_found() {
     for town in towns() {
         found(
             &town.but(|m| m.directory.metadata.hole_regions -= 1),

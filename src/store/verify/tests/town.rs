@@ -12,16 +12,16 @@ use crate::store::verify::tests::{grid, scattered};
 
 pub(super) type Edge = [VertexId; 2];
 
-/// A model whose lines, regions and holes were found by brute force, and what is right of it.
+/// A valid model with its regions and holes, which were found by brute force.
 #[derive(Clone)]
 pub(super) struct Town {
     pub(super) model: Model,
-    /// Of all triangles.
+    /// The component of each triangle.
     pub(super) labels: HashMap<Named, Component>,
     pub(super) sources: HashMap<Edge, Vec<EdgeSource>>,
 }
 
-/// Numbers that look random, from one that does not.
+/// A pseudorandom number generator.
 struct Dice(u64);
 
 impl Dice {
@@ -38,15 +38,18 @@ const BREAK_LINES: usize = 7;
 const OBSTACLES: u64 = 4;
 
 impl Town {
-    /// Obstacles that overlap, and walls and break lines here and there, among the edges of a triangulation.
-    pub(super) fn found(points: &[Point], tile_vertices: usize, seed: u64, exterior_is_hole: bool) -> Self {
+    /// Generates overlapping obstacles, walls and break lines from the edges of a triangulation.
+    pub(super) fn generate(points: &[Point], tile_vertices: usize, seed: u64, exterior_is_hole: bool) -> Self {
         let mut model = Model::of(points, tile_vertices);
         let mut dice = Dice(seed);
         let triangles = model.triangles();
-        let across: HashMap<Edge, Named> = triangles.iter().flat_map(|&t| sides(t).map(|side| (side, t))).collect();
-        let neighbour = |[a, b]: Edge| across.get(&[b, a]).copied();
+        let triangle_at: HashMap<Edge, Named> = triangles
+            .iter()
+            .flat_map(|&t| half_edges(t).map(|half_edge| (half_edge, t)))
+            .collect();
+        let neighbour = |[a, b]: Edge| triangle_at.get(&[b, a]).copied();
 
-        let mut edges: Vec<Edge> = across.keys().map(|&[a, b]| pair(a, b)).collect();
+        let mut edges: Vec<Edge> = triangle_at.keys().map(|&[a, b]| pair(a, b)).collect();
         edges.sort_unstable();
         edges.dedup();
         let (break_lines, walls) = (BREAK_LINES, edges.len() / 3);
@@ -69,20 +72,20 @@ impl Town {
             let mut inside = vec![triangles[dice.below(triangles.len())]];
             let mut next = 0;
             while inside.len() < triangles.len() / 8 && next < inside.len() {
-                let beside = sides(inside[next]).into_iter().filter_map(neighbour);
-                let fresh: Vec<Named> = beside.filter(|t| !inside.contains(t)).collect();
+                let neighbours = half_edges(inside[next]).into_iter().filter_map(neighbour);
+                let fresh: Vec<Named> = neighbours.filter(|t| !inside.contains(t)).collect();
                 inside.extend(fresh);
                 next += 1;
             }
             for &t in &inside {
                 *depths.entry(t).or_default() += 1;
-                for side in sides(t)
+                for half_edge in half_edges(t)
                     .into_iter()
-                    .filter(|&side| neighbour(side).is_none_or(|t| !inside.contains(&t)))
+                    .filter(|&half_edge| neighbour(half_edge).is_none_or(|t| !inside.contains(&t)))
                 {
                     let source = EdgeSource::new(LineKind::Obstacle, number);
-                    let edge = pair(side[0], side[1]);
-                    let seen = if edge == side { source } else { source.reversed() };
+                    let edge = pair(half_edge[0], half_edge[1]);
+                    let seen = if edge == half_edge { source } else { source.reversed() };
                     sources.entry(edge).or_default().push(seen);
                 }
             }
@@ -97,7 +100,7 @@ impl Town {
             let mut region = vec![t];
             let mut next = 0;
             while next < region.len() {
-                let open = sides(region[next])
+                let open = half_edges(region[next])
                     .into_iter()
                     .filter(|&[a, b]| !sources.contains_key(&pair(a, b)));
                 let fresh: Vec<Named> = open.filter_map(neighbour).filter(|&t| seen.insert(t)).collect();
@@ -117,11 +120,11 @@ impl Town {
             let depth = depths.get(&region[0]).copied().unwrap_or(0);
             let is_open = region
                 .iter()
-                .flat_map(|&t| sides(t))
-                .any(|side| neighbour(side).is_none() && !sources.contains_key(&pair(side[0], side[1])));
+                .flat_map(|&t| half_edges(t))
+                .any(|edge| neighbour(edge).is_none() && !sources.contains_key(&pair(edge[0], edge[1])));
             let is_seeded = dice.below(5) == 0;
             if is_seeded {
-                metadata.seeds.push(middle(&model, region[dice.below(region.len())]));
+                metadata.seeds.push(centroid(&model, region[dice.below(region.len())]));
             }
             let is_hole = depth != 0 || is_seeded || exterior_is_hole && is_open;
             let label = Component {
@@ -173,21 +176,21 @@ impl Town {
         Self { model, labels, sources }
     }
 
-    /// A copy of the model that is wrong in one thing.
+    /// Returns a copy of the model with `change` applied.
     pub(super) fn but(&self, change: impl FnOnce(&mut Model)) -> Model {
         let mut wrong = self.model.clone();
         change(&mut wrong);
         wrong
     }
 
-    /// The edges with sources, in order.
+    /// Returns the edges with sources, in order.
     pub(super) fn edges(&self) -> Vec<Edge> {
         let mut edges: Vec<Edge> = self.sources.keys().copied().collect();
         edges.sort_unstable();
         edges
     }
 
-    /// A triangle of each region, and what it is.
+    /// Returns a triangle of each region, and its component.
     pub(super) fn regions(&self) -> Vec<(Named, Component)> {
         let mut regions: Vec<_> = self.labels.iter().map(|(&t, &label)| (t, label)).collect();
         regions.sort_unstable_by_key(|&(t, label)| (label.region, t));
@@ -196,16 +199,16 @@ impl Town {
     }
 }
 
-pub(super) fn sides(t: Named) -> [Edge; 3] {
+pub(super) fn half_edges(t: Named) -> [Edge; 3] {
     [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]
 }
 
-pub(super) fn middle(model: &Model, t: Named) -> Point {
+pub(super) fn centroid(model: &Model, t: Named) -> Point {
     let [a, b, c] = t.map(|v| model.point(v));
     Point::new((a.x + b.x + c.x) / 3.0, (a.y + b.y + c.y) / 3.0)
 }
 
-/// The tile that an edge belongs to.
+/// Returns the tile that an edge belongs to.
 pub(super) fn owner(model: &Model, edge: Edge) -> usize {
     let [a, b] = edge;
     let smaller = if model.point(a).lex_cmp(model.point(b)).is_lt() {
@@ -225,6 +228,6 @@ pub(super) fn towns() -> Vec<Town> {
     ]
     .iter()
     .zip(1..)
-    .map(|((points, tile_vertices, exterior), seed)| Town::found(points, *tile_vertices, seed, *exterior))
+    .map(|((points, tile_vertices, exterior), seed)| Town::generate(points, *tile_vertices, seed, *exterior))
     .collect()
 }

@@ -1,8 +1,10 @@
-//! A disk as a power cut leaves it: what was synced is there, and of the rest anything may be.
+//! The content of a disk after a power cut: synced data is there, and any part of the rest may be
+//! there.
 //!
-//! In: the log of `tools/faults`, record by record. Out: a folder as it may be after a cut. Of writes to a file since its last sync each
-//! may be lost, come, or come in some sectors; of changes to names since the last sync of their folder each may be lost or come, also
-//! before the data that the names stand for.
+//! The input is the log of `tools/faults`, record by record. The output is a folder as a cut may
+//! leave it. Each write to a file since its last sync may be lost, may be applied, or may be
+//! applied in some sectors. Each change to names since the last sync of their folder may be lost or
+//! applied, also before the data that the names refer to.
 
 use std::collections::{BTreeMap, HashMap};
 use std::ffi::OsStr;
@@ -16,10 +18,10 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::campaign::below;
 
-/// What a disk writes all or nothing of, in bytes.
+/// The number of bytes that a disk writes as a whole or not at all.
 const SECTOR: u64 = 512;
 
-/// A folder after a cut: its files and, as none, its folders.
+/// A folder after a cut: the content of its files, and `None` for its folders.
 pub type Tree = BTreeMap<PathBuf, Option<Vec<u8>>>;
 
 /// A folder on a disk.
@@ -27,10 +29,10 @@ pub type Tree = BTreeMap<PathBuf, Option<Vec<u8>>>;
 pub struct Disk {
     files: Vec<Content>,
     by_inode: HashMap<u64, usize>,
-    /// As programs see them.
+    /// The names as programs see them.
     names: Names,
     synced: Names,
-    /// Since the last sync of a folder that they are in.
+    /// Changes since the last sync of the folder that they are in.
     unsynced: Vec<NameChange>,
 }
 
@@ -67,7 +69,7 @@ pub struct Record {
     bytes: [Vec<u8>; 2],
 }
 
-/// Reads a log.
+/// Reads the records of a log.
 pub fn records(log: &[u8]) -> anyhow::Result<Vec<Record>> {
     let mut rest = log;
     let mut take = |count: usize| {
@@ -100,7 +102,7 @@ pub fn records(log: &[u8]) -> anyhow::Result<Vec<Record>> {
 }
 
 impl Disk {
-    /// A folder as it is now, with all of it synced.
+    /// Creates a disk with the content of a folder, all of it synced.
     pub fn of(root: &Path) -> anyhow::Result<Self> {
         let mut disk = Self::default();
         for entry in fs::read_dir(root)? {
@@ -119,7 +121,7 @@ impl Disk {
         self.files.len() - 1
     }
 
-    /// Does what a record says.
+    /// Applies a record.
     pub fn take(&mut self, record: &Record) {
         let [inode, number] = record.numbers;
         let [first, second] = record.bytes.each_ref().map(|bytes| Path::new(OsStr::from_bytes(bytes)));
@@ -128,7 +130,7 @@ impl Disk {
             (1, _) => {
                 let file = match file.filter(|&file| self.names.get(first) == Some(&Node::File(file))) {
                     Some(file) => file,
-                    // A new file, perhaps with the inode of one that is gone.
+                    // A new file, perhaps with the inode of a removed one.
                     None => {
                         let node = Node::File(self.add(inode));
                         self.change(NameChange::Put(first.to_owned(), node));
@@ -170,7 +172,7 @@ impl Disk {
         synced.iter().for_each(|change| change.apply(&mut self.synced));
     }
 
-    /// The folder as a cut may leave it, as far as it is wanted.
+    /// Returns the folder as a cut may leave it, restricted to paths for which `is_wanted` is true.
     pub fn cut(&self, random: &mut ChaCha8Rng, is_wanted: impl Fn(&Path) -> bool) -> Tree {
         let mut names = self.synced.clone();
         for (_, change) in chosen(&self.unsynced, random) {
@@ -214,7 +216,8 @@ impl NameChange {
     }
 }
 
-/// Those changes that come: none, all, those before one of them, or any; and whether in part.
+/// Chooses the changes that are applied: none, all, those before one of them, or any; and whether
+/// only in part.
 fn chosen<'a, T>(changes: &'a [T], random: &mut ChaCha8Rng) -> Vec<(bool, &'a T)> {
     let count = changes.len() as u64;
     let whole = |change: &'a T| (false, change);
@@ -255,7 +258,7 @@ impl Content {
                 _ => change.apply(&mut bytes),
             }
         }
-        // The length may come before the data.
+        // The length may be applied before the data.
         if below(random, 4) == 0 {
             let length = |length: usize, change: &Change| match change {
                 Change::Write(at, data) => length.max(*at as usize + data.len()),

@@ -1,8 +1,9 @@
-//! Power cuts, replayed from a log of all that the tool does to its files.
+//! Power cuts, replayed from a log of everything that the tool does to its files.
 //!
-//! A round runs one command that replaces or changes a file, and logs its writes. Then power is cut many times in the log (`disk.rs`):
-//! under the final name there must be the old file or the new one, whole. After some cuts the command runs once more, which
-//! must make the new file and leave nothing else behind.
+//! A round runs one command that replaces or changes a file, and logs its writes. Then power is cut
+//! at many points of the log (`disk.rs`). After each cut the old file or the new one must be under
+//! the final name, whole. After some cuts the command runs again, which must make the new file and
+//! leave nothing else behind.
 
 mod disk;
 
@@ -19,11 +20,11 @@ use xxhash_rust::xxh3::xxh3_128;
 use crate::campaign::{Context, Counts, below};
 use disk::{Disk, Record, Tree, records};
 
-/// Cuts of a round, and those of them after which the command runs once more.
+/// The number of cuts in a round, and the number of cuts after which the command runs again.
 const CUTS: usize = 300;
 const RERUNS: usize = 4;
 
-/// The file that commands write, and its inputs.
+/// The file that the commands write.
 const OUTPUT: &str = "x.tiles";
 
 /// A command, and the folder in which it runs.
@@ -31,10 +32,11 @@ struct Scene {
     folder: tempfile::TempDir,
     root: PathBuf,
     args: String,
-    /// Whether it changes the file in place, so that the new file can have other bytes.
+    /// Whether the command changes the file in place; then the new file may have other bytes than
+    /// expected.
     is_edit: bool,
     can_resume: bool,
-    /// The files that are there before and after.
+    /// The files that are there before and after the command.
     names: Vec<PathBuf>,
     old: Vec<u8>,
     new: Vec<u8>,
@@ -147,13 +149,13 @@ impl Scene {
         Ok(is_new)
     }
 
-    /// Runs the command on what is there after a cut. Returns the blocks that it went on from.
+    /// Runs the command on the files after a cut. Returns the number of blocks that it resumed.
     fn rerun(&self, context: &Context, tree: &Tree, is_new: bool) -> anyhow::Result<u64> {
         for entry in fs::read_dir(&self.root)? {
             let path = entry?.path();
             match path.is_dir() {
                 true => fs::remove_dir_all(&path)?,
-                // Inputs keep their times, by which a build knows them.
+                // Inputs keep their modification times, by which a build recognizes them.
                 false if self.is_input(path.strip_prefix(&self.root)?) => {}
                 false => fs::remove_file(&path)?,
             }
@@ -190,7 +192,7 @@ impl Scene {
             }
             output.status.success()
         };
-        // What is constrained already is so a second time; its digest counts lines.
+        // A second edit adds lines to those in the file, and the digest counts lines.
         if !(is_resumed || self.is_edit && is_new) {
             context.run(&self.root, &self.args)?;
         }
@@ -213,7 +215,8 @@ impl Scene {
     }
 }
 
-/// The commands that make the old file and the inputs, and the one that makes the new file.
+/// Returns the commands that make the old file and the inputs, and the command that makes the new
+/// file.
 fn commands(kind: u64, random: &mut ChaCha8Rng) -> (Vec<String>, String) {
     let (points, old_points) = (1000 + below(random, 3000), 500 + below(random, 500));
     let (seed, threads) = (below(random, 1 << 32), 1 + below(random, 2));
@@ -235,7 +238,7 @@ fn commands(kind: u64, random: &mut ChaCha8Rng) -> (Vec<String>, String) {
             after(&[generate(points + 7000, "")]),
             build("p.f64 --memory 130KiB", 60),
         ),
-        // So little memory that lines are put off.
+        // So little memory that lines are deferred.
         2 => (
             after(&[generate(points, " --long-segments 40")]),
             build("p.f64 --walls p.u32 --memory 1MiB", vertices),
@@ -248,7 +251,7 @@ fn commands(kind: u64, random: &mut ChaCha8Rng) -> (Vec<String>, String) {
     }
 }
 
-/// The names in a folder, sorted.
+/// Returns the names in a folder, sorted.
 fn names(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let names: Result<BTreeMap<PathBuf, ()>, _> = fs::read_dir(folder)?
         .map(|entry| entry.map(|entry| (entry.file_name().into(), ())))
@@ -256,7 +259,7 @@ fn names(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(names?.into_keys().collect())
 }
 
-/// The digest of a file that is proved to be right.
+/// Verifies a file, and returns its digest.
 fn verified_digest(bytes: &[u8]) -> anyhow::Result<String> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(async {

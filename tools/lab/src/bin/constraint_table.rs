@@ -1,6 +1,8 @@
-//! Prints a Markdown table of constrained triangulations: the library's kernel beside spade's `bulk_load_cdt`.
+//! Prints a Markdown table of constrained triangulations: the library's kernel and spade's
+//! `bulk_load_cdt`.
 //!
-//! Both are single-threaded and take turns on the same input; medians count, of the thread's time on the processor.
+//! Both are single-threaded and alternate on the same input. The table has medians of the thread's
+//! processor time.
 
 use clap::Parser;
 use cpu_time::ThreadTime;
@@ -10,17 +12,17 @@ use distributions::{Kind, LongSegments, Pslg};
 use lab::median;
 use spade::{ConstrainedDelaunayTriangulation, Point2};
 
-/// Triangulate PSLGs of the thesis with about half and with nine tenths as many segments as points, and 1000 segments that each
-/// cross all of the square.
+/// Triangulate PSLGs of the thesis with α = 0.5 and 0.9 segments per point, and 1000 segments that
+/// each cross the whole square.
 #[derive(Parser)]
 struct Arguments {
-    /// How many points
+    /// Number of points
     #[arg(long, default_value_t = 1 << 20, value_parser = clap::value_parser!(u64).range(1..1 << 29))]
     points: u64,
-    /// How often they are triangulated; medians count
+    /// Number of rounds; the table has medians
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     rounds: u32,
-    /// For a profiler
+    /// Leave out spade, for a profiler
     #[arg(long)]
     no_spade: bool,
 }
@@ -53,7 +55,8 @@ fn inputs(points: u64) -> Vec<Input> {
     ]
 }
 
-/// Seconds that the library takes for the triangulation and for the constraints, and constraint edges.
+/// Returns the seconds that the library takes for the triangulation and for the constraints, and
+/// the number of constraint edges.
 fn native(input: &Input) -> (f64, f64, usize) {
     let begin = ThreadTime::now();
     let mut mesh = Triangulation::default();

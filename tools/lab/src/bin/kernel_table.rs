@@ -1,8 +1,9 @@
-//! Prints a Markdown table of nanoseconds and bytes per point: the library's kernel beside its peers.
+//! Prints a Markdown table of nanoseconds and bytes per point: the library's kernel and its peers.
 //!
-//! The triangulators, all single-threaded, take turns on the same input, round by round, so that noise meets all of
-//! them; medians count. The time is the thread's on the processor, which other processes lengthen far less than the time
-//! on the wall. In every run the library's kernel and spade must give the same number of triangles.
+//! The triangulators, all single-threaded, alternate on the same input, round by round, so that
+//! noise affects all of them; the table has medians. The time is the thread's processor time, which
+//! other processes lengthen far less than the wall-clock time. In every run the library's kernel
+//! and spade must give the same number of triangles.
 
 use clap::Parser;
 use cpu_time::ThreadTime;
@@ -16,36 +17,37 @@ use peakmem_alloc::{INSTRUMENTED_SYSTEM, PeakMemAlloc, PeakMemAllocTrait};
 #[global_allocator]
 static MEMORY: &PeakMemAlloc<std::alloc::System> = &INSTRUMENTED_SYSTEM;
 
-/// Triangulate the same points with each triangulator, in turns, and print medians.
+/// Triangulate the same points with each triangulator alternately, and print medians.
 #[derive(Parser)]
 struct Arguments {
-    /// How many points
+    /// Number of points
     #[arg(long, default_value_t = 1 << 20, value_parser = clap::value_parser!(u64).range(1..1 << 29))]
     points: u64,
-    /// How often each triangulates them
+    /// Number of rounds for each triangulator; the table has medians
     #[arg(long, default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..))]
     rounds: u32,
-    /// Make new engines in every round: the memory that the library keeps between calls is then allocated again
+    /// Make new engines in every round, so that the memory that the library keeps between calls is
+    /// allocated again
     #[arg(long)]
     fresh: bool,
-    /// Add how the second candidate's time is shared among its steps
+    /// Add the shares of the second candidate's steps in its time
     #[arg(long)]
     parts: bool,
-    /// One distribution, any that there is
+    /// Only these distributions
     #[arg(long = "kind", default_values_t = KINDS)]
     kinds: Vec<Kind>,
-    /// One triangulator, for a profiler
+    /// Only these triangulators, for a profiler
     #[arg(long = "only", value_enum, default_values_t = Peer::ALL)]
     peers: Vec<Peer>,
 }
 
-/// What one triangulator needed for one input.
+/// The measurements of one triangulator on one input.
 #[derive(Default)]
 struct Measured {
     nanoseconds: Vec<f64>,
     triangles: usize,
-    /// Peak of the heap beside the input, and how much of it is the result that is left in the end, if that can be told
-    /// from the rest.
+    /// Peak of the heap without the input, and the part of it that is the result, if that can be
+    /// distinguished from the rest.
     peak: usize,
     result: Option<usize>,
 }
@@ -92,7 +94,7 @@ fn measure(arguments: &Arguments, input: &Input) -> Vec<(Peer, Measured)> {
     table
 }
 
-/// The bytes of the arrays that make up the result. spade works within its result.
+/// Returns the bytes of the arrays that form the result. spade works within its result.
 fn result_bytes(contender: &Contender, outcome: &Outcome) -> Option<usize> {
     match (contender, outcome) {
         (Contender::Engine(_, mesh), _) => {
@@ -105,7 +107,7 @@ fn result_bytes(contender: &Contender, outcome: &Outcome) -> Option<usize> {
     }
 }
 
-/// Prints how the second candidate's time is shared among ordering, inserting, and writing the result.
+/// Prints the shares of ordering, inserting, and writing the result in the second candidate's time.
 fn print_parts(arguments: &Arguments) {
     println!("\n| | order | ordering | inserting | writing |\n|---|---|--:|--:|--:|");
     for &kind in &arguments.kinds {
@@ -126,10 +128,10 @@ fn print_parts(arguments: &Arguments) {
     }
 }
 
-/// What was measured of a kind: its points, and each peer.
+/// The measurements of a kind: the kind, its points, and each peer.
 type Table = (Kind, f64, Vec<(Peer, Measured)>);
 
-/// Prints the times, and returns all that was measured.
+/// Prints the times, and returns all measurements.
 fn print_times(arguments: &Arguments, names: &str) -> Vec<Table> {
     let ratios = arguments.peers.len() == Peer::ALL.len();
     let columns = arguments.peers.len() + 1 + 3 * usize::from(ratios);
@@ -165,7 +167,7 @@ fn print_times(arguments: &Arguments, names: &str) -> Vec<Table> {
     tables
 }
 
-/// Prints the memory, and who counts other triangles than the first.
+/// Prints the memory, and names the peers whose number of triangles differs from that of the first.
 fn print_memory(tables: Vec<Table>, names: &str) {
     println!("\nBytes per point at the peak beside the input: work + result\n");
     println!("| |{names}");

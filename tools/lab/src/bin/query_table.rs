@@ -1,10 +1,12 @@
-//! Prints a Markdown table of microseconds per shortest path: the library's wave, from a warm cache of tiles, beside crate polyanya,
-//! which is given the same free triangles in memory, merged and baked. With `--threads`, also how many k-ONN queries a second are
-//! answered by one thread, by two, and by two that share nothing.
+//! Prints a Markdown table of microseconds per shortest path: the library's wavefront search, from
+//! a warm cache of tiles, and crate polyanya, which gets the same free triangles in memory, merged
+//! and baked. With `--threads`, also prints the number of k-ONN queries per second on one thread,
+//! on two, and on two that share nothing.
 //!
-//! The same pairs of points are asked of both, in turns; the time is that of the thread on the processor, but for the threads'. polyanya
-//! computes in f32, and may miss points that lie at the very edge of its mesh: such pairs, and those with a path longer by
-//! more than a part in a thousand, are counted and left out.
+//! Both answer the same pairs of points alternately. The time is the thread's processor time,
+//! except with `--threads`. polyanya computes in f32, and may miss points at the very edge of its
+//! mesh: such pairs, and those with a path longer by more than a part in a thousand, are counted
+//! and left out.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -28,17 +30,18 @@ use lab::median;
 use polyanya::{Mesh, Polygon, Vertex};
 use tokio::runtime::{Builder as RuntimeBuilder, Runtime};
 
-/// Ask for shortest paths of the library and of crate polyanya, in turns, on a map of a game and on the islands of Indonesia, and
-/// print medians.
+/// Compute shortest paths with the library and with crate polyanya alternately, on a map of a game
+/// and on the islands of Indonesia, and print medians.
 #[derive(Parser)]
 struct Arguments {
-    /// How many paths
+    /// Number of paths
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
     pairs: u32,
-    /// How often each is asked for
+    /// Number of rounds for each path
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     rounds: u32,
-    /// Add queries for the 10 nearest of 1,000 sites, by one thread, by two, and by two that share nothing
+    /// Add queries for the 10 nearest of 1,000 sites, on one thread, on two, and on two that share
+    /// nothing
     #[arg(long)]
     threads: bool,
 }
@@ -49,7 +52,7 @@ fn data(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// A number between 0 and 1, by SplitMix64.
+/// Random numbers from a seed (SplitMix64).
 struct Random(u64);
 
 impl Random {
@@ -105,7 +108,7 @@ async fn finish(builder: Builder, path: &Path) -> Result<TileReader> {
     Ok(TileReader::open(path, OpenOptions::default().cache(&cache)).await?)
 }
 
-/// The free triangles, merged and baked.
+/// Returns the mesh of the free triangles, merged and baked.
 async fn mesh(reader: &TileReader) -> Result<Mesh> {
     let (points, triangles) = free_triangles(reader).await?;
     let vertices = points.iter().zip(triangles_round(&points, &triangles));
@@ -117,7 +120,8 @@ async fn mesh(reader: &TileReader) -> Result<Mesh> {
     Ok(mesh)
 }
 
-/// The corners of the free triangles, each once, and the triangles by their numbers.
+/// Returns the corners of the free triangles, each once, and the triangles by the indices of their
+/// corners.
 async fn free_triangles(reader: &TileReader) -> Result<(Vec<Point>, Vec<[u32; 3]>)> {
     let mut numbers: HashMap<[u64; 2], u32> = HashMap::new();
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
@@ -135,7 +139,7 @@ async fn free_triangles(reader: &TileReader) -> Result<(Vec<Point>, Vec<[u32; 3]
     Ok((points, triangles))
 }
 
-/// The triangles round each vertex, counter-clockwise, with a mark wherever there is none in between.
+/// Returns the triangles around each vertex, counter-clockwise, with a mark in each gap.
 fn triangles_round(points: &[Point], triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
     let mut left: HashMap<[u32; 2], u32> = HashMap::new();
     let mut of_vertex: Vec<Vec<(u32, u32)>> = vec![Vec::new(); points.len()];
@@ -147,13 +151,14 @@ fn triangles_round(points: &[Point], triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
     }
     let apex = |from: u32, number: u32| {
         let corners = triangles[number as usize];
-        let place = corners.iter().position(|&corner| corner == from).unwrap_or(0);
-        corners[(place + 2) % 3]
+        let index = corners.iter().position(|&corner| corner == from).unwrap_or(0);
+        corners[(index + 2) % 3]
     };
-    let round = |(vertex, its): (u32, Vec<(u32, u32)>)| {
-        // Fans that begin where nothing is on the right; or the only one, all round.
+    let round = |(vertex, edges): (u32, Vec<(u32, u32)>)| {
+        // Fans that begin where there is no triangle on the right; or the only fan, which goes all
+        // round.
         let is_start = |&(to, _): &(u32, u32)| !left.contains_key(&[to, vertex]);
-        let mut starts: Vec<_> = its.iter().copied().filter(is_start).collect();
+        let mut starts: Vec<_> = edges.iter().copied().filter(is_start).collect();
         let angle = |to: u32| {
             let (p, q) = (points[vertex as usize], points[to as usize]);
             (q.y - p.y).atan2(q.x - p.x)
@@ -161,7 +166,7 @@ fn triangles_round(points: &[Point], triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
         starts.sort_by(|a, b| angle(a.0).total_cmp(&angle(b.0)));
         let is_closed = starts.is_empty();
         if is_closed {
-            starts.extend(its.first());
+            starts.extend(edges.first());
         }
         let mut round = Vec::new();
         for (_, start) in starts {
@@ -186,13 +191,13 @@ fn peer_point(p: Point) -> glam::Vec2 {
     glam::vec2(p.x as f32, p.y as f32)
 }
 
-/// Free pairs of points.
+/// Returns free pairs of points.
 async fn pairs(reader: &TileReader, count: usize) -> Result<Vec<[Point; 2]>> {
     let mut random = Random(1);
     let bounds = reader.directory().metadata.bounds;
     let mut points = Vec::new();
     while points.len() < 2 * count {
-        // Points that f32 can tell, so that both are asked for the same.
+        // Points that f32 represents exactly, so that both answer the same question.
         let p = random.within(bounds);
         let p = Point::new(f64::from(p.x as f32), f64::from(p.y as f32));
         if reader.footing(p, QueryOptions::default()).await? == Footing::Free && is_inside(reader, p).await? {
@@ -202,13 +207,14 @@ async fn pairs(reader: &TileReader, count: usize) -> Result<Vec<[Point; 2]>> {
     Ok(points.chunks(2).map(|pair| [pair[0], pair[1]]).collect())
 }
 
-/// Whether a point lies in the hull: polyanya has no outside.
+/// Returns whether a point is in the hull: polyanya has no outside.
 async fn is_inside(reader: &TileReader, p: Point) -> Result<bool> {
     use delaunay_tiles::query::Location;
     Ok(!matches!(reader.locate(p.x, p.y).await?, Location::Outside))
 }
 
-/// Microseconds that a measurement should take, beside which it takes nothing to read the clock: what is faster is asked for more than once.
+/// The microseconds that a measurement should take, so that reading the clock is negligible: faster
+/// queries are repeated.
 const LONG_ENOUGH: f64 = 50.0;
 
 async fn compare(name: &str, reader: &TileReader, arguments: &Arguments) -> Result<()> {
@@ -265,10 +271,11 @@ async fn compare(name: &str, reader: &TileReader, arguments: &Arguments) -> Resu
     Ok(())
 }
 
-/// How often all of the places are asked from in one measurement, which should take long enough for a clock and a scheduler.
-const TURNS: usize = 5;
+/// The number of times that all points are queried in one measurement, which should be long enough
+/// for a clock and a scheduler.
+const REPETITIONS: usize = 5;
 
-/// Queries a second, on so many threads.
+/// Returns the queries per second on `threads` threads.
 fn throughput(threads: usize, path: &Path, from: &Arc<Vec<Point>>) -> Result<f64> {
     let runtime = RuntimeBuilder::new_multi_thread()
         .worker_threads(threads)
@@ -277,7 +284,8 @@ fn throughput(threads: usize, path: &Path, from: &Arc<Vec<Point>>) -> Result<f64
     runtime.block_on(async {
         let cache = Cache::new(1 << 30);
         let reader = TileReader::open(path, OpenOptions::default().cache(&cache)).await?;
-        // Whoever is ready takes the next point: parts that are fixed before differ in how long they take by some per cent.
+        // Each task takes the next point when it is ready: fixed shares would differ by some per
+        // cent in their time.
         let ask = |next: &Arc<AtomicUsize>, end: usize| {
             let (reader, from, next) = (reader.clone(), Arc::clone(from), Arc::clone(next));
             async move {
@@ -297,17 +305,17 @@ fn throughput(threads: usize, path: &Path, from: &Arc<Vec<Point>>) -> Result<f64
         tokio::spawn(ask(&warm_up, 20)).await??;
         let begin = Instant::now();
         let tasks: Vec<_> = (0..threads)
-            .map(|_| tokio::spawn(ask(&next, TURNS * from.len())))
+            .map(|_| tokio::spawn(ask(&next, REPETITIONS * from.len())))
             .collect();
         for task in tasks {
             task.await??;
         }
-        Ok((TURNS * from.len()) as f64 / begin.elapsed().as_secs_f64())
+        Ok((REPETITIONS * from.len()) as f64 / begin.elapsed().as_secs_f64())
     })
 }
 
-/// Queries a second, on two threads that share nothing: what the machine gives.
-fn apart(path: &Path, from: &Arc<Vec<Point>>) -> Result<f64> {
+/// Returns the queries per second on two threads that share nothing: the capacity of the machine.
+fn unshared(path: &Path, from: &Arc<Vec<Point>>) -> Result<f64> {
     let rates = std::thread::scope(|scope| {
         let one = || throughput(1, path, from);
         [scope.spawn(one), scope.spawn(one)].map(|thread| thread.join())
@@ -355,21 +363,21 @@ fn main() -> Result<()> {
     let path = folder.path().join(format!("islands-{}.tiles", sites.len()));
     let mut rates = [Vec::new(), Vec::new(), Vec::new()];
     for round in 0..arguments.rounds as usize {
-        // None is always the first.
+        // The order rotates, so that none is always the first.
         for way in (0..3).map(|way| (way + round) % 3) {
             rates[way].push(match way {
                 0 => throughput(1, &path, &from)?,
                 1 => throughput(2, &path, &from)?,
-                _ => apart(&path, &from)?,
+                _ => unshared(&path, &from)?,
             });
         }
     }
-    let [one, two, apart] = rates.map(|rates| median(&rates));
+    let [one, two, unshared] = rates.map(|rates| median(&rates));
     println!(
         "\n10 nearest of 1,000 sites on indonesia_ne10m: {one:.0} queries a second on one thread, {two:.0} on two: {:.2} times; \
-         {apart:.0} on two that share nothing: {:.2} times",
+         {unshared:.0} on two that share nothing: {:.2} times",
         two / one,
-        apart / one
+        unshared / one
     );
     Ok(())
 }

@@ -1,8 +1,10 @@
-//! `lab build`: how builds grow with the points and with the segments, as section 3.5 of Wu's thesis has it.
+//! `lab build`: how builds scale with the points and with the segments, as in section 3.5 of Wu's
+//! thesis.
 //!
-//! Comes in: sizes, shares of segments, memory. Each set of points is generated, triangulated by `tiletool build` and by its peers, each
-//! in a process of its own that is measured from outside, and removed again. Goes out: `builds.csv` with a row for each process, and
-//! a page with tables of medians and charts.
+//! The input is sizes, shares of segments, and memory. Each set of points is generated,
+//! triangulated by `tiletool build` and by its peers, each in a process of its own that is measured
+//! from outside, and removed again. The output is `builds.csv` with a row for each process, and a
+//! page with tables of medians and charts.
 
 mod plan;
 mod record;
@@ -25,17 +27,18 @@ use super::pictures::Pictures;
 use super::table::Table;
 use super::tiles::own_program;
 use limited::{Ended, Limit, Took, measure};
-use plan::{Data, Plan};
+use plan::{BuildPlan, Data};
 use record::{Engine, Measured, Record};
 use tiletool::bench::caches;
 use tiletool::common;
 use tiletool::generate::parse_count;
 
-/// Measure builds of growing size, beside triangulators in memory.
+/// Measure builds of growing size, and triangulators in memory.
 ///
-/// Points lie as in Wu's thesis: uniform, by Kuzmin's distribution, and with a line singularity; without segments, and with about ALPHA
-/// segments for each point. Each build and each peer is a process of its own. At the end they run once more under a hard
-/// limit of memory, where those that work in memory are ended. The defaults take a few minutes.
+/// The points are distributed as in Wu's thesis: uniform, by Kuzmin's distribution, and with a line
+/// singularity; without segments, and with about ALPHA segments for each point. Each build and each
+/// peer is a process of its own. At the end they run again under a hard limit of memory, which ends
+/// those that work in memory. The defaults take a few minutes.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
   lab build -o results
@@ -48,7 +51,7 @@ pub struct BuildExperimentArgs {
     #[arg(long, value_name = "N,…", value_delimiter = ',', value_parser = parse_size,
         default_values = ["100k", "200k", "500k", "1M", "2M"])]
     sizes: Vec<u64>,
-    /// How the points lie: uniform, kuzmin, line-singularity
+    /// Distributions of the points: uniform, kuzmin, line-singularity
     #[arg(long, value_name = "KIND,…", value_delimiter = ',', value_parser = parse_kind,
         default_values = plan::KINDS.map(Kind::name))]
     distributions: Vec<Kind>,
@@ -62,31 +65,32 @@ pub struct BuildExperimentArgs {
     /// Memory that `tiletool build` may use
     #[arg(long, value_name = "SIZE", default_value = "64MiB")]
     memory: ByteSize,
-    /// The most vertices of a tile; little memory wants small tiles
+    /// The maximum number of vertices of a tile; little memory needs small tiles
     #[arg(long, value_name = "N", default_value_t = BuildOptions::default().tile_vertices)]
     tile_vertices: usize,
-    /// The hard limit of the last builds; by default twice the memory
+    /// The hard limit of the last builds; by default twice --memory
     #[arg(long, value_name = "SIZE")]
     limit: Option<ByteSize>,
     /// Computing threads of `tiletool build`; by default one for each processor
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     threads: Option<u32>,
-    /// How often each is measured; medians count
+    /// Number of measurements of each process; the tables have medians
     #[arg(long, value_name = "R", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     rounds: u32,
-    /// Which of all the sets of points
+    /// Seed of the sets of points
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// What to compare with; nothing if no peer follows
+    /// Triangulators to compare with; none if no peer follows
     #[arg(long, value_name = "PEER,…", value_delimiter = ',', num_args = 0.., default_values = ["spade", "triangle"])]
     peers: Vec<Peer>,
     #[command(flatten)]
     pictures: Pictures,
 }
 
-/// Points of a set, at most: records have numbers of 32 bits.
+/// The maximum number of points of a set: records have numbers of 32 bits.
 const MOST: u64 = 1 << 32;
-/// Bytes of disk for a point: the input, work, the tiles, and a copy as text for the program triangle.
+/// Bytes of disk for a point: the input, work, the tiles, and a copy as text for the program
+/// triangle.
 const DISK_PER_POINT: u64 = 400;
 
 fn parse_size(text: &str) -> Result<u64, String> {
@@ -116,7 +120,7 @@ fn parse_share(text: &str) -> Result<f64, String> {
     }
 }
 
-/// What all processes of an experiment have in common.
+/// The state that all processes of an experiment share.
 struct Bench<'a> {
     args: &'a BuildExperimentArgs,
     program: PathBuf,
@@ -127,15 +131,15 @@ struct Bench<'a> {
     stop: &'a AtomicBool,
 }
 
-/// Measures and writes.
+/// Runs the experiment, and writes its results.
 pub fn run(args: BuildExperimentArgs) -> anyhow::Result<()> {
     let stop = common::interruption();
     let mut folder = Folder::create(&args.output)?;
-    let plan = Plan::new(&args.distributions, &args.sizes, &args.alphas, args.alpha_size);
+    let plan = BuildPlan::new(&args.distributions, &args.sizes, &args.alphas, args.alpha_size);
     folder.require(DISK_PER_POINT.saturating_mul(plan.largest()))?;
     let available = std::thread::available_parallelism().map_or(1, usize::from);
     let limit = args.limit.map_or(2 * args.memory.as_u64(), |limit| limit.as_u64());
-    // Files that the children are told of must be found from their folder.
+    // The children run in the work folder, so paths for them must be absolute.
     let scratch = folder.scratch().canonicalize().context("cannot find the work folder")?;
     let mut bench = Bench {
         args: &args,
@@ -180,7 +184,7 @@ pub fn run(args: BuildExperimentArgs) -> anyhow::Result<()> {
 }
 
 impl Bench<'_> {
-    /// Generates a set of points, has all triangulate it, and removes it.
+    /// Generates a set of points, triangulates it with all engines, and removes it.
     fn measure_all(&self, data: &Data, is_limited: bool, records: &mut Vec<Record>) -> anyhow::Result<()> {
         let (points, segments) = (self.scratch.join("points.f64"), self.scratch.join("points.u32"));
         let mut generate = Command::new(&self.program);
@@ -203,7 +207,7 @@ impl Bench<'_> {
         engines.extend(self.args.peers.iter().map(|&peer| Engine::Peer(peer)));
         engines.retain(|&engine| engine != Engine::Peer(Peer::Triangle) || self.triangle.is_some());
         let limits = [Some(None), is_limited.then_some(Some(&self.limit))];
-        // In turns, so that what else goes on here happens to all alike.
+        // Alternately, so that other work on this machine affects all alike.
         for round in 0..self.args.rounds {
             for limit in limits.iter().flatten() {
                 for &engine in &engines {
@@ -228,7 +232,7 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Has one triangulate a set of points, in a process of its own.
+    /// Triangulates a set of points with one engine, in a process of its own.
     fn measure_one(
         &self,
         engine: Engine,
@@ -259,7 +263,7 @@ impl Bench<'_> {
             Engine::Peer(Peer::Triangle) => {
                 let (options, name) = match segments {
                     None => ("-Q", "points.node"),
-                    // With c it keeps what lies between the segments and the hull.
+                    // With `c` the program keeps the triangles between the segments and the hull.
                     Some(_) => ("-pcQ", "points.poly"),
                 };
                 peer::write_for_triangle(points, segments, &self.scratch.join(name))?;

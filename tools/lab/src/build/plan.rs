@@ -1,4 +1,4 @@
-//! Which sets of points are triangulated, each once for all tables in which it stands.
+//! The sets of points that are triangulated, each once for all tables that contain it.
 
 use std::fmt;
 
@@ -6,10 +6,10 @@ use distributions::Kind;
 
 /// The distributions of the thesis.
 pub const KINDS: [Kind; 3] = [Kind::Uniform, Kind::Kuzmin, Kind::LineSingularity];
-/// Segments for each point where it is the number of points that grows.
+/// The segments for each point when the number of points varies.
 pub const ALPHA: f64 = 0.5;
 
-/// A set of points, and of segments if there is a share of them.
+/// A set of points, and of segments if `alpha` is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Data {
     pub kind: Kind,
@@ -28,17 +28,17 @@ impl fmt::Display for Data {
 }
 
 /// All sets of points of an experiment.
-pub struct Plan {
+pub struct BuildPlan {
     pub kinds: Vec<Kind>,
     pub sizes: Vec<u64>,
     pub alphas: Vec<f64>,
-    /// Points where it is the share of segments that grows.
+    /// The number of points when the share of segments varies.
     pub alpha_size: u64,
     data: Vec<Data>,
 }
 
-impl Plan {
-    /// For these distributions, sizes and shares, each counted once and in order.
+impl BuildPlan {
+    /// Creates the plan for these distributions, sizes and shares, without duplicates and in order.
     pub fn new(kinds: &[Kind], sizes: &[u64], alphas: &[f64], alpha_size: Option<u64>) -> Self {
         let (mut sizes, mut alphas) = (sizes.to_vec(), alphas.to_vec());
         let kinds: Vec<Kind> = KINDS.into_iter().filter(|kind| kinds.contains(kind)).collect();
@@ -72,17 +72,18 @@ impl Plan {
         }
     }
 
-    /// Each set of points once.
+    /// Returns each set of points once.
     pub fn data(&self) -> &[Data] {
         &self.data
     }
 
-    /// The most points of a set.
+    /// Returns the largest number of points of a set.
     pub fn largest(&self) -> u64 {
         self.data.iter().map(|data| data.points).max().unwrap_or(0)
     }
 
-    /// Whether a set is triangulated under a hard limit too: those of the first distribution.
+    /// Returns whether a set is triangulated under a hard limit too; only those of the first
+    /// distribution are.
     pub fn is_limited(&self, data: &Data) -> bool {
         self.kinds.first() == Some(&data.kind)
             && data.alpha.is_none_or(|alpha| alpha == ALPHA)
@@ -95,14 +96,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_set_is_there_once() {
-        let plan = Plan::new(&KINDS, &[200, 100, 200, 300], &[0.5, 0.1, 0.1], None);
+    fn each_set_of_points_occurs_once() {
+        let plan = BuildPlan::new(&KINDS, &[200, 100, 200, 300], &[0.5, 0.1, 0.1], None);
         assert_eq!((plan.alpha_size, plan.largest()), (200, 300));
         // Three sizes with segments and without, and one share that is not among these.
         assert_eq!(plan.data().len(), 3 * (3 * 2 + 1));
         let limited = plan.data().iter().filter(|data| plan.is_limited(data)).count();
         assert_eq!(limited, 6);
-        let elsewhere = Plan::new(&[Kind::Kuzmin, Kind::Kuzmin], &[100], &[0.5], Some(50));
+        let elsewhere = BuildPlan::new(&[Kind::Kuzmin, Kind::Kuzmin], &[100], &[0.5], Some(50));
         assert_eq!(elsewhere.data().len(), 3);
         assert_eq!(
             elsewhere

@@ -1,15 +1,15 @@
-//! What one process came to, from outside and by its own account.
+//! The measurements of one process, from outside and as it reports them.
 
 use anyhow::Context;
 use serde::Deserialize;
 
-use super::plan::{Data, Plan};
+use super::plan::{BuildPlan, Data};
 use crate::peer::Peer;
 use crate::table::{Cell, Column};
 use limited::{Ended, Limit, Took};
 use tiletool::common::share;
 
-/// Who triangulates.
+/// A triangulator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Engine {
     /// `tiletool build`.
@@ -18,7 +18,7 @@ pub enum Engine {
 }
 
 impl Engine {
-    /// Its name in tables.
+    /// Returns its name in tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Ours => "tiletool",
@@ -27,7 +27,7 @@ impl Engine {
     }
 }
 
-/// One process.
+/// The measurements of one process.
 #[derive(Clone, Debug)]
 pub struct Record {
     pub engine: Engine,
@@ -37,11 +37,11 @@ pub struct Record {
     pub limit: Option<u64>,
     pub took: Took,
     input_bytes: u64,
-    /// By its own account; none if it has not come to its end, or tells nothing.
+    /// Its own report; `None` if it did not succeed, or reports nothing.
     summary: Option<Summary>,
 }
 
-/// The keys of `tiletool build --json` that are looked at; those of `lab peer` are some of them.
+/// The keys of `tiletool build --json` that are used; `lab peer` has some of them.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 struct Summary {
@@ -82,7 +82,7 @@ struct Waits {
 }
 
 impl Record {
-    /// Reads the process's own account, if it gives one.
+    /// Creates a record, and parses the process's own report, if it gives one.
     pub fn new(
         engine: Engine,
         data: Data,
@@ -91,9 +91,9 @@ impl Record {
         input_bytes: u64,
         took: Took,
     ) -> anyhow::Result<Self> {
-        let tells = took.ended == Ended::Done && engine != Engine::Peer(Peer::Triangle);
-        let parsed = tells.then(|| serde_json::from_str(&took.output)).transpose();
-        let summary = parsed.with_context(|| format!("{data}: {} tells nothing sensible", engine.name()))?;
+        let has_report = took.ended == Ended::Done && engine != Engine::Peer(Peer::Triangle);
+        let parsed = has_report.then(|| serde_json::from_str(&took.output)).transpose();
+        let summary = parsed.with_context(|| format!("{data}: {} printed no valid report", engine.name()))?;
         Ok(Self {
             engine,
             data,
@@ -105,23 +105,23 @@ impl Record {
         })
     }
 
-    /// Whether it came to its end.
+    /// Returns whether it succeeded.
     pub fn is_done(&self) -> bool {
         self.took.ended == Ended::Done
     }
 
-    /// Seconds of processor time.
+    /// Returns the seconds of processor time.
     pub fn cpu(&self) -> Option<f64> {
         Some(self.took.user_seconds? + self.took.system_seconds?)
     }
 
-    /// Seconds that all computing threads together stood still for the disk.
+    /// Returns the seconds that all computing threads together waited for the disk.
     pub fn waited(&self) -> Option<f64> {
         let waits = &self.ours()?.waits;
         Some(waits.computing_for_blocks + waits.computing_for_writing)
     }
 
-    /// Bytes that it read by its own account.
+    /// Returns the bytes that it reports to have read.
     pub fn read(&self) -> Option<u64> {
         match self.engine {
             Engine::Ours => Some(self.ours()?.phases.iter().map(|phase| phase.bytes_read).sum()),
@@ -130,33 +130,33 @@ impl Record {
         }
     }
 
-    /// Bytes that it wrote by its own account.
+    /// Returns the bytes that it reports to have written.
     pub fn written(&self) -> Option<u64> {
         Some(self.ours()?.phases.iter().map(|phase| phase.bytes_written).sum())
     }
 
-    /// Vertices that tiles handed up, of all vertices.
+    /// Returns the vertices that tiles handed up, as a share of all vertices.
     pub fn seam_share(&self) -> Option<f64> {
         let ours = self.ours()?;
         Some(ours.levels.first().map_or(0.0, |level| level.seam_share))
     }
 
-    /// Triangles that only a merge settled, of all triangles.
+    /// Returns the triangles that only a merge settled, as a share of all triangles.
     pub fn border_share(&self) -> Option<f64> {
         self.ours().map(|ours| share(ours.border_triangles, ours.triangles))
     }
 
-    /// Triangles that were held for segments, of all triangles.
+    /// Returns the triangles that were held for segments, as a share of all triangles.
     pub fn held_share(&self) -> Option<f64> {
         self.ours().map(|ours| share(ours.held_triangles, ours.triangles))
     }
 
-    /// Blocks that the points went to; 1 if all were in memory.
+    /// Returns the number of blocks that the points were divided into; 1 if all were in memory.
     pub fn blocks(&self) -> Option<u64> {
         self.ours().map(|ours| ours.blocks)
     }
 
-    /// The most memory that it had resident, in bytes.
+    /// Returns the peak of its resident memory, in bytes.
     pub fn peak(&self) -> Option<u64> {
         let own = self.summary.as_ref().and_then(|summary| summary.peak_memory_bytes);
         own.max(self.took.peak)
@@ -166,18 +166,19 @@ impl Record {
         self.summary.as_ref().filter(|_| self.engine == Engine::Ours)
     }
 
-    /// A count of its own account, as a cell.
-    fn told(&self, count: fn(&Summary) -> u64) -> Cell {
+    /// Returns a count of its own report, as a cell.
+    fn reported(&self, count: fn(&Summary) -> u64) -> Cell {
         Cell::count(self.summary.as_ref().map(count))
     }
 
-    /// The same of our builds only.
-    fn ours_told(&self, count: fn(&Summary) -> u64) -> Cell {
+    /// Returns a count of its own report, as a cell; missing for peers.
+    fn ours_reported(&self, count: fn(&Summary) -> u64) -> Cell {
         Cell::count(self.ours().map(count))
     }
 }
 
-/// Of the processes with the same engine, points and limit the one in the middle, by time; one that was ended comes before all others.
+/// Returns the median by time of the processes with the same engine, data and limit; a process that
+/// was ended precedes all others.
 pub fn median<'a>(records: &'a [Record], engine: Engine, data: &Data, limit: Option<u64>) -> Option<&'a Record> {
     let is_one = |record: &&Record| record.engine == engine && record.data == *data && record.limit == limit;
     let mut same: Vec<_> = records.iter().filter(is_one).collect();
@@ -191,7 +192,8 @@ pub fn median<'a>(records: &'a [Record], engine: Engine, data: &Data, limit: Opt
     }
 }
 
-/// Says where a peer counts other triangles or constraint edges than we do: one of both is wrong.
+/// Says where a peer counts other triangles or constraint edges than we do: one of the two is
+/// wrong.
 pub fn contradictions(records: &[Record]) -> Vec<String> {
     let mut notes = Vec::new();
     for peer in records.iter().filter(|record| record.engine != Engine::Ours) {
@@ -214,7 +216,7 @@ pub fn contradictions(records: &[Record]) -> Vec<String> {
     notes
 }
 
-/// All that is known of a process.
+/// All columns about a process.
 pub const COLUMNS: &[Column<Record>] = &[
     ("engine", |r| r.engine.name().into()),
     ("distribution", |r| r.data.kind.name().into()),
@@ -241,24 +243,24 @@ pub const COLUMNS: &[Column<Record>] = &[
     ("storage_bytes_read", |r| Cell::count(r.took.storage_read)),
     ("storage_bytes_written", |r| Cell::count(r.took.storage_written)),
     ("peak_memory_bytes", |r| Cell::count(r.peak())),
-    ("vertices", |r| r.told(|its| its.vertices)),
-    ("triangles", |r| r.told(|its| its.triangles)),
-    ("segments", |r| r.ours_told(|ours| ours.segments)),
-    ("constraint_edges", |r| r.told(|its| its.constraint_edges)),
+    ("vertices", |r| r.reported(|its| its.vertices)),
+    ("triangles", |r| r.reported(|its| its.triangles)),
+    ("segments", |r| r.ours_reported(|ours| ours.segments)),
+    ("constraint_edges", |r| r.reported(|its| its.constraint_edges)),
     ("seam_share", |r| Cell::number(r.seam_share(), 4)),
     ("border_share", |r| Cell::number(r.border_share(), 4)),
     ("held_share", |r| Cell::number(r.held_share(), 4)),
-    ("deferred_segments", |r| r.ours_told(|ours| ours.deferred_segments)),
+    ("deferred_segments", |r| r.ours_reported(|ours| ours.deferred_segments)),
     ("blocks", |r| Cell::count(r.blocks())),
-    ("tiles", |r| r.ours_told(|ours| ours.tiles)),
-    ("file_bytes", |r| r.ours_told(|ours| ours.file_bytes)),
+    ("tiles", |r| r.ours_reported(|ours| ours.tiles)),
+    ("file_bytes", |r| r.ours_reported(|ours| ours.file_bytes)),
 ];
 
-/// What was measured, and on which terms.
+/// All measurements, and their conditions.
 pub struct Measured {
     pub records: Vec<Record>,
     pub notes: Vec<String>,
-    pub plan: Plan,
+    pub plan: BuildPlan,
     pub threads: u32,
     pub memory: u64,
     pub limit: Limit,

@@ -1,4 +1,4 @@
-//! The page about builds: tables of medians, charts, and the figures that others have published.
+//! The page about builds: tables of medians, charts, and published figures of others.
 
 use distributions::Kind;
 
@@ -8,7 +8,7 @@ use crate::folder::Folder;
 use crate::machine;
 use crate::peer::Peer;
 use crate::pictures::Pictures;
-use crate::plot::chart::{Chart, Dimension, Line};
+use crate::plot::chart::{Chart, ChartLine, Dimension};
 use crate::table::{Cell, Column, Table};
 use limited::Ended;
 use tiletool::common;
@@ -40,16 +40,16 @@ struct Page<'a> {
     text: String,
 }
 
-/// What a line of a chart shows of a process.
+/// The value of a process that a line of a chart shows.
 type Value = fn(&Record) -> Option<f64>;
 
-/// A part of what our builds do, and its name.
-type Part = (&'static str, Value);
+/// A quantity of our builds, with its name.
+type Quantity = (&'static str, Value);
 
-const TIMES: [Part; 2] = [("CPU", Record::cpu), ("waited", Record::waited)];
-const BYTES: [Part; 2] = [("read", read), ("written", written)];
-/// What goes up from the tiles, and what it is counted in.
-const SHARES: [Part; 2] = [("seam", seam), ("held", held)];
+const TIMES: [Quantity; 2] = [("CPU", Record::cpu), ("waited", Record::waited)];
+const BYTES: [Quantity; 2] = [("read", read), ("written", written)];
+/// The quantities that go up from the tiles, and their unit.
+const SHARES: [Quantity; 2] = [("seam", seam), ("held", held)];
 const SHARE: &str = "% of vertices (seam) or triangles (held)";
 
 const MEBIBYTE: f64 = (1u64 << 20) as f64;
@@ -89,7 +89,7 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// What is told of both, against the share of segments or the number of points.
+    /// Returns the columns about both, by the share of segments or by the number of points.
     fn columns(is_by_alpha: bool) -> [Column<Self>; 15] {
         let varies: Column<Self> = match is_by_alpha {
             true => ("α", |p| Cell::number(p.ours.data.alpha, 1)),
@@ -128,13 +128,13 @@ impl Page<'_> {
             "# Building: time, bytes and memory\n\n\
              `{}`\n\n\
              Measured with tiletool {} on {}. `tiletool build` had {} and {} threads; {}. Each build is a process of its own, from reading the raw points \
-             to the finished file; the input was thrown out of the page cache before. spade (and `triangle`, where it is installed) read the same file and triangulate in memory: \
-             they keep nothing, so they write nothing. All processes are in [builds.csv](builds.csv), with \
-             `off_cpu_seconds`, the time less the processor time, which is what a program of one thread has as its I/O time.\n\n\
-             *CPU* is processor time of all threads. *Waited* is how long computing threads stood still for the disk, all added up: the \
+             to the finished file; the input was evicted from the page cache before. spade (and `triangle`, if it is installed) read the same file and triangulate in memory: \
+             they keep no result, so they write nothing. All processes are in [builds.csv](builds.csv), with \
+             `off_cpu_seconds`, the time less the processor time, which is the I/O time of a program of one thread.\n\n\
+             *CPU* is the processor time of all threads. *Waited* is the time that computing threads waited for the disk, summed over the threads: the \
              part of the I/O that was not overlapped. Bytes are those that the program read and wrote: input, work files, tiles. *Seam* is the share of \
-             the vertices that tiles hand up, *border* that of the triangles that a merge settles, *held* that of the triangles that segments hold back. \
-             Blocks are what the points were cut into; with 1, all were in memory.\n",
+             the vertices that tiles hand up, *border* that of the triangles that a merge settles, *held* that of the triangles that are held for segments. \
+             The points were divided into blocks; with 1 block, all were in memory.\n",
             machine::command(),
             env!("CARGO_PKG_VERSION"),
             machine::describe(),
@@ -142,12 +142,12 @@ impl Page<'_> {
             m.threads,
             match m.rounds {
                 1 => "each was measured once".to_owned(),
-                rounds => format!("figures are of the middle one of {rounds} by time"),
+                rounds => format!("figures are those of the median of {rounds} by time"),
             },
         );
     }
 
-    /// Against the number of points: Figures 3.12 and 3.15 of the thesis.
+    /// Shows results by the number of points: Figures 3.12 and 3.15 of the thesis.
     fn by_size(&mut self, alpha: Option<f64>) -> anyhow::Result<()> {
         let (stem, short, what) = match alpha {
             None => ("dt", "DT".to_owned(), "Delaunay triangulation".to_owned()),
@@ -170,7 +170,7 @@ impl Page<'_> {
     fn charts_by_size(&mut self, data: &[Vec<Data>], stem: &str, of: &str, has_segments: bool) -> anyhow::Result<()> {
         let by_points = |data: &Data| data.points as f64;
         let times = self.lines(data, seconds, by_points);
-        let ours = |parts: &[Part]| self.lines_of_ours(data, parts, by_points);
+        let ours = |parts: &[Quantity]| self.lines_of_ours(data, parts, by_points);
         let memory = self.lines(&data[..1], peak, by_points);
         let shares = if has_segments { &SHARES[..] } else { &SHARES[..1] };
         let [linear, log]: [fn(&str) -> Dimension; 2] = [Dimension::from_zero, Dimension::logarithmic];
@@ -186,7 +186,7 @@ impl Page<'_> {
             ("bytes", "bytes read and written", log, log("MiB"), ours(&BYTES)),
             (
                 "shares",
-                "what goes up from the tiles",
+                "vertices and triangles that go up from the tiles",
                 log,
                 linear(SHARE),
                 ours(shares),
@@ -203,15 +203,15 @@ impl Page<'_> {
     /// Says how time grows with the points of each distribution.
     fn growths(&mut self, data: &[Vec<Data>]) {
         for (kind, data) in self.measured.plan.kinds.iter().zip(data) {
-            let [ours, its] = [Engine::Ours, Engine::Peer(Peer::Spade)].map(|engine| self.growth(engine, data));
+            let [ours, spade] = [Engine::Ours, Engine::Peer(Peer::Spade)].map(|engine| self.growth(engine, data));
             let Some(ours) = ours else { continue };
-            self.text += &format!("\nFrom the smallest to the largest, {kind}: time grows as N^{ours:.2}");
-            self.text += &its.map_or_else(String::new, |its| format!(", spade's as N^{its:.2}"));
+            self.text += &format!("\nFrom the smallest to the largest set, {kind}: time grows as N^{ours:.2}");
+            self.text += &spade.map_or_else(String::new, |exponent| format!(", spade's as N^{exponent:.2}"));
             self.text += ".\n";
         }
     }
 
-    /// Against the share of segments: Figure 3.16 of the thesis.
+    /// Shows results by the share of segments: Figure 3.16 of the thesis.
     fn by_alpha(&mut self) -> anyhow::Result<()> {
         let points = self.measured.plan.alpha_size;
         let title = format!("{} points, against the share of segments α", common::thousands(points));
@@ -233,14 +233,20 @@ impl Page<'_> {
         self.picture("alpha-time", &format!("Time, {title}"), x(), y, times)?;
         let shares = self.lines_of_ours(&data, &SHARES, by_alpha);
         let y = Dimension::from_zero(SHARE);
-        self.picture("alpha-shares", &format!("What goes up, {title}"), x(), y, shares)
+        self.picture(
+            "alpha-shares",
+            &format!("Vertices and triangles that go up, {title}"),
+            x(),
+            y,
+            shares,
+        )
     }
 
-    /// Under a hard limit, where those who work in memory are ended.
+    /// Shows results under a hard limit, which ends the engines that work in memory.
     fn limited(&mut self) -> anyhow::Result<()> {
         let limit = &self.measured.limit;
         self.text += &format!(
-            "\n## Under a hard limit of memory\n\nThe same once more on points of the first distribution, {}, with {}. `tiletool build` was told to use {}.\n\n",
+            "\n## Under a hard limit of memory\n\nThe same processes again on points of the first distribution, {}, with {}. `tiletool build` had a budget of {}.\n\n",
             self.measured.plan.kinds.first().map_or("", |kind| kind.name()),
             limit.describe(),
             common::bytes(self.measured.memory)
@@ -265,7 +271,7 @@ impl Page<'_> {
                     engine.name().into(),
                     Cell::Text(match record.took.ended {
                         Ended::Done => "done".to_owned(),
-                        Ended::Failed(code) => format!("gave up (exit code {code})"),
+                        Ended::Failed(code) => format!("failed (exit code {code})"),
                         Ended::Killed(signal) => format!("**killed** (signal {signal})"),
                     }),
                     Cell::Number(record.took.seconds, 2),
@@ -280,7 +286,7 @@ impl Page<'_> {
                 .filter(|data| data.alpha.is_none())
                 .filter_map(|data| median(&self.measured.records, engine, data, Some(limit.bytes)));
             let (done, ended): (Vec<_>, Vec<_>) = records.partition(|record| record.is_done());
-            Line {
+            ChartLine {
                 name: engine.name().to_owned(),
                 colour,
                 is_dashed: false,
@@ -290,14 +296,17 @@ impl Page<'_> {
         });
         let lines = lines.collect();
         let kind = plan.kinds.first().map_or("", |kind| kind.name());
-        let title = format!("{kind}, within {}; a cross: ended", common::bytes(limit.bytes));
+        let title = format!(
+            "{kind}, within {}; a cross: failed or killed",
+            common::bytes(limit.bytes)
+        );
         let (x, y) = (Dimension::logarithmic("points"), Dimension::logarithmic("seconds"));
         self.picture("limit", &title, x, y, lines)
     }
 
-    /// What others have published.
+    /// Shows published results of others.
     fn published(&mut self) {
-        let mut table = Table::new(["who", "points", "minutes", "points/s", "memory", "on"]);
+        let mut table = Table::new(["source", "points", "minutes", "points/s", "memory", "on"]);
         table.push([
             "Isenburg, Liu, Shewchuk and Snoeyink 2006, streaming".into(),
             500_000_000.into(),
@@ -327,18 +336,18 @@ impl Page<'_> {
                 Cell::Text(format!("{}; points in random order", machine::describe())),
             ]);
         }
-        self.text += "\n## Beside published figures\n\n";
+        self.text += "\n## Comparison with published figures\n\n";
         self.text += &table.markdown();
-        self.text += "\nThese are different machines, twenty years apart, and different tasks: theirs is a triangulation of points that come in the \
-             order of a survey, streamed out as it is made, on one processor and hard drives; ours takes points in any order, keeps an index to read the result by, and uses \
-             all processors and what storage there is now. Points per second do not compare algorithms across that; what does is the memory, \
-             which is bounded in both, and that time grows as the input does. The thesis sets its times beside those of Kumar and Ramos (*I/O-efficient construction of Voronoi diagrams*, \
-             2002), of Delaunay triangulations without constraints; that report was not to be had, so their figures are not repeated here: see section 3.5 of the thesis.\n";
+        self.text += "\nThese are different machines, twenty years apart, and different tasks. Theirs triangulates points in the \
+             order of a survey, and streams the result out as it is made, on one processor and hard drives. Ours takes points in any order, stores an index for reading the result, and uses \
+             all processors and today's storage. So points per second do not compare the algorithms. Two things are comparable: the memory \
+             is bounded in both, and in both the time grows as the input does. The thesis compares its times with those of Kumar and Ramos (*I/O-efficient construction of Voronoi diagrams*, \
+             2002), for Delaunay triangulations without constraints; that report was not available, so their figures are not repeated here: see section 3.5 of the thesis.\n";
     }
 
     fn notes(&mut self) {
         if self.measured.notes.is_empty() {
-            self.text += "\nAll that were not ended count the same triangles and constraint edges.\n";
+            self.text += "\nAll processes that succeeded count the same triangles and constraint edges.\n";
             return;
         }
         self.text += "\n## Notes\n\n";
@@ -347,7 +356,7 @@ impl Page<'_> {
         }
     }
 
-    /// Those of which there is anything, ours first.
+    /// Returns the engines that have records, ours first.
     fn engines(&self) -> Vec<Engine> {
         let mut engines = Vec::new();
         for record in &self.measured.records {
@@ -358,7 +367,7 @@ impl Page<'_> {
         engines
     }
 
-    /// Sets of points, one list for each distribution.
+    /// Returns sets of points, one list for each distribution.
     fn of_each_kind(&self, data: impl Fn(Kind) -> Vec<Data>) -> Vec<Vec<Data>> {
         self.measured.plan.kinds.iter().map(|&kind| data(kind)).collect()
     }
@@ -367,13 +376,13 @@ impl Page<'_> {
         median(&self.measured.records, engine, data, None)
     }
 
-    /// What is known of each set of points, against their number or the share of segments.
+    /// Returns a table of the sets of points, by their number or by the share of segments.
     fn table<'d>(&self, data: impl Iterator<Item = &'d Data>, is_by_alpha: bool) -> String {
         let pairs: Vec<_> = data.filter_map(|one| self.pair(one)).collect();
         Table::of(&Pair::columns(is_by_alpha), &pairs).markdown()
     }
 
-    /// Our build of a set of points, and spade's.
+    /// Returns our build of a set of points, and spade's.
     fn pair(&self, data: &Data) -> Option<Pair<'_>> {
         let spade = self.median(Engine::Peer(Peer::Spade), data);
         Some(Pair {
@@ -382,36 +391,38 @@ impl Page<'_> {
         })
     }
 
-    /// The exponent with which time grows from the first to the last.
+    /// Returns the exponent with which time grows from the first set to the last.
     fn growth(&self, engine: Engine, data: &[Data]) -> Option<f64> {
         let [first, last] = [data.first()?, data.last()?];
         let [a, b] = [self.median(engine, first)?, self.median(engine, last)?];
-        let is_told = a.is_done() && b.is_done() && first.points < last.points;
+        let is_known = a.is_done() && b.is_done() && first.points < last.points;
         let times = b.took.seconds / a.took.seconds;
-        is_told.then(|| times.ln() / (last.points as f64 / first.points as f64).ln())
+        is_known.then(|| times.ln() / (last.points as f64 / first.points as f64).ln())
     }
 
-    /// A line for each distribution and engine; engines have colours, and but for the first of them dashes.
-    fn lines(&self, data: &[Vec<Data>], value: Value, x: impl Fn(&Data) -> f64 + Copy) -> Vec<Line> {
+    /// Returns a line for each distribution and engine. Distributions have colours; every second
+    /// engine has dashed lines.
+    fn lines(&self, data: &[Vec<Data>], value: Value, x: impl Fn(&Data) -> f64 + Copy) -> Vec<ChartLine> {
         let mut lines = Vec::new();
-        for (place, engine) in self.engines().into_iter().enumerate() {
+        for (index, engine) in self.engines().into_iter().enumerate() {
             for (colour, data) in data.iter().enumerate() {
                 let Some(first) = data.first() else { continue };
                 let name = format!("{}, {}", engine.name(), first.kind);
-                lines.push(self.line(name, engine, (colour + 3 * (place / 2), place % 2 > 0), data, value, x));
+                lines.push(self.line(name, engine, (colour + 3 * (index / 2), index % 2 > 0), data, value, x));
             }
         }
         lines
     }
 
-    /// A line for each part of our builds and each distribution; but for the first part they have dashes.
-    fn lines_of_ours(&self, data: &[Vec<Data>], parts: &[Part], x: impl Fn(&Data) -> f64 + Copy) -> Vec<Line> {
+    /// Returns a line for each quantity of our builds and each distribution. All quantities but the
+    /// first have dashed lines.
+    fn lines_of_ours(&self, data: &[Vec<Data>], parts: &[Quantity], x: impl Fn(&Data) -> f64 + Copy) -> Vec<ChartLine> {
         let mut lines = Vec::new();
-        for (place, &(part, value)) in parts.iter().enumerate() {
+        for (index, &(part, value)) in parts.iter().enumerate() {
             for (colour, data) in data.iter().enumerate() {
                 let Some(first) = data.first() else { continue };
                 let name = format!("{part}, {}", first.kind);
-                lines.push(self.line(name, Engine::Ours, (colour, place > 0), data, value, x));
+                lines.push(self.line(name, Engine::Ours, (colour, index > 0), data, value, x));
             }
         }
         lines
@@ -425,10 +436,10 @@ impl Page<'_> {
         data: &[Data],
         value: Value,
         x: impl Fn(&Data) -> f64,
-    ) -> Line {
+    ) -> ChartLine {
         let records = data.iter().filter_map(|one| Some((x(one), self.median(engine, one)?)));
         let (done, ended): (Vec<_>, Vec<_>) = records.partition(|(_, record)| record.is_done());
-        Line {
+        ChartLine {
             name,
             colour,
             is_dashed,
@@ -440,8 +451,15 @@ impl Page<'_> {
         }
     }
 
-    /// Keeps a chart and shows it on the page.
-    fn picture(&mut self, stem: &str, title: &str, x: Dimension, y: Dimension, lines: Vec<Line>) -> anyhow::Result<()> {
+    /// Keeps a chart, and shows it on the page.
+    fn picture(
+        &mut self,
+        stem: &str,
+        title: &str,
+        x: Dimension,
+        y: Dimension,
+        lines: Vec<ChartLine>,
+    ) -> anyhow::Result<()> {
         let chart = Chart {
             title: title.to_owned(),
             subtitle: format!(

@@ -20,18 +20,18 @@ pub const KINDS: [Kind; 5] = [
     Kind::Lidar,
 ];
 
-/// One set of distinct points in the types of all triangulators.
+/// One set of distinct points, in the types of all triangulators.
 pub struct Input {
-    /// For the engines of this library.
+    /// The points for the engines of this library.
     pub points: Vec<Point>,
-    /// For spade.
+    /// The points for spade.
     pub spade: Vec<spade::Point2<f64>>,
-    /// For delaunator.
+    /// The points for delaunator.
     pub delaunator: Vec<delaunator::Point>,
 }
 
 impl Input {
-    /// The first `n` points of a distribution, each place once.
+    /// Creates an input of the first `n` points of a distribution, without duplicates.
     #[must_use]
     pub fn new(kind: Kind, n: u64) -> Self {
         let mut seen = HashSet::new();
@@ -52,18 +52,19 @@ impl Input {
 pub enum Peer {
     /// The library's own kernel, divide and conquer.
     Native,
-    /// Crate spade, its bulk load as it is: without the flips that make the library's engine `spade` canonical.
+    /// Crate spade, its bulk load unchanged: without the flips that make the library's engine
+    /// `spade` canonical.
     Spade,
     /// Crate delaunator.
     Delaunator,
     /// Incremental insertion in random rounds.
     Brio,
-    /// Incremental insertion along one curve.
+    /// Incremental insertion along one Hilbert curve.
     Hilbert,
 }
 
 impl Peer {
-    /// All of them.
+    /// All triangulators.
     pub const ALL: [Self; 5] = [Self::Native, Self::Spade, Self::Delaunator, Self::Brio, Self::Hilbert];
 }
 
@@ -79,9 +80,10 @@ impl fmt::Display for Peer {
     }
 }
 
-/// A triangulator with the memory that it keeps from run to run. Only engines of the library's kind keep any.
+/// A triangulator with the memory that it keeps between runs. Only engines of the library's kind
+/// keep any.
 pub enum Contender {
-    /// An engine and its result.
+    /// An engine, and its result.
     Engine(Box<dyn Engine>, Triangulation),
     /// Crate spade.
     Spade,
@@ -89,18 +91,18 @@ pub enum Contender {
     Delaunator,
 }
 
-/// What a run returns: to be dropped by who measures it, outside the measurement.
+/// The result of a run, which the caller drops outside the measurement.
 pub enum Outcome {
-    /// The number of triangles; the arrays stay with the contender.
+    /// The number of triangles; the contender keeps the arrays.
     Kept(usize),
-    /// spade's.
+    /// The result of spade.
     Spade(spade::DelaunayTriangulation<spade::Point2<f64>>),
-    /// delaunator's.
+    /// The result of delaunator.
     Delaunator(delaunator::Triangulation),
 }
 
 impl Contender {
-    /// A triangulator that has no memory yet.
+    /// Creates a triangulator without memory from earlier runs.
     #[must_use]
     pub fn new(peer: Peer) -> Self {
         let engine: Box<dyn Engine> = match peer {
@@ -127,7 +129,7 @@ impl Contender {
         }
     }
 
-    /// The copy that [`run`](Self::run) wants.
+    /// Returns the copy that [`run`](Self::run) needs.
     #[must_use]
     pub fn owned(&self, input: &Input) -> Vec<spade::Point2<f64>> {
         match self {
@@ -138,7 +140,7 @@ impl Contender {
 }
 
 impl Outcome {
-    /// How many triangles there are.
+    /// Returns the number of triangles.
     #[must_use]
     pub fn triangles(&self) -> usize {
         match self {

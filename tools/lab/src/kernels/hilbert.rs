@@ -1,13 +1,15 @@
 //! Hilbert curve keys, four bits of each coordinate at a time.
 //!
-//! In: points and their bounding box. Out: 64-bit keys whose order is that of a Hilbert curve of 32 levels over the
-//! square around the box. Thirty-two, because a skewed distribution puts most of its points in very few of the 2¹⁶
-//! columns that a 32-bit key could tell apart.
+//! The input is points and their bounding box. The output is 64-bit keys whose order is that of a
+//! Hilbert curve of 32 levels over the square around the box. It has 32 levels because a skewed
+//! distribution puts most of its points in very few of the 2¹⁶ columns that a 32-bit key could
+//! distinguish.
 
 use delaunay_tiles::geometry::{Point, Rect};
 
-/// The curve over 16 by 16 cells in each of its four positions: `TABLE[state][x << 4 | y]` is
-/// `position << 2 | next state`. A state is `flipped << 1 | swapped`, what happens to the bits that follow.
+/// The curve over 16 by 16 cells in each of its four states: `TABLE[state][x << 4 | y]` is
+/// `position << 2 | next state`. A state is `flipped << 1 | swapped`: how the following bits are
+/// transformed.
 const TABLE: [[u16; 256]; 4] = table();
 
 const fn table() -> [[u16; 256]; 4] {
@@ -54,9 +56,9 @@ impl Curve {
         }
     }
 
-    /// The key of a point in the box.
+    /// Returns the key of a point in the box.
     pub(crate) fn key(&self, p: Point) -> u64 {
-        // Casts saturate, and make 0 of the NaN of a box without an inside.
+        // Casts saturate, and give 0 for the NaN of a box without an inside.
         let x = ((p.x - self.origin.x) * self.scale) as u32;
         let y = ((p.y - self.origin.y) * self.scale) as u32;
         let (mut key, mut state) = (0, 0);
@@ -77,7 +79,8 @@ mod tests {
     #[test]
     fn neighbours_on_the_curve_are_neighbours_in_the_plane() {
         let curve = Curve::over(Rect::new(0.0, 0.0, f64::from(u32::MAX), f64::from(u32::MAX)));
-        // 64 by 64 cells in the middle: two aligned squares of 2^6 cells are at most 2^12 steps each.
+        // 64 by 64 cells in the middle: two aligned squares of 2^6 cells are at most 2^12 steps
+        // each.
         let base = 1u32 << 31;
         let mut keyed: Vec<_> = (0..64 * 64)
             .map(|i| (base + i % 64, base + i / 64))

@@ -1,15 +1,18 @@
-//! The second candidate for the library's kernel: incremental insertion along a space-filling curve.
+//! The second candidate for the library's kernel: incremental insertion along a space-filling
+//! curve.
 //!
-//! In: distinct points in any order. Out: the canonical Delaunay triangulation, as from every [`Engine`].
+//! The input is distinct points in any order. The output is the canonical Delaunay triangulation,
+//! as from every [`Engine`].
 //!
-//! Sources: Bowyer (1981) and Watson (1981) for the cavity; Amenta, Choi and Rote, "Incremental constructions con BRIO"
-//! (2003) for random rounds that are each sorted in space; Boissonnat, Devillers and Hornus, "Incremental construction
-//! of the Delaunay graph in medium dimension" (2009) for the rounds that CGAL's `spatial_sort` makes: a quarter of the
-//! points goes to the rounds before. Departures: the Hilbert curve is that of a fixed grid, by keys, not by medians; the
+//! Sources: Bowyer (1981) and Watson (1981) for the cavity; Amenta, Choi and Rote, "Incremental
+//! constructions con BRIO" (2003) for random rounds that are each sorted in space; Boissonnat,
+//! Devillers and Hornus, "Incremental construction of the Delaunay graph in medium dimension"
+//! (2009) for the rounds of CGAL's `spatial_sort`: a quarter of the points goes to the earlier
+//! rounds. Differences: the Hilbert curve is that of a fixed grid, by keys, not by medians; the
 //! circle test is the perturbed one, so that the result is canonical.
 //!
-//! As in the library's own kernel, every hull edge u → v has a ghost triangle (v, u, ∞) on its outer side, so a point
-//! outside the hull is inserted like any other.
+//! As in the library's own kernel, every hull edge u → v has a ghost triangle (v, u, ∞) outside of
+//! it, so a point outside the hull is inserted like any other.
 
 use std::time::Duration;
 
@@ -28,16 +31,17 @@ const GHOST: u32 = u32::MAX;
 pub enum Order {
     /// Along one Hilbert curve through all points.
     Hilbert,
-    /// In random rounds, each three times as large as all before it together, along a Hilbert curve within.
+    /// In random rounds, each three times as large as all earlier rounds together; within a round
+    /// along a Hilbert curve.
     #[default]
     Brio,
 }
 
-/// A directed side of a triangle: `triangle << 2 | corner that it starts at`.
+/// A half-edge in 32 bits: `triangle << 2 | corner that it starts at`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Side(u32);
+struct PackedHalfEdge(u32);
 
-impl Side {
+impl PackedHalfEdge {
     const UNSET: Self = Self(u32::MAX);
 
     fn new(triangle: u32, corner: u32) -> Self {
@@ -64,40 +68,42 @@ impl Side {
 #[derive(Clone, Copy)]
 struct Tri {
     corners: [u32; 3],
-    twins: [Side; 3],
+    twins: [PackedHalfEdge; 3],
 }
 
 /// The incremental engine, with the memory that it keeps between calls.
 #[derive(Default)]
 pub struct Incremental {
     order: Order,
-    /// The points' keys on the curve with their index in the caller's array, sorted.
+    /// The points' keys on the curve with their indices in the caller's array, sorted.
     keyed: Vec<(u64, u32)>,
     /// The caller's index of each point, in the order of insertion.
     indices: Vec<u32>,
-    /// The points in the order of insertion; vertices are positions in it.
+    /// The points in the order of insertion; vertices are indices into it.
     points: Vec<Point>,
     triangles: Vec<Tri>,
-    /// For each triangle its number in the result, none for ghosts.
+    /// The number of each triangle in the result; `None` for ghosts.
     renumbered: Vec<Option<u32>>,
     cavity: Cavity,
-    /// How long the last call took to order the points, to insert them, and to write the result.
+    /// The time that the last call took to order the points, to insert them, and to write the
+    /// result.
     pub parts: [Duration; 3],
 }
 
-/// What one insertion needs, kept so that none allocates.
+/// The memory of one insertion, kept so that insertions do not allocate.
 #[derive(Default)]
 struct Cavity {
-    /// Sides of removed triangles still to be looked across, the next one last.
-    pending: Vec<Side>,
+    /// Half-edges of removed triangles whose twins are not yet tested, the next one last.
+    pending: Vec<PackedHalfEdge>,
     /// The triangles that are removed.
     removed: Vec<u32>,
-    /// The edges around them, counter-clockwise: the vertex that each starts at, and its side outside the cavity.
-    around: Vec<(u32, Side)>,
+    /// The edges around them, counter-clockwise: the vertex that each starts at, and its half-edge
+    /// outside the cavity.
+    around: Vec<(u32, PackedHalfEdge)>,
 }
 
 impl Incremental {
-    /// An engine that inserts in this order.
+    /// Creates an engine that inserts in this order.
     #[must_use]
     pub fn new(order: Order) -> Self {
         Self {
@@ -122,12 +128,13 @@ impl Incremental {
         self.points.extend(self.indices.iter().map(|&i| points[i as usize]));
     }
 
-    /// Deals the sorted points into random rounds, in which they stay sorted: the last one has three quarters of them,
-    /// the one before three quarters of the rest, and so on, down to one of about 64.
+    /// Deals the sorted points into random rounds, in which they stay sorted. The last round has
+    /// three quarters of them, the one before three quarters of the rest, and so on, down to one of
+    /// about 64.
     fn deal_into_rounds(&mut self) {
         let rounds = (self.keyed.len() / 64).max(1).ilog2() / 2 + 1;
         let round = |index: u32| {
-            // Knuth's multiplicative hash, its best bits down.
+            // Knuth's multiplicative hash, with its best bits moved down.
             let hash = (u64::from(index) + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15).swap_bytes();
             rounds - 1 - (hash.trailing_zeros() / 2).min(rounds - 1)
         };
@@ -146,7 +153,7 @@ impl Incremental {
         }
     }
 
-    /// Makes the first triangle with its ghosts; false if all points lie on one line.
+    /// Makes the first triangle with its ghosts; returns `false` if all points are collinear.
     fn start(&mut self) -> bool {
         self.triangles.clear();
         if self.points.len() < 3 {
@@ -157,7 +164,7 @@ impl Incremental {
         let Some(third) = self.points[2..].iter().position(|c| apart(&c)).map(|i| i + 2) else {
             return false;
         };
-        // To its place by a rotation, so that the others stay in order.
+        // A rotation, so that the others stay in order.
         self.points[2..=third].rotate_right(1);
         self.indices[2..=third].rotate_right(1);
         if orient2d(a, b, self.points[2]) == Orientation::Clockwise {
@@ -165,43 +172,48 @@ impl Incremental {
             self.indices.swap(1, 2);
         }
         self.triangles.reserve(2 * self.points.len());
-        // Ghosts 1, 2, 3 lie beyond the sides 0, 1, 2 of triangle 0.
+        // Ghosts 1, 2, 3 are the twins of the half-edges 0, 1, 2 of triangle 0.
         self.triangles.push(Tri {
             corners: [0, 1, 2],
-            twins: [1, 2, 3].map(|ghost| Side::new(ghost, 0)),
+            twins: [1, 2, 3].map(|ghost| PackedHalfEdge::new(ghost, 0)),
         });
-        for side in 0..3 {
-            let (following, preceding) = ((side + 1) % 3 + 1, (side + 2) % 3 + 1);
+        for edge in 0..3 {
+            let (following, preceding) = ((edge + 1) % 3 + 1, (edge + 2) % 3 + 1);
             self.triangles.push(Tri {
-                corners: [(side + 1) % 3, side, GHOST],
-                twins: [Side::new(0, side), Side::new(preceding, 2), Side::new(following, 1)],
+                corners: [(edge + 1) % 3, edge, GHOST],
+                twins: [
+                    PackedHalfEdge::new(0, edge),
+                    PackedHalfEdge::new(preceding, 2),
+                    PackedHalfEdge::new(following, 1),
+                ],
             });
         }
         true
     }
 
-    /// Walks from triangle `from` to one that `p` is in conflict with: that contains it, or the ghost of a hull edge
-    /// that it lies beyond.
+    /// Walks from triangle `from` to one that `p` is in conflict with: the triangle that contains
+    /// it, or the ghost of a hull edge that has it on the outside.
     ///
-    /// Goes across any side that has `p` strictly on its right. That ends, in a Delaunay triangulation (Edelsbrunner
-    /// 1990); with exact predicates and the tie rule there is no other.
+    /// Crosses any half-edge that has `p` strictly on its right. That terminates in a Delaunay
+    /// triangulation (Edelsbrunner 1990); with exact predicates and the tie rule every
+    /// triangulation here is one.
     fn locate(&self, from: u32, p: Point) -> u32 {
         let start = &self.triangles[from as usize];
         let mut at = match start.corners.iter().position(|&c| c == GHOST) {
             Some(corner) => start.twins[(corner + 1) % 3],
-            None => Side::new(from, 0),
+            None => PackedHalfEdge::new(from, 0),
         };
-        if self.is_beyond(at, p) {
+        if self.is_to_the_right(at, p) {
             at = self.twin(at);
         }
-        // p is not beyond the side `at` where the triangle was entered.
+        // p is not to the right of the half-edge `at` through which the triangle was entered.
         loop {
             if self.origin(at.prev()) == GHOST {
                 return at.triangle() as u32;
             }
-            if self.is_beyond(at.next(), p) {
+            if self.is_to_the_right(at.next(), p) {
                 at = self.twin(at.next());
-            } else if self.is_beyond(at.prev(), p) {
+            } else if self.is_to_the_right(at.prev(), p) {
                 at = self.twin(at.prev());
             } else {
                 return at.triangle() as u32;
@@ -209,17 +221,21 @@ impl Incremental {
         }
     }
 
-    /// Whether `p` is strictly to the right of a side.
+    /// Returns whether `p` is strictly to the right of a half-edge.
     #[inline(always)]
-    fn is_beyond(&self, side: Side, p: Point) -> bool {
-        let (a, b) = (self.point(self.origin(side)), self.point(self.origin(side.next())));
+    fn is_to_the_right(&self, half_edge: PackedHalfEdge, p: Point) -> bool {
+        let (a, b) = (
+            self.point(self.origin(half_edge)),
+            self.point(self.origin(half_edge.next())),
+        );
         orient2d(a, b, p) == Orientation::Clockwise
     }
 
-    /// Whether `p` destroys the triangle: lies in its circle or, if it is a ghost, beyond its hull edge or within it.
+    /// Returns whether `p` destroys the triangle: is inside its circle or, for a ghost, outside its
+    /// hull edge or on that edge.
     #[inline(always)]
-    fn in_conflict(&self, side: Side, p: Point) -> bool {
-        let [a, b, c] = [side, side.next(), side.prev()].map(|s| self.origin(s));
+    fn in_conflict(&self, half_edge: PackedHalfEdge, p: Point) -> bool {
+        let [a, b, c] = [half_edge, half_edge.next(), half_edge.prev()].map(|s| self.origin(s));
         if a != GHOST && b != GHOST && c != GHOST {
             return in_circle(self.point(a), self.point(b), self.point(c), p);
         }
@@ -238,14 +254,19 @@ impl Incremental {
         }
     }
 
-    /// Replaces all triangles that `vertex` is in conflict with, `first` among them, by a fan around it. Returns a
-    /// triangle of the fan.
+    /// Replaces all triangles that `vertex` is in conflict with, `first` among them, by a fan
+    /// around it. Returns a triangle of the fan.
+    ///
+    /// The removed triangles are connected and have no vertex in their interior. Seen from the
+    /// first one they are a tree; its traversal from left to right gives the edges around them in
+    /// order. k edges surround k - 2 triangles, ghosts included, so the fan takes their indices and
+    /// two more.
     ///
     /// ```text
-    ///     ┌───────┐         ┌───────┐      The removed triangles hang together and have no vertex among them: seen
-    ///     │╲     ╱│         │╲     ╱│      from the first one they are a tree, and gone through from left to right
-    ///     │ ╲ p ╱ │    →    │  ╲ ╱  │      it yields the edges around them in order. k edges surround k - 2
-    ///     │  ╲ ╱  │         │   p   │      triangles, ghosts included, so the fan takes their places and two more.
+    ///     ┌───────┐         ┌───────┐
+    ///     │╲     ╱│         │╲     ╱│
+    ///     │ ╲ p ╱ │    →    │  ╲ ╱  │
+    ///     │  ╲ ╱  │         │   p   │
     ///     │   ╳   │         │  ╱ ╲  │
     ///     └───────┘         └───────┘
     /// ```
@@ -256,14 +277,16 @@ impl Incremental {
         cavity.removed.clear();
         cavity.around.clear();
         cavity.removed.push(first);
-        cavity.pending.extend([2, 1, 0].map(|corner| Side::new(first, corner)));
-        while let Some(side) = cavity.pending.pop() {
-            let across = self.twin(side);
-            if self.in_conflict(across, p) {
-                cavity.removed.push(across.triangle() as u32);
-                cavity.pending.extend([across.prev(), across.next()]);
+        cavity
+            .pending
+            .extend([2, 1, 0].map(|corner| PackedHalfEdge::new(first, corner)));
+        while let Some(half_edge) = cavity.pending.pop() {
+            let twin = self.twin(half_edge);
+            if self.in_conflict(twin, p) {
+                cavity.removed.push(twin.triangle() as u32);
+                cavity.pending.extend([twin.prev(), twin.next()]);
             } else {
-                cavity.around.push((self.origin(side), across));
+                cavity.around.push((self.origin(half_edge), twin));
             }
         }
         let edges = cavity.around.len();
@@ -272,7 +295,7 @@ impl Incremental {
         cavity.removed.extend([last - 1, last]);
         let blank = Tri {
             corners: [GHOST; 3],
-            twins: [Side::UNSET; 3],
+            twins: [PackedHalfEdge::UNSET; 3],
         };
         self.triangles.extend([blank; 2]);
         let mut preceding = last;
@@ -285,16 +308,20 @@ impl Incremental {
             };
             self.triangles[triangle as usize] = Tri {
                 corners: [from, to, vertex],
-                twins: [outside, Side::new(following, 2), Side::new(preceding, 1)],
+                twins: [
+                    outside,
+                    PackedHalfEdge::new(following, 2),
+                    PackedHalfEdge::new(preceding, 1),
+                ],
             };
-            self.triangles[outside.triangle()].twins[outside.corner()] = Side::new(triangle, 0);
+            self.triangles[outside.triangle()].twins[outside.corner()] = PackedHalfEdge::new(triangle, 0);
             preceding = triangle;
         }
         self.cavity = cavity;
         last
     }
 
-    /// Writes the triangles that are no ghosts, in the caller's indices.
+    /// Writes the triangles that are not ghosts, in the caller's indices.
     fn emit(&mut self, mesh: &mut Triangulation) {
         self.renumbered.clear();
         let mut count = 0;
@@ -304,7 +331,7 @@ impl Incremental {
             self.renumbered.push(ghost.is_none().then_some(count));
             count += u32::from(ghost.is_none());
             if let Some((corner, _)) = ghost {
-                ghost_edge = Some(Side::new(i, corner).next());
+                ghost_edge = Some(PackedHalfEdge::new(i, corner).next());
             }
         }
         mesh.triangles.reserve(count as usize);
@@ -321,7 +348,7 @@ impl Incremental {
         let first = ghost_edge.expect("a triangulation has a hull");
         let mut edge = first;
         loop {
-            // The hull edge u → v of the ghost (v, u, ∞), then the one that leaves v.
+            // The hull edge u → v of the ghost (v, u, ∞), then the hull edge that leaves v.
             mesh.hull.push(self.indices[self.origin(edge.next()) as usize]);
             edge = self.twin(edge.prev()).prev();
             if edge == first {
@@ -334,18 +361,18 @@ impl Incremental {
         self.points[vertex as usize]
     }
 
-    fn origin(&self, side: Side) -> u32 {
-        self.triangles[side.triangle()].corners[side.corner()]
+    fn origin(&self, half_edge: PackedHalfEdge) -> u32 {
+        self.triangles[half_edge.triangle()].corners[half_edge.corner()]
     }
 
-    fn twin(&self, side: Side) -> Side {
-        self.triangles[side.triangle()].twins[side.corner()]
+    fn twin(&self, half_edge: PackedHalfEdge) -> PackedHalfEdge {
+        self.triangles[half_edge.triangle()].twins[half_edge.corner()]
     }
 }
 
 impl Engine for Incremental {
     fn triangulate(&mut self, points: &[Point], mesh: &mut Triangulation) {
-        assert!(points.len() < 1 << 29, "side handles hold fewer than 2^29 points");
+        assert!(points.len() < 1 << 29, "half-edges hold fewer than 2^29 points");
         let begin = ThreadTime::now();
         mesh.clear();
         self.arrange(points);

@@ -1,7 +1,9 @@
-//! The library's in-core kernel beside other triangulators: the evidence for the choice of divide and conquer.
+//! The library's in-core kernel and other triangulators: the evidence for the choice of divide and
+//! conquer.
 //!
-//! The README of this crate says what was found. [`Contender`] runs one triangulator on an [`Input`]; the bench
-//! `triangulate` and the binary `kernel-table` measure with it. [`incremental`] is the kernel that was not chosen.
+//! The README of this crate has the results. [`Contender`] runs one triangulator on an [`Input`];
+//! the bench `triangulate` and the binary `kernel-table` measure with it. [`incremental`] is the
+//! kernel that was not chosen.
 
 mod contender;
 mod hilbert;

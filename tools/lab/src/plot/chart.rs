@@ -1,14 +1,14 @@
-//! Charts: lines over axes that are linear or logarithmic, and histograms.
+//! Charts: lines over linear or logarithmic axes, and histograms.
 //!
-//! Comes in: numbers with names. Goes out: an SVG. What cannot be drawn, since it is not finite or not positive on a
-//! logarithmic axis, is left out.
+//! The input is named numbers. The output is an SVG. Points that are not finite, or not positive on
+//! a logarithmic axis, are left out.
 
 use tiletool::plot::axis::{fitted_text, label, round_above, text_width};
 use tiletool::plot::style::{GREY, INK, LINES, fill, stroke};
 use tiletool::plot::svg::{Anchor, Path, Svg, UNITS};
 
 const GRID: &str = "#e3e6e8";
-/// Colours that people with any kind of sight can tell apart (Okabe and Ito 2008).
+/// Colours that are distinguishable with any kind of colour vision (Okabe and Ito 2008).
 const COLOURS: [&str; 7] = [
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000",
 ];
@@ -19,11 +19,11 @@ const LEFT: f64 = 92.0;
 const TOP: f64 = 78.0;
 const BOTTOM: f64 = 66.0;
 const RIGHT: f64 = 28.0;
-/// The sign of an entry of the legend, and what is between it and the text.
+/// The width of the sign of a legend's entry, with the gap before its text.
 const SIGN: f64 = 34.0;
 const TITLE_TEXT: f64 = 22.0;
 const TEXT: f64 = 15.0;
-/// Ticks along an axis, about.
+/// The approximate number of ticks along an axis.
 const TICKS: f64 = 6.0;
 
 /// An axis.
@@ -43,17 +43,17 @@ enum Spacing {
 }
 
 impl Dimension {
-    /// An axis that begins at zero.
+    /// Creates an axis that begins at zero.
     pub fn from_zero(label: &str) -> Self {
         Self::new(label, Spacing::FromZero)
     }
 
-    /// An axis from the least number to the greatest.
+    /// Creates an axis from the least number to the greatest.
     pub fn fitted(label: &str) -> Self {
         Self::new(label, Spacing::Fitted)
     }
 
-    /// A logarithmic axis.
+    /// Creates a logarithmic axis.
     pub fn logarithmic(label: &str) -> Self {
         Self::new(label, Spacing::Logarithmic)
     }
@@ -68,16 +68,16 @@ impl Dimension {
 
 /// A line with its name.
 #[derive(Clone, Debug)]
-pub struct Line {
-    /// In the legend.
+pub struct ChartLine {
+    /// The name in the legend.
     pub name: String,
     /// Lines of the same number have the same colour.
     pub colour: usize,
-    /// Whether it is broken.
+    /// Whether the line is dashed.
     pub is_dashed: bool,
-    /// In the order in which they are joined.
+    /// The points, in the order in which they are connected.
     pub points: Vec<(f64, f64)>,
-    /// Numbers at which there is no point, but a cross on the upper side: it was tried and failed.
+    /// The x values of failed measurements; each is a cross at the top, without a point.
     pub failures: Vec<f64>,
 }
 
@@ -86,18 +86,18 @@ pub struct Line {
 pub struct Chart {
     /// What it shows.
     pub title: String,
-    /// On what terms.
+    /// The conditions of the measurement.
     pub subtitle: String,
-    /// Below.
+    /// The horizontal axis.
     pub x: Dimension,
-    /// On the left.
+    /// The vertical axis.
     pub y: Dimension,
-    /// What is drawn.
-    pub lines: Vec<Line>,
+    /// The lines that are drawn.
+    pub lines: Vec<ChartLine>,
 }
 
 impl Chart {
-    /// The picture.
+    /// Draws the chart as an SVG.
     pub fn draw(&self) -> String {
         let names = self.lines.iter().map(|line| text_width(&line.name, TEXT));
         let legend = names.fold(0.0, f64::max) + SIGN + 26.0;
@@ -126,27 +126,28 @@ impl Chart {
     }
 }
 
-/// A histogram: how many numbers lie in each of equally wide bins.
+/// A histogram: the count of numbers in each of equally wide bins.
 #[derive(Clone, Debug)]
 pub struct Histogram {
     /// What it shows.
     pub title: String,
-    /// On what terms.
+    /// The conditions of the measurement.
     pub subtitle: String,
-    /// Below: what the numbers are.
+    /// The label of the horizontal axis: the quantity of the numbers.
     pub x: String,
-    /// On the left: what is counted.
+    /// The label of the vertical axis: what is counted.
     pub y: String,
-    /// Where the first bin begins.
+    /// The start of the first bin.
     pub start: f64,
-    /// How wide the bins are.
+    /// The width of the bins.
     pub width: f64,
-    /// How many there are in each.
+    /// The count in each bin.
     pub counts: Vec<u64>,
 }
 
 impl Histogram {
-    /// The picture. Heights are logarithmic, from a half, so that a single number is seen beside thousands.
+    /// Draws the histogram as an SVG. Heights are logarithmic, from a half, so that a single number
+    /// is visible beside thousands.
     pub fn draw(&self) -> String {
         let end = self.start + self.width * self.counts.len() as f64;
         let x = Scale::new(Spacing::Fitted, [self.start, end].into_iter(), (LEFT, WIDTH - RIGHT));
@@ -171,13 +172,13 @@ impl Histogram {
     }
 }
 
-/// From numbers to pixels along an axis.
+/// The mapping from numbers to pixels along an axis.
 struct Scale {
     spacing: Spacing,
-    /// The ends; of a logarithmic axis, their logarithms.
+    /// The ends of the axis; of a logarithmic axis, their logarithms.
     low: f64,
     high: f64,
-    /// Their pixels.
+    /// The pixels of the ends.
     start: f64,
     end: f64,
 }
@@ -213,7 +214,7 @@ impl Scale {
         }
     }
 
-    /// None for what is not on the axis.
+    /// Returns the pixel of a value, or `None` if it is not on the axis.
     fn pixel(&self, value: f64) -> Option<f64> {
         let value = match self.spacing {
             Spacing::Logarithmic => value.log10(),
@@ -224,13 +225,13 @@ impl Scale {
         inside.then_some(self.start + share * (self.end - self.start))
     }
 
-    /// Pixels and what stands there.
+    /// Returns pixels with their labels.
     fn ticks(&self) -> Vec<(f64, String)> {
         let is_seen = |value: &(f64, String)| self.pixel(value.0).is_some();
         let values = match self.spacing {
             Spacing::Logarithmic => {
                 let powers = self.powers();
-                // Within less than a decade there may be hardly any.
+                // Within less than a decade there may be hardly any power.
                 match powers.iter().filter(|power| is_seen(power)).count() {
                     0..3 => steps(10f64.powf(self.low), 10f64.powf(self.high)),
                     _ => powers,
@@ -244,7 +245,7 @@ impl Scale {
             .collect()
     }
 
-    /// Powers of ten; twice and five times these where they are few.
+    /// Returns powers of ten; with few powers also their doubles and quintuples.
     fn powers(&self) -> Vec<(f64, String)> {
         let decades = (self.low.floor() as i32)..=(self.high.ceil() as i32);
         let digits: &[u32] = match self.high - self.low {
@@ -259,7 +260,7 @@ impl Scale {
     }
 }
 
-/// A few round numbers from `low` to `high`.
+/// Returns a few round numbers from `low` to `high`.
 fn steps(low: f64, high: f64) -> Vec<(f64, String)> {
     let step = round_above((high - low) / TICKS);
     let first = (low / step).ceil();
@@ -270,7 +271,7 @@ fn steps(low: f64, high: f64) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// `0.02`, `500`, `20k`, `1M`, `5G`, and beyond these `1e15`.
+/// Returns a label such as `0.02`, `500`, `20k`, `1M`, `5G`, or beyond these `1e15`.
 fn power_label(digit: u32, decade: i32) -> String {
     match decade {
         -4..0 => format!(
@@ -286,7 +287,7 @@ fn power_label(digit: u32, decade: i32) -> String {
     }
 }
 
-fn line_style(line: &Line) -> String {
+fn line_style(line: &ChartLine) -> String {
     let colour = COLOURS[line.colour % COLOURS.len()];
     let dashes = match line.is_dashed {
         true => format!(" stroke-dasharray=\"{} {}\"", 7.0 * UNITS, 5.0 * UNITS),
@@ -331,7 +332,7 @@ fn draw_axes(svg: &mut Svg, (x_label, x): (&str, &Scale), (y_label, y): (&str, &
     svg.text((place, middle), TEXT, Anchor::Middle, &turned, y_label);
 }
 
-fn draw_line(svg: &mut Svg, line: &Line, x: &Scale, y: &Scale) {
+fn draw_line(svg: &mut Svg, line: &ChartLine, x: &Scale, y: &Scale) {
     let places = line.points.iter();
     let pixels: Vec<_> = places.filter_map(|&(a, b)| x.pixel(a).zip(y.pixel(b))).collect();
     let (mut path, mut crosses) = (Path::default(), Path::default());
@@ -372,7 +373,7 @@ mod tests {
         assert_eq!(labels(Spacing::Logarithmic, 1e-3, 1e5)[..2], ["0.001", "0.01"]);
         assert_eq!(labels(Spacing::Logarithmic, 1e-9, 1e20)[0], "1e\u{2212}10");
         assert_eq!(labels(Spacing::Logarithmic, 1.1, 1.9)[..2], ["1.2", "1.4"]);
-        // One number, or none, is a chart too.
+        // One number, or none, gives a chart too.
         for spacing in [Spacing::FromZero, Spacing::Fitted, Spacing::Logarithmic] {
             assert!((1..=14).contains(&labels(spacing, 5.0, 5.0).len()));
             assert!(!labels(spacing, f64::NAN, f64::INFINITY).is_empty());
@@ -380,8 +381,8 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_drawn_is_left_out() {
-        let line = Line {
+    fn points_that_cannot_be_drawn_are_left_out() {
+        let line = ChartLine {
             name: "a<b".to_owned(),
             colour: 9,
             is_dashed: true,

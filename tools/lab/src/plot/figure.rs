@@ -1,6 +1,6 @@
-//! Figures: whatever lines, patches and dots at places in the plane, over coordinates, with a legend.
+//! Figures: lines, patches and dots in the plane, over coordinates, with a legend.
 //!
-//! Comes in: layers, the lowest first. Goes out: an SVG.
+//! The input is layers, the lowest first. The output is an SVG.
 
 use std::collections::HashMap;
 
@@ -12,21 +12,21 @@ use tiletool::plot::page::Page;
 use tiletool::plot::style::{LINES, PAPER, fill, stroke};
 use tiletool::plot::svg::{Path, Svg};
 
-/// What is drawn, all in one style.
+/// A layer of shapes of one kind, in one style.
 pub struct Layer {
-    /// In the legend; without a name it is not there.
+    /// The name in the legend; a layer without a name is not in the legend.
     pub name: &'static str,
     pub colour: &'static str,
     pub shape: Shape,
 }
 
-/// Places in the plane.
+/// Shapes in the plane.
 pub enum Shape {
-    /// Lines from place to place, so many pixels wide.
+    /// Lines between two points, with their width in pixels.
     Edges(Vec<[Point; 2]>, f64),
     /// Filled triangles.
     Triangles(Vec<[Point; 3]>),
-    /// Discs of so many pixels' radius.
+    /// Discs, with their radius in pixels.
     Dots(Vec<Point>, f64),
 }
 
@@ -34,16 +34,16 @@ pub enum Shape {
 pub struct Figure {
     pub title: String,
     pub caption: String,
-    /// What must be seen.
+    /// The rectangle that the figure shows.
     pub bounds: Rect,
     pub layers: Vec<Layer>,
 }
 
 impl Figure {
-    /// The picture.
+    /// Draws the figure as an SVG.
     ///
     /// # Errors
-    /// If the bounds are no coordinates.
+    /// If the bounds are not coordinates.
     pub fn draw(&self) -> anyhow::Result<String> {
         let page = Page::new(self.bounds)?;
         let mut svg = Svg::new(page.width, page.height, &self.title);
@@ -65,7 +65,7 @@ impl Figure {
 }
 
 impl Layer {
-    /// Lines so many pixels wide.
+    /// Creates a layer of lines that are `width` pixels wide.
     pub fn edges(name: &'static str, colour: &'static str, edges: Vec<[Point; 2]>, width: f64) -> Self {
         let shape = Shape::Edges(edges, width);
         Self { name, colour, shape }
@@ -107,7 +107,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_layer_is_drawn_and_told() {
+    fn every_layer_is_drawn_and_named_in_the_legend() {
         let at = |x: f64, y: f64| Point::new(x, y);
         let figure = Figure {
             title: "a & b".to_owned(),
@@ -143,7 +143,7 @@ mod tests {
         ] {
             assert!(svg.contains(part), "{part}");
         }
-        // The two lines are one trail.
+        // The two lines are one path.
         let lines = svg.lines().find(|line| line.contains("stroke=\"#123456\"")).unwrap();
         assert_eq!(lines.matches('m').count(), 1, "{lines}");
         assert!(tiletool::plot::png::render(&svg).is_ok());

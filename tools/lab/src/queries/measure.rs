@@ -1,4 +1,4 @@
-//! The same queries by all methods, one after the other.
+//! Runs the same queries by all methods, one after the other.
 
 use anyhow::bail;
 use delaunay_tiles::geometry::Point;
@@ -7,68 +7,72 @@ use delaunay_tiles::query::{QueryOptions, SiteFound};
 use delaunay_tiles::store::TileReader;
 use lab::median;
 
-/// Which sites are asked for.
+/// The sites that are requested.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Wanted {
-    /// So many, the nearest.
+pub enum RequestedSites {
+    /// The nearest sites, and their number.
     Nearest(u32),
-    /// All within a distance: the median of that of the nearest so many.
+    /// All sites within a distance. The distance is the median of those of the farthest of the
+    /// nearest sites, whose number is first.
     Within(u32, f64),
 }
 
-/// What a query cost by a method.
+/// The cost of a query by a method.
 #[derive(Clone, Debug)]
 pub struct Cost {
-    pub wanted: Wanted,
+    pub requested: RequestedSites,
     pub method: Method,
-    /// The number of the place, from 0.
-    pub place: usize,
+    /// The index of the point.
+    pub index: usize,
     pub found: usize,
     pub milliseconds: f64,
     pub statistics: Statistics,
 }
 
-/// Lengths that differ by more than this part are not the same.
+/// Lengths are equal if their relative difference is at most this.
 const SAME: f64 = 1e-9;
 
-/// Asks all places for all numbers of sites, by all methods, of which the first is what the others are compared with.
+/// Queries all points for all numbers of sites, by all methods; the others are compared with the
+/// first.
 ///
-/// Fails if two methods do not say the same.
+/// Fails if two methods differ.
 pub async fn measure(
     reader: &TileReader,
-    places: &[Point],
+    points: &[Point],
     k: &[u32],
     methods: &[Method],
 ) -> anyhow::Result<Vec<Cost>> {
     let mut costs = Vec::new();
     for &k in k {
-        let farthest = ask(reader, places, Wanted::Nearest(k), methods, &mut costs).await?;
+        let farthest = ask(reader, points, RequestedSites::Nearest(k), methods, &mut costs).await?;
         let radius = median(&farthest);
-        ask(reader, places, Wanted::Within(k, radius), methods, &mut costs).await?;
+        ask(reader, points, RequestedSites::Within(k, radius), methods, &mut costs).await?;
     }
     Ok(costs)
 }
 
-/// Asks all places for the same, and returns how far the farthest of the sites is.
+/// Queries all points for the same sites, and returns the distance of the farthest site of each
+/// point.
 async fn ask(
     reader: &TileReader,
-    places: &[Point],
-    wanted: Wanted,
+    points: &[Point],
+    requested: RequestedSites,
     methods: &[Method],
     costs: &mut Vec<Cost>,
 ) -> anyhow::Result<Vec<f64>> {
     let mut farthest = Vec::new();
-    for (place, &at) in places.iter().enumerate() {
-        // Once without measuring, so that no method finds tiles in the cache that another one had to read.
-        let expected = query(reader, at, wanted, methods[0]).await?.answer;
+    for (index, &at) in points.iter().enumerate() {
+        // An unmeasured query first, so that no method finds tiles in the cache that another method
+        // had to read.
+        let expected = query(reader, at, requested, methods[0]).await?.answer;
         farthest.extend(expected.last().map(|site| site.distance.value));
-        // In turn each one is the first.
+        // The first method rotates.
         for turn in 0..methods.len() {
-            let method = methods[(turn + place) % methods.len()];
-            let Measured { answer, statistics, .. } = query(reader, at, wanted, method).await?;
+            let method = methods[(turn + index) % methods.len()];
+            let Measured { answer, statistics, .. } = query(reader, at, requested, method).await?;
             if !is_same(&answer, &expected) {
                 bail!(
-                    "{} and {} do not say the same from ({}, {})",
+                    "{} and {} give different answers from ({}, {})",
                     name(method),
                     name(methods[0]),
                     at.x,
@@ -76,9 +80,9 @@ async fn ask(
                 );
             }
             costs.push(Cost {
-                wanted,
+                requested,
                 method,
-                place,
+                index,
                 found: answer.len(),
                 milliseconds: 1e3 * statistics.time().as_secs_f64(),
                 statistics,
@@ -91,13 +95,13 @@ async fn ask(
 async fn query(
     reader: &TileReader,
     at: Point,
-    wanted: Wanted,
+    requested: RequestedSites,
     method: Method,
 ) -> anyhow::Result<Measured<Vec<SiteFound>>> {
     let options = QueryOptions::default();
-    Ok(match wanted {
-        Wanted::Nearest(k) => reader.nearest_sites_by(method, at, k as usize, options).await?,
-        Wanted::Within(_, radius) => reader.sites_within_by(method, at, radius, options).await?,
+    Ok(match requested {
+        RequestedSites::Nearest(k) => reader.nearest_sites_by(method, at, k as usize, options).await?,
+        RequestedSites::Within(_, radius) => reader.sites_within_by(method, at, radius, options).await?,
     })
 }
 
@@ -107,10 +111,10 @@ fn is_same(found: &[SiteFound], expected: &[SiteFound]) -> bool {
     found.len() == expected.len() && pairs.all(|(a, b)| is_near(a.distance.value, b.distance.value))
 }
 
-/// The name of a method in tables and legends.
+/// Returns the name of a method in tables and legends.
 pub fn name(method: Method) -> String {
     match method {
-        Method::Wave => "wave".to_owned(),
+        Method::Wavefront => "wave".to_owned(),
         Method::Visibility { stretch } => format!("visibility, t = {}", stretch.get()),
         Method::EuclidZhang => "Zhang et al.".to_owned(),
         Method::EuclidXia => "Xia et al.".to_owned(),

@@ -1,10 +1,12 @@
-//! `lab queries`: the wave, the method of Wu's thesis and those that it compares with, on the same queries.
+//! `lab queries`: the wavefront search, the method of Wu's thesis and the methods that it is
+//! compared with, on the same queries.
 //!
-//! Comes in: a tile file with sites, or obstacles to make one of, with random sites. Goes out: `queries.csv` with what each query cost by
-//! each method, `summary.csv` with medians and means, charts of time, constraint edges and sweeps.
+//! The input is a tile file with sites, or obstacles to make one from, with random sites. The
+//! output is `queries.csv` with the cost of each query by each method, `summary.csv` with medians
+//! and means, and charts of time, constraint edges and sweeps.
 
+mod free_points;
 mod measure;
-mod places;
 mod report;
 
 use std::fs;
@@ -23,8 +25,10 @@ use tiletool::common;
 
 /// Compare methods for the nearest sites among obstacles.
 ///
-/// The same random places are asked for their k nearest sites, and for all sites within the median distance of the k-th. All
-/// methods must say the same, or it is an error. Files that are no tiles are triangulated first, with random sites: GeoJSON as obstacles,
+/// Each random point is queried for its k nearest sites, and for all sites within the median
+/// distance of the k-th. It is an error if two methods give different answers. Files that are not
+/// tile files are triangulated first, with random sites: GeoJSON as obstacles, and Triangle's
+/// .poly.
 /// and Triangle's .poly.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
@@ -36,26 +40,26 @@ pub struct QueriesArgs {
     /// The folder for the results
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// How many random free places become sites, in a file that is no tile file
+    /// Number of random free points that become sites, if the file is not a tile file
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     sites: u32,
-    /// How many random free places are asked
+    /// Number of random free points that are queried
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     queries: u32,
-    /// For how many nearest sites
+    /// Numbers of nearest sites
     #[arg(long, value_name = "K,…", value_delimiter = ',', default_values_t = [1, 10, 50], value_parser = clap::value_parser!(u32).range(1..))]
     k: Vec<u32>,
     /// Stretch factors for the thesis's method
     #[arg(long, value_name = "T,…", value_delimiter = ',', default_values_t = [Stretch::LEAST.get(), 2.0, Stretch::PROVED.get()])]
     stretches: Vec<f64>,
-    /// Which of all random places
+    /// Seed of the random points
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
 }
 
-/// Measures and writes.
+/// Runs the experiment, and writes its results.
 pub fn run(args: QueriesArgs) -> anyhow::Result<()> {
-    let mut methods = vec![Method::Wave];
+    let mut methods = vec![Method::Wavefront];
     for &stretch in &args.stretches {
         let stretch = Stretch::new(stretch)?;
         methods.push(Method::Visibility { stretch });
@@ -70,27 +74,27 @@ pub fn run(args: QueriesArgs) -> anyhow::Result<()> {
         if reader.directory().metadata.sites == 0 {
             bail!("{} has no sites; build it with --sites", args.file.display());
         }
-        let places = places::free(&reader, args.queries as usize, args.seed ^ 1).await?;
-        measure::measure(&reader, &places, &args.k, &methods).await
+        let points = free_points::draw(&reader, args.queries as usize, args.seed ^ 1).await?;
+        measure::measure(&reader, &points, &args.k, &methods).await
     })?;
-    let name = format!("{}, {} places", common::file_name(&args.file), args.queries);
+    let name = format!("{}, {} points", common::file_name(&args.file), args.queries);
     report::keep(&name, &costs, &mut folder)?;
     folder.publish()
 }
 
-/// The tile file: the one that was named, or one with random sites that is made of what was.
+/// Returns the tile file: the given file, or one with random sites that is made from it.
 fn prepare(args: &QueriesArgs, scratch: &Path, stop: &AtomicBool) -> anyhow::Result<PathBuf> {
     if tiles::ends_in(&args.file, "tiles") {
         return Ok(args.file.clone());
     }
     let bare = tiles::triangulate(&args.file, None, scratch, "bare.tiles", stop)?;
-    let places = work::block_on(async {
+    let points = work::block_on(async {
         let reader = TileReader::open(&bare, OpenOptions::default()).await?;
-        places::free(&reader, args.sites as usize, args.seed).await
+        free_points::draw(&reader, args.sites as usize, args.seed).await
     })?;
-    let rows: String = places
+    let rows: String = points
         .iter()
-        .map(|place| format!("{},{}\n", place.x, place.y))
+        .map(|point| format!("{},{}\n", point.x, point.y))
         .collect();
     let sites = scratch.join("sites.csv");
     fs::write(&sites, rows).with_context(|| format!("cannot write {}", sites.display()))?;

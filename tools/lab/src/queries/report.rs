@@ -1,11 +1,11 @@
-//! What queries cost, as tables and charts.
+//! The cost of queries, as tables and charts.
 
 use delaunay_tiles::query::baselines::{Method, Statistics};
 
-use super::measure::{Cost, Wanted, name};
+use super::measure::{Cost, RequestedSites, name};
 use crate::folder::Folder;
 use crate::machine;
-use crate::plot::chart::{Chart, Dimension, Line};
+use crate::plot::chart::{Chart, ChartLine, Dimension};
 use crate::table::{Cell, Column, Table};
 use lab::median;
 
@@ -16,7 +16,7 @@ pub fn keep(title: &str, costs: &[Cost], folder: &mut Folder) -> anyhow::Result<
     folder.keep("summary.csv", summary.csv());
     let mut page = format!(
         "# Methods for the nearest sites among obstacles\n\n{title}. `{}` on {}. Times are medians, numbers means; all methods \
-         said the same.\n\n{}\n",
+         gave the same answers.\n\n{}\n",
         machine::command(),
         machine::describe(),
         summary.markdown()
@@ -45,21 +45,21 @@ const CHARTS: [(&str, &str, Value); 4] = [
     ("tiles.svg", "tiles read, median", |cost| cost.statistics.tiles as f64),
 ];
 
-/// How a number of sites is asked for.
-fn kind(wanted: Wanted) -> (&'static str, u32, Option<f64>) {
-    match wanted {
-        Wanted::Nearest(k) => ("k nearest", k, None),
-        Wanted::Within(k, radius) => ("range", k, Some(radius)),
+/// Returns the kind of a query, its k, and its radius.
+fn kind(requested: RequestedSites) -> (&'static str, u32, Option<f64>) {
+    match requested {
+        RequestedSites::Nearest(k) => ("k nearest", k, None),
+        RequestedSites::Within(k, radius) => ("range", k, Some(radius)),
     }
 }
 
-/// What the table of all costs tells of each.
+/// The columns of the table of all costs.
 const COLUMNS: &[Column<Cost>] = &[
-    ("kind", |cost| kind(cost.wanted).0.into()),
-    ("k", |cost| u64::from(kind(cost.wanted).1).into()),
-    ("radius", |cost| Cell::number(kind(cost.wanted).2, 6)),
+    ("kind", |cost| kind(cost.requested).0.into()),
+    ("k", |cost| u64::from(kind(cost.requested).1).into()),
+    ("radius", |cost| Cell::number(kind(cost.requested).2, 6)),
     ("method", |cost| name(cost.method).as_str().into()),
-    ("place", |cost| (cost.place as u64).into()),
+    ("place", |cost| (cost.index as u64).into()),
     ("found", |cost| (cost.found as u64).into()),
     ("ms", |cost| Cell::Number(cost.milliseconds, 3)),
     ("candidates", |cost| cost.statistics.candidates.into()),
@@ -72,22 +72,22 @@ const COLUMNS: &[Column<Cost>] = &[
     ("tiles", |cost| cost.statistics.tiles.into()),
 ];
 
-/// The costs of a question by a method.
+/// The costs of one query by one method.
 struct Group<'a> {
-    wanted: Wanted,
+    requested: RequestedSites,
     method: Method,
     costs: Vec<&'a Cost>,
 }
 
-/// All of them, in the order in which they came first.
+/// Groups the costs, in the order in which the groups first occur.
 fn groups(costs: &[Cost]) -> Vec<Group<'_>> {
     let mut groups: Vec<Group> = Vec::new();
     for cost in costs {
-        let is_its = |group: &&mut Group| group.wanted == cost.wanted && group.method == cost.method;
-        match groups.iter_mut().find(is_its) {
+        let is_same_group = |group: &&mut Group| group.requested == cost.requested && group.method == cost.method;
+        match groups.iter_mut().find(is_same_group) {
             Some(group) => group.costs.push(cost),
             None => groups.push(Group {
-                wanted: cost.wanted,
+                requested: cost.requested,
                 method: cost.method,
                 costs: vec![cost],
             }),
@@ -106,7 +106,7 @@ impl Group<'_> {
         Cell::Number(sum as f64 / self.costs.len() as f64, 1)
     }
 
-    /// The median of the milliseconds that a step took, where there was one.
+    /// Returns the median of the milliseconds that a step took, over the queries that have it.
     fn step(&self, name: &str) -> Cell {
         let of_cost = |cost: &&Cost| {
             let step = cost.statistics.times.iter().find(|step| step.step == name);
@@ -117,20 +117,20 @@ impl Group<'_> {
     }
 }
 
-/// A group beside that of the wave for the same question, if there is one.
+/// A group, and that of the wavefront search for the same query, if there is one.
 type Compared<'a> = (&'a Group<'a>, Option<&'a Group<'a>>);
 
 fn summary(costs: &[Cost]) -> Table {
     let groups = groups(costs);
     let wave = |of: &Group| {
         let mut groups = groups.iter();
-        groups.find(|group| group.wanted == of.wanted && group.method == Method::Wave)
+        groups.find(|group| group.requested == of.requested && group.method == Method::Wavefront)
     };
     let compared: Vec<Compared> = groups.iter().map(|group| (group, wave(group))).collect();
     let columns: [Column<Compared>; 17] = [
-        ("kind", |(g, _)| kind(g.wanted).0.into()),
-        ("k", |(g, _)| u64::from(kind(g.wanted).1).into()),
-        ("radius", |(g, _)| Cell::number(kind(g.wanted).2, 4)),
+        ("kind", |(g, _)| kind(g.requested).0.into()),
+        ("k", |(g, _)| u64::from(kind(g.requested).1).into()),
+        ("radius", |(g, _)| Cell::number(kind(g.requested).2, 4)),
         ("method", |(g, _)| name(g.method).as_str().into()),
         ("ms", |(g, _)| Cell::Number(g.median(TIME), 3)),
         ("times the wave", |(g, wave)| {
@@ -151,12 +151,12 @@ fn summary(costs: &[Cost]) -> Table {
     Table::of(&columns, &compared)
 }
 
-/// Medians of a value against k; range queries are broken lines.
+/// Returns a chart of the medians of a value by k; range queries are dashed lines.
 fn chart(title: &str, what: &str, costs: &[Cost], value: Value) -> Chart {
-    let mut lines: Vec<Line> = Vec::new();
+    let mut lines: Vec<ChartLine> = Vec::new();
     let mut colours: Vec<Method> = Vec::new();
     for group in groups(costs) {
-        let (method, (kind, k, radius)) = (group.method, kind(group.wanted));
+        let (method, (kind, k, radius)) = (group.method, kind(group.requested));
         let line_name = format!("{}, {kind}", name(method));
         let colour = colours.iter().position(|&known| known == method).unwrap_or_else(|| {
             colours.push(method);
@@ -165,7 +165,7 @@ fn chart(title: &str, what: &str, costs: &[Cost], value: Value) -> Chart {
         let point = (f64::from(k), group.median(value));
         match lines.iter_mut().find(|line| line.name == line_name) {
             Some(line) => line.points.push(point),
-            None => lines.push(Line {
+            None => lines.push(ChartLine {
                 name: line_name,
                 colour,
                 is_dashed: radius.is_some(),

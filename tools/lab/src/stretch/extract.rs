@@ -1,4 +1,4 @@
-//! Some of a file's polygons: those that lie in a rectangle.
+//! Extracts the polygons of a file that are within a rectangle.
 
 use std::fs;
 use std::path::Path;
@@ -24,7 +24,8 @@ impl FromStr for Within {
     }
 }
 
-/// Writes the polygons of a GeoJSON file whose outer rings lie in a rectangle, and says how many there are.
+/// Writes the polygons of a GeoJSON file whose outer rings are within a rectangle, and returns
+/// their number.
 pub fn extract(from: &Path, within: Within, to: &Path) -> anyhow::Result<usize> {
     let shown = from.display();
     let text = fs::read(from).with_context(|| format!("cannot read {shown}"))?;
@@ -58,7 +59,8 @@ pub fn extract(from: &Path, within: Within, to: &Path) -> anyhow::Result<usize> 
     Ok(inside.len())
 }
 
-/// Whether all corners of a polygon's outer ring lie in a rectangle. What is no polygon does not.
+/// Returns whether all corners of a polygon's outer ring are within a rectangle; `false` for other
+/// values.
 fn lies_in(polygon: &Value, rect: Rect) -> bool {
     let Some(ring) = polygon[0].as_array() else {
         return false;
@@ -75,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn polygons_are_chosen_whole() {
+    fn polygons_within_a_rectangle_are_extracted_whole() {
         let folder = tempfile::tempdir().unwrap();
         let [from, to] = ["a.json", "b.json"].map(|name| folder.path().join(name));
         let square = |x: f64| json!([[[x, 0.1], [x + 1.0, 0.1], [x, 1.0], [x, 0.1]]]);

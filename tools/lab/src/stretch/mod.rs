@@ -1,7 +1,9 @@
-//! `lab stretch`: the walking distance against the CDT distance, as section 4.2 of Wu's thesis has it.
+//! `lab stretch`: the walking distance and the CDT distance, as in section 4.2 of Wu's thesis.
 //!
-//! Comes in: a tile file, or obstacles to make one of. Goes out: `pairs.csv` with both distances between random vertices, a histogram of
-//! their ratios, and pictures of what both distances are measured on: islands, visibility graph, triangulation, trees of shortest paths.
+//! The input is a tile file, or obstacles to make one from. The output is `pairs.csv` with both
+//! distances between random vertices, a histogram of their ratios, and pictures of the structures
+//! on which both distances are measured: islands, visibility graph, triangulation, trees of
+//! shortest paths.
 
 mod extract;
 mod pairs;
@@ -25,9 +27,10 @@ use tiletool::common;
 
 /// Compare the walking distance with the distance along edges of the triangulation.
 ///
-/// Both are measured between random vertices: the shortest path among obstacles, and the shortest way along edges of the constrained
-/// Delaunay triangulation. The second is never less, and never 2.42 times as long or more; a pair for which that does not hold is an error. Files
-/// that are no tiles are triangulated first: GeoJSON as obstacles, and Triangle's .poly.
+/// Both are measured between random vertices: the shortest path among obstacles, and the shortest
+/// path along edges of the constrained Delaunay triangulation. The second is never shorter, and
+/// always less than 2.42 times as long; a pair that violates this is an error. Files that are not
+/// tile files are triangulated first: GeoJSON as obstacles, and Triangle's .poly.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
   lab stretch islands.geojson --pairs 2000 -o results
@@ -39,30 +42,30 @@ pub struct StretchArgs {
     /// The folder for the results
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// How many pairs of vertices
+    /// Number of pairs of vertices
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pairs: u32,
-    /// Which of all random pairs
+    /// Seed of the random pairs
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Only the polygons of a GeoJSON file that lie in this rectangle
+    /// Only the polygons of a GeoJSON file within this rectangle
     #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true)]
     within: Option<Within>,
-    /// Draw the visibility graph of files with so many vertices at most
+    /// Draw the visibility graph of files with at most this number of vertices
     #[arg(long, value_name = "N", default_value_t = 3000)]
     graph_vertices: u64,
-    /// Queries at a time; by default one for each processor
+    /// Concurrent queries; by default one for each processor
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
     #[command(flatten)]
     pictures: Pictures,
 }
 
-/// Bytes of disk for a byte of input, at most, and for pictures.
+/// The maximum bytes of disk for a byte of input, and the bytes for pictures.
 const DISK_PER_BYTE: u64 = 20;
 const DISK_FOR_PICTURES: u64 = 64 << 20;
 
-/// Measures and writes.
+/// Runs the experiment, and writes its results.
 pub fn run(args: StretchArgs) -> anyhow::Result<()> {
     let file = args.file.metadata();
     let file = file.with_context(|| format!("cannot read {}", args.file.display()))?;
@@ -99,7 +102,7 @@ pub fn run(args: StretchArgs) -> anyhow::Result<()> {
     folder.publish()
 }
 
-/// The tile file: the one that was named, or one that is made of what was.
+/// Returns the tile file: the given file, or one that is made from it.
 fn prepare(args: &StretchArgs, scratch: &Path, stop: &AtomicBool) -> anyhow::Result<PathBuf> {
     let file = &args.file;
     match args.within {

@@ -10,48 +10,51 @@ use delaunay_tiles::store::TileReader;
 use distributions::mix;
 use futures::{StreamExt, TryStreamExt, stream};
 
-/// Pairs are drawn from so many vertices at most.
+/// The maximum number of vertices from which pairs are drawn.
 const SAMPLE: usize = 1 << 16;
-/// For each pair so many are drawn at most: where most lie in obstacles or apart, there may be none.
+/// The maximum number of draws for each pair: if most vertices are in obstacles or unconnected,
+/// there may be no pair.
 const DRAWS: usize = 50;
 
-/// Two vertices, one of which can be reached from the other.
+/// Two vertices that are connected by a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
     pub from: Point,
     pub to: Point,
-    /// The shortest way among obstacles.
+    /// The length of the shortest path among obstacles.
     pub geodesic: f64,
-    /// The shortest way along edges of the triangulation.
+    /// The length of the shortest path along edges of the triangulation.
     pub cdt: f64,
 }
 
 impl Pair {
-    /// As the crow flies.
+    /// Returns the Euclidean distance.
     pub fn straight(&self) -> f64 {
         (self.from.x - self.to.x).hypot(self.from.y - self.to.y)
     }
 
-    /// How many times as long the way along edges is.
+    /// Returns the ratio of the distance along edges to the walking distance.
     pub fn ratio(&self) -> f64 {
-        // Where both are the same way, rounding may say otherwise in the last digit.
+        // If both are the same path, rounding may give a ratio slightly below 1.
         (self.cdt / self.geodesic).max(1.0)
     }
 
-    /// Whether something stands between the two: the way is longer than the straight line, by more than rounding.
+    /// Returns whether an obstacle is between the two: the path is longer than the straight line,
+    /// by more than rounding.
     pub fn is_blocked(&self) -> bool {
         self.geodesic > self.straight() * (1.0 + 1e-12)
     }
 }
 
-/// What was drawn.
+/// The drawn pairs.
 pub struct Drawn {
     pub pairs: Vec<Pair>,
-    /// Pairs that nothing connects, or one of which is not free: others were drawn in their place.
+    /// The number of pairs that no path connects, or one of which is not free; others were drawn
+    /// instead.
     pub apart: usize,
 }
 
-/// Draws so many pairs; the same for a file's vertices and a seed, whatever its tiles.
+/// Draws `count` pairs. They depend only on the file's vertices and the seed, not on its tiles.
 pub async fn draw(reader: &TileReader, count: usize, seed: u64, at_once: usize) -> anyhow::Result<Drawn> {
     let points = sample(reader, seed).await?;
     if points.len() < 2 {
@@ -64,9 +67,9 @@ pub async fn draw(reader: &TileReader, count: usize, seed: u64, at_once: usize) 
     let tries = stream::iter(ends).map(|[from, to]| {
         let (reader, from, to) = (reader.clone(), points[from], points[to]);
         let task = tokio::spawn(async move { measure(&reader, from, to).await });
-        async move { task.await.context("a query broke down")? }
+        async move { task.await.context("a query panicked")? }
     });
-    // In the order in which they were drawn, whoever is measured first.
+    // In the order in which they were drawn, whichever is measured first.
     let mut tries = tries.buffered(at_once);
     let (mut pairs, mut apart) = (Vec::new(), 0);
     while pairs.len() < count {
@@ -83,7 +86,7 @@ pub async fn draw(reader: &TileReader, count: usize, seed: u64, at_once: usize) 
     Ok(Drawn { pairs, apart })
 }
 
-/// Both distances; none if there is no way.
+/// Returns both distances, or `None` if there is no path.
 async fn measure(reader: &TileReader, from: Point, to: Point) -> anyhow::Result<Option<Pair>> {
     let path = match reader.shortest_path(from, to, QueryOptions::default()).await? {
         PathOutcome::Found(path) => path,
@@ -91,7 +94,7 @@ async fn measure(reader: &TileReader, from: Point, to: Point) -> anyhow::Result<
     };
     let along = match reader.cdt_distance(from, to, QueryOptions::default()).await {
         Ok(Some(along)) => along,
-        Ok(None) => bail!("no edges lead from {from:?} to {to:?}, but a path does: {path:?}"),
+        Ok(None) => bail!("no edges lead from {from:?} to {to:?}, but there is a path: {path:?}"),
         Err(error @ QueryError::InsideObstacle { .. }) => bail!("there is a path from {from:?} to {to:?}, but {error}"),
         Err(error) => return Err(error.into()),
     };
@@ -113,7 +116,7 @@ async fn measure(reader: &TileReader, from: Point, to: Point) -> anyhow::Result<
     Ok(Some(pair))
 }
 
-/// The vertices with the smallest hashes, in that order: all vertices of a small file.
+/// Returns the vertices with the smallest hashes, in that order: all vertices of a small file.
 async fn sample(reader: &TileReader, seed: u64) -> anyhow::Result<Vec<Point>> {
     let mut smallest = BinaryHeap::new();
     let mut tiles = reader.tiles();
@@ -133,11 +136,11 @@ async fn sample(reader: &TileReader, seed: u64) -> anyhow::Result<Vec<Point>> {
         .collect())
 }
 
-/// SplitMix64 (Steele, Lea and Flood 2014).
+/// Random numbers from a seed (SplitMix64, Steele, Lea and Flood 2014).
 struct Random(u64);
 
 impl Random {
-    /// A number below `end`, which is small beside 2⁶⁴.
+    /// Returns a number below `end`, which must be far less than 2⁶⁴.
     fn below(&mut self, end: usize) -> usize {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let wide = u128::from(mix(self.0)) * end as u128;

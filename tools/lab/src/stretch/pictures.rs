@@ -1,4 +1,5 @@
-//! Pictures of what both distances are measured on, like Figures 4.1 to 4.5 of the thesis.
+//! Pictures of the structures on which both distances are measured, like Figures 4.1 to 4.5 of the
+//! thesis.
 
 use std::collections::{HashMap, HashSet};
 
@@ -20,19 +21,19 @@ const SIGHT: &str = "#7aa6c9";
 const WAVE: &str = "#0072b2";
 const ALONG: &str = "#d55e00";
 
-/// A picture, with the beginning of its file's name.
+/// A picture, with the beginning of its file name.
 pub struct Named {
     pub stem: &'static str,
     pub figure: Figure,
 }
 
-/// What is drawn, and why something is not.
+/// The figures, and notes on those that are left out.
 pub struct Figures {
     pub drawn: Vec<Named>,
     pub notes: Vec<String>,
 }
 
-/// Draws a file; one that is too large for a picture is told.
+/// Draws a file; a note names a figure that is too large for a picture.
 pub async fn figures(
     reader: &TileReader,
     name: &str,
@@ -59,25 +60,25 @@ pub async fn figures(
         ));
     }
     figures.push(map.triangulation());
-    // Everybody's first pair: the same source for both trees.
+    // Both trees have the source of the first pair.
     if let Some(&Pair { from, .. }) = drawn.pairs.first() {
         let (edges, title) = (tree(reader, from).await?, "Tree of shortest paths");
         figures.push(map.tree("tree-geodesic", title, from, edges, WAVE));
-        let (edges, title) = (tree_along(reader, from).await?, "Tree of shortest ways along edges");
+        let (edges, title) = (tree_along(reader, from).await?, "Tree of shortest paths along edges");
         figures.push(map.tree("tree-cdt", title, from, edges, ALONG));
     }
     if let Some(worst) = worst(&drawn.pairs) {
-        figures.push(map.both_ways(worst).await?);
+        figures.push(map.both_paths(worst).await?);
     }
     Ok(Figures { drawn: figures, notes })
 }
 
-/// The pair with the largest ratio.
+/// Returns the pair with the largest ratio.
 pub fn worst(pairs: &[Pair]) -> Option<&Pair> {
     pairs.iter().max_by(|a, b| a.ratio().total_cmp(&b.ratio()))
 }
 
-/// A scene in places, of which figures are drawn.
+/// A scene with its points, from which figures are drawn.
 struct Map<'a> {
     reader: &'a TileReader,
     name: &'a str,
@@ -100,7 +101,7 @@ impl<'a> Map<'a> {
         }
     }
 
-    /// A figure of the whole scene.
+    /// Returns a figure of the whole scene.
     fn figure(&self, stem: &'static str, title: &str, caption: String, layers: Vec<Layer>) -> Named {
         let figure = Figure {
             title: format!("{title}: {}", self.name),
@@ -141,7 +142,7 @@ impl<'a> Map<'a> {
         self.figure("triangulation", "Free space", caption, layers)
     }
 
-    /// A tree of ways from a place.
+    /// Returns a figure of a tree of paths from a point.
     fn tree(
         &self,
         stem: &'static str,
@@ -160,9 +161,10 @@ impl<'a> Map<'a> {
         self.figure(stem, title, caption, vec![self.land(), self.shore(0.5), lines, source])
     }
 
-    /// The shortest path between a pair, and the shortest way along edges, with nothing but what is around them.
-    async fn both_ways(&self, pair: &Pair) -> anyhow::Result<Named> {
-        let [path, along] = ways(self.reader, pair).await?;
+    /// Returns a figure of the shortest path between a pair, and the shortest path along edges, cut
+    /// to their surroundings.
+    async fn both_paths(&self, pair: &Pair) -> anyhow::Result<Named> {
+        let [path, along] = paths(self.reader, pair).await?;
         let bounds = Rect::around(path.iter().chain(&along).flatten().copied());
         let caption = format!(
             "ratio {:.4}: {:.6} along edges, {:.6} by the shortest path",
@@ -190,18 +192,18 @@ impl<'a> Map<'a> {
         Layer::edges("walls", SHORE, self.walls.clone(), width)
     }
 
-    /// Edges that are no walls and do not lie in a hole.
+    /// Returns the edges that are not walls and not in a hole.
     fn free_edges(&self) -> Vec<[Point; 2]> {
-        let sides = self.scene.holes.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-        let inside: HashSet<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+        let edges_of_holes = self.scene.holes.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let inside: HashSet<[u32; 2]> = edges_of_holes.map(|[a, b]| [a.min(b), a.max(b)]).collect();
         let edges = self.scene.edges.iter().chain(&self.scene.outline);
-        // An edge that is a side of a hole's triangle, but no wall, lies in the hole.
+        // An edge of a hole's triangle that is not a wall is in the hole.
         let free = edges.filter(|[a, b]| !inside.contains(&[*a.min(b), *a.max(b)]));
         free.map(|ends| ends.map(|end| self.points[end as usize])).collect()
     }
 }
 
-/// All pairs of vertices that see each other, each once.
+/// Returns all pairs of vertices that see each other, each once.
 async fn sights(reader: &TileReader, points: &[Point], at_once: usize) -> anyhow::Result<Vec<[Point; 2]>> {
     let seen = stream::iter(points.to_vec()).map(|from| {
         let reader = reader.clone();
@@ -219,7 +221,7 @@ async fn sights(reader: &TileReader, points: &[Point], at_once: usize) -> anyhow
                 if to == from {
                     source = Some(next.vertex.id);
                 }
-                // A way to what is seen does not bend, but at the source, where it begins.
+                // A path to a visible vertex bends nowhere, except at the source, where it begins.
                 let is_seen = next.parent.is_none() || next.parent == source;
                 if is_seen && from.lex_cmp(to).is_lt() {
                     seen.push([from, to]);
@@ -227,36 +229,37 @@ async fn sights(reader: &TileReader, points: &[Point], at_once: usize) -> anyhow
             }
             anyhow::Ok(seen)
         });
-        async move { task.await.context("a query broke down")? }
+        async move { task.await.context("a query panicked")? }
     });
     let lists: Vec<_> = seen.buffered(at_once).try_collect().await?;
     Ok(lists.concat())
 }
 
-/// The edges of the tree of shortest paths from a vertex.
+/// Returns the edges of the tree of shortest paths from a vertex.
 async fn tree(reader: &TileReader, from: Point) -> anyhow::Result<Vec<[Point; 2]>> {
     let mut found = reader.vertices_by_distance(from, QueryOptions::default());
-    let mut places: HashMap<VertexId, Point> = HashMap::new();
+    let mut points: HashMap<VertexId, Point> = HashMap::new();
     let mut edges = Vec::new();
     while let Some(next) = found.try_next().await? {
         let point = next.vertex.point;
-        places.insert(next.vertex.id, point);
-        let parent = next.parent.and_then(|parent| places.get(&parent)).copied();
+        points.insert(next.vertex.id, point);
+        let parent = next.parent.and_then(|parent| points.get(&parent)).copied();
         edges.push([parent.unwrap_or(from), point]);
     }
     edges.retain(|[a, b]| a != b);
     Ok(edges)
 }
 
-/// The edges of the tree of shortest ways along edges from a vertex, to the nearest sector of each.
+/// Returns the edges of the tree of shortest paths along edges from a vertex, to the nearest sector
+/// of each vertex.
 async fn tree_along(reader: &TileReader, from: Point) -> anyhow::Result<Vec<[Point; 2]>> {
     let mut found = reader.vertices_by_cdt_distance(from, QueryOptions::default());
-    let (mut places, mut met) = (Vec::new(), HashSet::new());
+    let (mut points, mut met) = (Vec::new(), HashSet::new());
     let mut edges = Vec::new();
     while let Some(next) = found.try_next().await? {
         let point = next.vertex.point;
-        let parent = next.parent.and_then(|item| places.get(item as usize)).copied();
-        places.push(point);
+        let parent = next.parent.and_then(|item| points.get(item as usize)).copied();
+        points.push(point);
         if met.insert(next.vertex.id) {
             edges.push([parent.unwrap_or(from), point]);
         }
@@ -265,8 +268,8 @@ async fn tree_along(reader: &TileReader, from: Point) -> anyhow::Result<Vec<[Poi
     Ok(edges)
 }
 
-/// Both ways between a pair, as edges: the shortest path, and that along edges.
-async fn ways(reader: &TileReader, pair: &Pair) -> anyhow::Result<[Vec<[Point; 2]>; 2]> {
+/// Returns both paths between a pair, as edges: the shortest path, and that along edges.
+async fn paths(reader: &TileReader, pair: &Pair) -> anyhow::Result<[Vec<[Point; 2]>; 2]> {
     let edges = |points: &[Point]| points.windows(2).map(|ends| [ends[0], ends[1]]).collect();
     let path = match reader
         .shortest_path(pair.from, pair.to, QueryOptions::default())

@@ -12,10 +12,10 @@ use crate::plot::chart::Histogram;
 use crate::table::{Cell, Column, Table};
 use tiletool::common::thousands;
 
-/// Bins of the histogram, at most and at least.
+/// The maximum and the minimum number of bins of the histogram.
 const BINS: (usize, usize) = (60, 10);
 
-/// What the table of all pairs tells of each.
+/// The columns of the table of all pairs.
 pub const COLUMNS: &[Column<Pair>] = &[
     ("from_x", |pair| Cell::Number(pair.from.x, 6)),
     ("from_y", |pair| Cell::Number(pair.from.y, 6)),
@@ -50,14 +50,14 @@ pub fn keep(
     Ok(())
 }
 
-/// What was measured, and what the words mean.
+/// Returns the introduction: the conditions, and the meaning of the terms.
 fn introduction(reader: &TileReader, name: &str, drawn: &Drawn) -> String {
     let metadata = &reader.directory().metadata;
     format!(
         "# Stretch: {name}\n\n`{}`\n\nThe file has {} vertices, {} triangles, {} of them in obstacles, and {} constraint edges. {} pairs of its vertices were \
-         drawn at random, {} more were not connected. *Geodesic* is the length of the shortest path among the obstacles, by the wave; *CDT* that of the shortest way along edges \
-         of the constrained Delaunay triangulation. Their ratio lies between 1 and {} (Bose and Keil 2006) for each pair, or this page would not be there. \
-         A pair is *blocked* if something stands between its vertices. All pairs are in [pairs.csv](pairs.csv).\n\n",
+         drawn at random; {} more were not connected. *Geodesic* is the length of the shortest path among the obstacles, by the wavefront search; *CDT* that of the shortest path along edges \
+         of the constrained Delaunay triangulation. Their ratio is between 1 and {} (Bose and Keil 2006) for each pair; otherwise the experiment fails. \
+         A pair is *blocked* if an obstacle is between its vertices. All pairs are in [pairs.csv](pairs.csv).\n\n",
         machine::command(),
         thousands(metadata.vertices),
         thousands(metadata.triangles),
@@ -69,7 +69,7 @@ fn introduction(reader: &TileReader, name: &str, drawn: &Drawn) -> String {
     )
 }
 
-/// The ratios of all pairs and of those that are blocked, and the largest.
+/// Returns the ratios of all pairs and of the blocked pairs, and the largest ratio.
 fn ratios(pairs: &[Pair]) -> String {
     let blocked: Vec<Pair> = pairs.iter().copied().filter(Pair::is_blocked).collect();
     let mut table = Table::new([
@@ -102,13 +102,13 @@ fn ratios(pairs: &[Pair]) -> String {
     text
 }
 
-/// Figures of some pairs' ratios; none if there are no pairs.
+/// Returns statistics of some pairs' ratios, or `None` if there are no pairs.
 fn summary(pairs: &[Pair], what: &str) -> Option<[Cell; 9]> {
     let mut ratios: Vec<f64> = pairs.iter().map(Pair::ratio).collect();
     ratios.sort_by(f64::total_cmp);
     let largest = *ratios.last()?;
     let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / pairs.len() as f64;
-    // The least that is not exceeded by so many of a hundred.
+    // The least ratio that `percent` per cent of the ratios do not exceed.
     let quantile = |percent: usize| ratios[(ratios.len() * percent).div_ceil(100).saturating_sub(1)];
     let equal = ratios.iter().filter(|ratio| **ratio <= 1.0 + 1e-12).count();
     let share = 100.0 * equal as f64 / ratios.len() as f64;
@@ -125,7 +125,7 @@ fn summary(pairs: &[Pair], what: &str) -> Option<[Cell; 9]> {
     ])
 }
 
-/// How often each ratio comes.
+/// Returns the histogram of the ratios.
 fn histogram(pairs: &[Pair], name: &str) -> Histogram {
     let largest = pairs.iter().map(Pair::ratio).fold(1.0, f64::max);
     let width = if largest > 1.0 + 0.01 * BINS.0 as f64 {
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn quantiles_are_of_the_pairs() {
+    fn the_summary_has_the_quantiles_of_the_ratios() {
         let pairs: Vec<_> = (0..100).map(|i| pair(1.0, 1.0 + f64::from(i) / 100.0)).collect();
         let row = summary(&pairs, "all").unwrap();
         let Cell::Number(median, _) = row[3] else { panic!() };

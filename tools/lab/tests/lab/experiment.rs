@@ -1,4 +1,4 @@
-//! `lab`: small ones come through, write what they promise, and nothing else.
+//! `lab`: small experiments succeed, write what they promise, and nothing else.
 
 use std::collections::HashMap;
 use std::fs;
@@ -11,7 +11,7 @@ use std::time::Duration;
 use crate::support::{errors, fails, names, printed, run, tiletool};
 use rustix::process::{Pid, Signal, kill_process};
 
-/// The rows of a CSV file whose fields have no commas, by column.
+/// Returns the rows of a CSV file whose fields have no commas, by column.
 fn rows(path: &Path) -> Vec<HashMap<String, String>> {
     let text = fs::read_to_string(path).unwrap();
     let mut lines = text
@@ -26,7 +26,8 @@ fn rows(path: &Path) -> Vec<HashMap<String, String>> {
         .collect()
 }
 
-/// Every picture that a page shows is there, and is what its name says.
+/// Checks that every picture that a page shows exists, and has the format of its suffix. Returns
+/// their number.
 fn check_pictures(folder: &Path) -> usize {
     let page = fs::read_to_string(folder.join("README.md")).unwrap();
     let shown: Vec<_> = page
@@ -49,7 +50,7 @@ fn check_pictures(folder: &Path) -> usize {
 }
 
 #[test]
-fn builds_are_measured_beside_a_peer() {
+fn builds_and_a_peer_are_measured() {
     let scratch = tempfile::tempdir().unwrap();
     let printed = run(
         scratch.path(),
@@ -64,8 +65,8 @@ fn builds_are_measured_beside_a_peer() {
     assert_eq!(check_pictures(&folder), 13);
 
     let rows = rows(&folder.join("builds.csv"));
-    // Three distributions, two sizes with and without segments and two shares; two rounds, two programs. Under the limit: the four
-    // uniform ones once more.
+    // Three distributions, two sizes with and without segments and two shares; two rounds, two
+    // programs. Under the limit: the four uniform sets again.
     assert_eq!(rows.len(), (3 * (2 * 2 + 2) + 4) * 2 * 2);
     for row in &rows {
         let number = |column: &str| {
@@ -108,14 +109,15 @@ fn builds_are_measured_beside_a_peer() {
 }
 
 #[test]
-fn builds_are_measured_alone() {
+fn builds_are_measured_without_peers() {
     let scratch = tempfile::tempdir().unwrap();
     run(
         scratch.path(),
         "build -o results --distributions kuzmin --sizes 300 --alphas 0 --peers",
     );
     let rows = rows(&scratch.path().join("results/builds.csv"));
-    // Without segments, with half as many as points and with a share of 0; the first two once more under the limit.
+    // Without segments, with 0.5 segments per point and with a share of 0; the first two again
+    // under the limit.
     assert_eq!(rows.len(), 3 + 2);
     for row in rows {
         assert_eq!(
@@ -125,9 +127,9 @@ fn builds_are_measured_alone() {
     }
 }
 
-/// A stand-in looks at what the program triangle would be given.
+/// A stand-in checks the input that the program triangle would get.
 #[test]
-fn a_program_that_is_installed_is_a_peer() {
+fn an_installed_program_triangle_is_a_peer() {
     let scratch = tempfile::tempdir().unwrap();
     let program = scratch.path().join("bin/triangle");
     fs::create_dir(scratch.path().join("bin")).unwrap();
@@ -151,9 +153,10 @@ fn a_program_that_is_installed_is_a_peer() {
 }
 
 #[test]
-fn who_needs_more_memory_than_the_limit_is_ended_and_the_others_go_on() {
+fn a_peer_above_the_memory_limit_is_killed_and_a_build_completes() {
     let scratch = tempfile::tempdir().unwrap();
-    // Half a million points take spade more than 70 MB, and a build as much as it is allowed and what any process takes.
+    // Half a million points take spade more than 70 MB. A build takes the memory that it may use,
+    // and what any process takes.
     run(
         scratch.path(),
         "build -o results --distributions uniform --sizes 500k --alphas 0.5 --alpha-size 300 --memory 24MiB \
@@ -169,21 +172,22 @@ fn who_needs_more_memory_than_the_limit_is_ended_and_the_others_go_on() {
     assert!(page.contains("**killed** (signal"), "{page}");
 }
 
-/// The work folder goes away, and what was measured so far is not written.
+/// The work folder is removed, and the measurements so far are not written.
 #[test]
-fn who_is_interrupted_leaves_nothing() {
+fn an_interrupted_experiment_leaves_no_files() {
     let scratch = tempfile::tempdir().unwrap();
     let results = scratch.path().join("results");
     let mut child = tiletool(scratch.path(), "build -o results --peers spade")
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // Once it works, it has a folder for that.
+    // When it works, it has a scratch folder.
     while !results.exists() || names(&results).is_empty() {
         assert!(child.try_wait().unwrap().is_none(), "it ended by itself");
         thread::sleep(Duration::from_millis(5));
     }
-    // The handler of the signal may come a little later; until then the signal ends the process at once, as it does any other.
+    // The signal handler may be installed slightly later; until then the signal ends the process at
+    // once, as it does any other.
     thread::sleep(Duration::from_millis(300));
     kill_process(Pid::from_child(&child), Signal::INT).unwrap();
     let output = child.wait_with_output().unwrap();
@@ -201,7 +205,7 @@ const ISLANDS: &str = r#"{"type": "FeatureCollection", "features": [
     {"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": [[[90,90],[91,90],[90,91],[90,90]]]}}]}"#;
 
 #[test]
-fn both_distances_between_random_vertices() {
+fn pairs_depend_on_the_seed_and_not_on_threads_or_tiles() {
     let scratch = tempfile::tempdir().unwrap();
     fs::write(scratch.path().join("islands.geojson"), ISLANDS).unwrap();
     let args = "stretch islands.geojson --pairs 300 --seed 3 --within -1,-1,10,10 -o";
@@ -228,7 +232,8 @@ fn both_distances_between_random_vertices() {
         "{page}"
     );
 
-    // The same pairs again, whatever the threads; from tiles too; others with another seed.
+    // The pairs are the same with any number of threads, and from tiles; other seeds give other
+    // pairs.
     let pairs = |name: &str| fs::read_to_string(scratch.path().join(name).join("pairs.csv")).unwrap();
     run(
         scratch.path(),
@@ -248,23 +253,23 @@ fn both_distances_between_random_vertices() {
 }
 
 #[test]
-fn who_sees_whom_is_drawn() {
+fn the_visibility_graph_of_a_square_has_its_four_edges() {
     let scratch = tempfile::tempdir().unwrap();
     let square = r#"{"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, "geometry":
         {"type": "Polygon", "coordinates": [[[0,0],[1,0],[1,1],[0,1],[0,0]]]}}]}"#;
     fs::write(scratch.path().join("square.geojson"), square).unwrap();
     run(scratch.path(), "stretch square.geojson --pairs 50 -o results");
     let picture = |name: &str| fs::read_to_string(scratch.path().join("results").join(name)).unwrap();
-    // Along the sides, and not across.
+    // Along the edges, and not across.
     assert!(picture("visibility.svg").contains(">4 pairs of vertices see each other<"));
     assert!(picture("tree-geodesic.svg").contains(", 3 edges<"));
     assert!(picture("tree-cdt.svg").contains(", 3 edges<"));
-    // Nothing but walls is in the open.
+    // Outside of obstacles there are only walls.
     assert!(picture("triangulation.svg").contains(", 0 edges that are no walls<"));
 }
 
-/// Four houses around a point: no free ground touches it. An experiment once ended with "lies in an obstacle", since it asked what
-/// every vertex sees (found on a map of buildings that share walls).
+/// Four houses around a point: no free area touches it. An experiment once ended with "lies in an
+/// obstacle", since it asked what every vertex sees (found on a map of buildings that share walls).
 #[test]
 fn a_vertex_that_touching_obstacles_enclose_sees_nothing() {
     let scratch = tempfile::tempdir().unwrap();
@@ -276,12 +281,12 @@ fn a_vertex_that_touching_obstacles_enclose_sees_nothing() {
     fs::write(scratch.path().join("houses.geojson"), houses).unwrap();
     run(scratch.path(), "stretch houses.geojson --pairs 20 -o results");
     let picture = fs::read_to_string(scratch.path().join("results/visibility.svg")).unwrap();
-    // Eight vertices lie around the block; each sees its neighbours, and these hide the others.
+    // Eight vertices are around the block; each sees its neighbours, and these hide the others.
     assert!(picture.contains(">8 pairs of vertices see each other<"), "{picture}");
 }
 
 #[test]
-fn what_cannot_be_is_told_before_anything_is_measured() {
+fn impossible_arguments_are_refused_before_anything_is_measured() {
     let scratch = tempfile::tempdir().unwrap();
     let folder = scratch.path();
     fs::write(folder.join("file"), "mine").unwrap();

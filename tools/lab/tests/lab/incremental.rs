@@ -1,4 +1,5 @@
-//! The second candidate gives the same triangles as the library's kernel: or its times would mean nothing.
+//! The second candidate gives the same triangles as the library's kernel; otherwise its times would
+//! mean nothing.
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::mesh::{Engine, EngineKind, Topology, Triangulation};
@@ -17,7 +18,7 @@ fn sorted_triangles(mesh: &Triangulation) -> Vec<[u32; 3]> {
     triangles
 }
 
-/// The hull from its smallest index on.
+/// Returns the hull, from its smallest index on.
 fn hull(mesh: &Triangulation) -> Vec<u32> {
     let mut hull = mesh.hull.clone();
     let smallest = (0..hull.len()).min_by_key(|&i| hull[i]).unwrap_or(0);
@@ -54,7 +55,7 @@ fn engines() -> [Box<dyn Engine>; 3] {
 }
 
 #[test]
-fn same_triangles_on_all_distributions() {
+fn engines_give_the_same_triangles_on_all_distributions() {
     let mut engines = engines();
     for kind in Kind::ALL {
         for n in (0..40).chain([100, 333, 1000, 2000]) {
@@ -64,7 +65,7 @@ fn same_triangles_on_all_distributions() {
 }
 
 #[test]
-fn same_triangles_on_grids() {
+fn engines_give_the_same_triangles_on_grids() {
     let mut engines = engines();
     for (columns, rows) in [(1, 1), (1, 50), (50, 1), (2, 50), (50, 2), (37, 41)] {
         let points = |turned: i32| -> Vec<_> {
@@ -78,9 +79,9 @@ fn same_triangles_on_grids() {
     }
 }
 
-/// Every subset of a 5 by 5 grid is a number of 25 bits; some of them, in some order.
+/// Every subset of a 5 by 5 grid is a number of 25 bits; some of them are tested, in some order.
 #[test]
-fn same_triangles_on_subsets_of_a_small_grid() {
+fn engines_give_the_same_triangles_on_subsets_of_a_small_grid() {
     let mut engines = engines();
     let mut state = 1u64;
     let mut random = || {

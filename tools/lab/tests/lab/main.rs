@@ -1,4 +1,4 @@
-//! The laboratory as its user meets it, and the kernel that was not chosen.
+//! The laboratory as its users run it, and the kernel that was not chosen.
 
 #[path = "../../../tiletool/tests/support/mod.rs"]
 mod support;
@@ -7,5 +7,5 @@ mod experiment;
 mod incremental;
 mod methods;
 
-/// What the tests run.
+/// The program that the tests run.
 const PROGRAM: &str = env!("CARGO_BIN_EXE_lab");

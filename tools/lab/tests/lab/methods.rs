@@ -1,4 +1,4 @@
-//! Methods of queries, and the experiment that compares them, as their user meets them.
+//! Methods of queries, and the experiment that compares them, as users run them.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use crate::support::{errors, fails, run, tiletool};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-/// A folder with houses, a fence and shops.
+/// Creates a folder with houses, a fence and shops.
 fn town() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let house =
@@ -33,7 +33,7 @@ fn town() -> TempDir {
 const METHODS: [&str; 3] = ["visibility --stretch 3", "euclid-zhang", "euclid-xia"];
 
 #[test]
-fn all_methods_say_the_same() {
+fn all_methods_give_the_same_answers() {
     let town = town();
     for ask in [
         "knn town.tiles --at 2,4 -k 3",
@@ -49,7 +49,7 @@ fn all_methods_say_the_same() {
 }
 
 #[test]
-fn answers_tell_what_they_cost() {
+fn answers_report_their_cost() {
     let town = town();
     for method in METHODS.into_iter().chain(["wave"]) {
         let ask = format!("query knn town.tiles --at 2,4 -k 2 --json --method {method}");
@@ -69,7 +69,7 @@ fn answers_tell_what_they_cost() {
 }
 
 #[test]
-fn a_stretch_factor_that_loses_answers_is_refused() {
+fn a_stretch_factor_that_is_too_small_is_refused() {
     let town = town();
     for stretch in ["1.57", "NaN", "inf", "-3", "x"] {
         let ask = format!("query knn town.tiles --at 2,4 --method visibility --stretch={stretch}");
@@ -79,7 +79,7 @@ fn a_stretch_factor_that_loses_answers_is_refused() {
 }
 
 #[test]
-fn break_lines_are_refused_by_all_but_the_wave() {
+fn all_methods_but_the_wavefront_refuse_break_lines() {
     let town = town();
     let lines = "tool build --quiet --obstacles houses.geojson --segments fences.csv --sites shops.csv -o lines.tiles";
     run(town.path(), lines);
@@ -92,12 +92,12 @@ fn break_lines_are_refused_by_all_but_the_wave() {
 }
 
 #[test]
-fn an_experiment_compares_them() {
+fn an_experiment_compares_the_methods() {
     let town = town();
     let ask = "queries houses.geojson --sites 30 --queries 3 --k 1,4 --stretches 2.42 -o results";
     run(town.path(), ask);
     let read = |name: &str| fs::read_to_string(town.path().join("results").join(name)).unwrap();
-    // Two kinds of two numbers of sites, by four methods, from three places.
+    // Two kinds of two numbers of sites, by four methods, from three points.
     assert_eq!(read("queries.csv").lines().count(), 1 + 2 * 2 * 4 * 3);
     assert_eq!(read("summary.csv").lines().count(), 1 + 2 * 2 * 4);
     for name in ["README.md", "time.svg", "edges.svg", "swept.svg", "tiles.svg"] {

@@ -1,4 +1,4 @@
-//! The device without anything of ours: blocks of the same file, read past the page cache, so many at a time.
+//! Measures the bare device: reads blocks of the same file with direct I/O, several at a time.
 
 use std::fs::File;
 use std::io;
@@ -9,19 +9,22 @@ use std::thread;
 
 use memmap2::MmapMut;
 
-use super::took::{Clock, Took};
+use super::measurement::{Clock, Measurement};
 
-/// Bytes of a huge page: more than direct reads ask of where memory begins.
+/// Bytes of a huge page, which exceeds the alignment that direct reads require of memory.
 const HUGE_PAGE: usize = 2 << 20;
 
-/// A file that is read past the page cache.
+/// A file that is read with direct I/O, which bypasses the page cache.
 pub struct Device {
     file: File,
     length: u64,
 }
 
 impl Device {
-    /// Fails where the system or the file system has no such thing.
+    /// Opens a file for direct I/O.
+    ///
+    /// # Errors
+    /// Fails if the system or the file system does not support direct I/O.
     #[cfg(target_os = "linux")]
     pub fn open(path: &Path) -> io::Result<Self> {
         use std::os::unix::fs::OpenOptionsExt;
@@ -32,29 +35,36 @@ impl Device {
         Ok(Self { file, length })
     }
 
-    /// Only Linux has it.
+    /// Fails, because only Linux supports direct I/O.
     #[cfg(not(target_os = "linux"))]
     pub fn open(_: &Path) -> io::Result<Self> {
-        Err(io::ErrorKind::Unsupported.into())
+        Err(io::ErrorKind::Unsupported.buffer_kind())
     }
 
-    /// Reads the whole file from front to back in blocks of so many bytes, so many at a time.
-    pub fn scan(&self, block: usize, depth: usize, into: Into) -> io::Result<Took> {
-        let places: Vec<u64> = (0..self.length).step_by(block).collect();
-        self.read(&places, block, depth, into)
+    /// Reads the whole file sequentially in blocks of `block` bytes, `depth` at a time.
+    pub fn scan(&self, block: usize, depth: usize, buffer_kind: BufferKind) -> io::Result<Measurement> {
+        let offsets: Vec<u64> = (0..self.length).step_by(block).collect();
+        self.read(&offsets, block, depth, buffer_kind)
     }
 
-    /// Reads blocks at these places, which are multiples of 4096, each of so many bytes, so many at a time.
-    pub fn read(&self, places: &[u64], block: usize, depth: usize, into: Into) -> io::Result<Took> {
+    /// Reads blocks of `block` bytes at these offsets, which are multiples of 4096, `depth` at a
+    /// time.
+    pub fn read(
+        &self,
+        offsets: &[u64],
+        block: usize,
+        depth: usize,
+        buffer_kind: BufferKind,
+    ) -> io::Result<Measurement> {
         let (next, bytes) = (AtomicU64::new(0), AtomicU64::new(0));
         let clock = Clock::start();
         let work = || -> io::Result<()> {
-            let mut memory = into.memory((block + HUGE_PAGE).next_multiple_of(HUGE_PAGE))?;
+            let mut memory = buffer_kind.memory((block + HUGE_PAGE).next_multiple_of(HUGE_PAGE))?;
             let address = memory.as_ptr().addr();
             let start = address.next_multiple_of(HUGE_PAGE) - address;
             let buffer = &mut memory[start..start + block];
-            while let Some(&place) = places.get(next.fetch_add(1, Ordering::Relaxed) as usize) {
-                let read = self.file.read_at(buffer, place)?;
+            while let Some(&offset) = offsets.get(next.fetch_add(1, Ordering::Relaxed) as usize) {
+                let read = self.file.read_at(buffer, offset)?;
                 bytes.fetch_add(read as u64, Ordering::Relaxed);
             }
             Ok(())
@@ -64,27 +74,28 @@ impl Device {
             let workers: Vec<_> = workers.collect::<io::Result<_>>()?;
             workers.into_iter().try_for_each(|worker| {
                 let done = worker.join();
-                done.unwrap_or_else(|_| Err(io::Error::other("a thread that read is gone")))
+                done.unwrap_or_else(|_| Err(io::Error::other("a reading thread panicked")))
             })
         })?;
-        Ok(clock.took(bytes.into_inner()))
+        Ok(clock.measure(bytes.into_inner()))
     }
 }
 
-/// What is read into.
+/// The kind of memory that blocks are read into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Into {
-    /// Memory as programs have it.
+pub enum BufferKind {
+    /// Pages of the usual size.
     Pages,
-    /// Huge pages, where there are any: a disk is handed memory page by page, which takes longer for small ones.
+    /// Huge pages, if there are any. The disk is given memory page by page, which takes longer for
+    /// small pages.
     HugePages,
 }
 
-impl Into {
+impl BufferKind {
     fn memory(self, bytes: usize) -> io::Result<MmapMut> {
         let memory = MmapMut::map_anon(bytes)?;
         #[cfg(target_os = "linux")]
-        // Where there are none, the others have to do.
+        // If there are no huge pages, the usual ones are used.
         let _ = memory.advise(match self {
             Self::Pages => memmap2::Advice::NoHugePage,
             Self::HugePages => memmap2::Advice::HugePage,

@@ -1,4 +1,4 @@
-//! A file mapped into memory, to compare with.
+//! A file mapped into memory, for comparison.
 
 use std::fs::File;
 use std::io;
@@ -10,15 +10,17 @@ use delaunay_tiles::io::{ReadAt, open_regular};
 use futures::future::{BoxFuture, FutureExt, ready};
 use memmap2::{Advice, Mmap};
 
-/// A file whose bytes are read where the system has mapped them.
+/// A file that is read from a memory map.
 pub struct MappedFile(Bytes);
 
 impl MappedFile {
-    /// Maps a file that nobody changes in the meantime. If it is read from front to back, the system may read ahead.
+    /// Maps a file that must not change in the meantime. If `is_scan`, the file is read
+    /// sequentially and the system may read ahead.
     pub fn open(path: &Path, is_scan: bool) -> io::Result<Self> {
         let (file, _) = open_regular(path, File::options().read(true))?;
-        // SAFETY: tile files are never changed in place where a reader may look, and whoever measures one leaves it alone;
-        // were it cut off, the process would end by a signal, not go wrong unnoticed.
+        // SAFETY: tile files are never changed in place where a reader may look, and the user
+        // leaves a measured file unchanged. If the file were truncated, the process would end by a
+        // signal instead of reading wrong bytes.
         #[allow(unsafe_code)]
         let map = unsafe { Mmap::map(&file)? };
         map.advise(if is_scan { Advice::Sequential } else { Advice::Random })?;

@@ -1,15 +1,15 @@
-//! `tiletool bench`: how fast this machine does what the library promises.
+//! `tiletool bench`: measures how fast this machine reads tile files.
 
 pub mod caches;
 mod device;
 mod map;
+mod measurement;
 mod read;
 mod report;
-mod took;
 
 use clap::{Args, Subcommand};
 
-/// Measure how fast tile files are read on this machine, beside what it can do at best.
+/// Measure how fast tile files are read, compared with the bare device
 #[derive(Args, Clone, Debug)]
 pub struct BenchArgs {
     #[command(subcommand)]
@@ -21,7 +21,7 @@ enum Command {
     Read(read::ReadArgs),
 }
 
-/// Measures.
+/// Runs the benchmark.
 pub fn run(args: BenchArgs) -> anyhow::Result<()> {
     match args.command {
         Command::Read(args) => read::run(args),

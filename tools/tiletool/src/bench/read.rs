@@ -1,4 +1,5 @@
-//! `tiletool bench read`: tiles from a cold file, beside the bare device and a memory map.
+//! `tiletool bench read`: reads tiles of a cold file, compared with the bare device and a memory
+//! map.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -10,51 +11,59 @@ use delaunay_tiles::store::{Cache, OpenOptions, TileId, TileReader};
 use futures::{StreamExt, TryStreamExt, stream};
 
 use super::caches;
-use super::device::{Device, Into};
+use super::device::{BufferKind, Device};
 use super::map::MappedFile;
-use super::report::{OfBackend, OfDevice, Report};
-use super::took::{Clock, Took, median};
+use super::measurement::{Clock, Measurement, median};
+use super::report::{BackendRates, DeviceRates, ReadReport};
 use crate::common;
 
-/// Bytes of a block that the bare device is read in.
+/// Bytes of a block that is read from the bare device.
 const BLOCK: usize = 1 << 20;
-/// How many of them at a time.
+/// Numbers of blocks that are read at a time.
 const DEPTHS: [usize; 6] = [1, 2, 4, 8, 16, 32];
-/// How many of them at a time into huge pages, with which it matters little.
+/// Number of blocks that are read at a time into huge pages, for which the number matters little.
 const HUGE_DEPTH: usize = 4;
-/// Tiles that are read at random, and how many at a time.
+/// Number of tiles that are read at random.
 const RANDOM_TILES: u64 = 256;
+/// Number of random tiles that are read at a time.
 const RANDOM_DEPTH: usize = 32;
 
-/// Measure how fast a file is read: all its tiles in order, then tiles at random.
+/// Measure how fast a file is read: all its tiles in order, then tiles at random
 ///
-/// Each tile's checksum is verified and its content decoded. In turns with that, blocks of 1 MiB of the same file are read past the page
-/// cache with nothing in between, 1 to 32 at a time: what the device does for a program that does nothing else. It is also read into huge
-/// pages, which it may be faster with. Before each run the file is thrown out of the page
-/// cache, and, as root, all else too. Medians of several rounds. GB are 10^9 bytes. Take a file larger than the device's
+/// Each tile's checksum is verified and its content decoded. Use a file larger than the device's
 /// own cache: 4 GiB or more.
+///
+/// For comparison, and alternately with the tiles, blocks of 1 MiB of the same file are read with
+/// direct I/O, which bypasses the page cache, 1 to 32 at a time: this is the speed of the device
+/// for a program that does nothing else. The blocks are also read into huge pages, which may be
+/// faster.
+///
+/// Before each run, the file is dropped from the page cache; root also drops all other caches. The
+/// results are medians of several rounds. 1 GB is 10^9 bytes.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Example:\n  tiletool bench read survey.tiles --rounds 5")]
 pub struct ReadArgs {
-    /// The tile file
+    /// Tile file to read
     file: PathBuf,
-    /// Print one JSON object
+    /// Print the result as one JSON object
     #[arg(long)]
     json: bool,
-    /// What to read by
-    #[arg(long, value_delimiter = ',', default_values = ["uring", "threads", "mmap"])]
+    /// Backends to measure, separated by commas
+    #[arg(long, value_name = "BACKENDS", value_delimiter = ',', default_values = ["uring", "threads", "mmap"])]
     backends: Vec<Method>,
-    /// How often
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
+    /// Number of rounds
+    #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
     rounds: u32,
 }
 
-/// What a file is read by.
+/// A backend that reads a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Method {
+    /// An io_uring of Linux
     Uring,
+    /// A pool of threads
     Threads,
-    /// A memory map, to compare with; the library has no such backend.
+    /// A memory map, for comparison; the library has no such backend
     Mmap,
 }
 
@@ -78,17 +87,17 @@ impl Method {
         Ok(TileReader::open(path, options.backend(backend)).await?)
     }
 
-    /// All tiles in order.
-    async fn scan(self, path: &Path) -> anyhow::Result<Took> {
+    /// Reads all tiles in order.
+    async fn scan(self, path: &Path) -> anyhow::Result<Measurement> {
         let clock = Clock::start();
         let reader = self.open(path, true).await?;
         let mut tiles = reader.tiles();
         while tiles.try_next().await?.is_some() {}
-        Ok(clock.took(tile_bytes(&reader)))
+        Ok(clock.measure(tile_bytes(&reader)))
     }
 
-    /// Some tiles, in any order.
-    async fn read(self, path: &Path, tiles: &[TileId]) -> anyhow::Result<Took> {
+    /// Reads some tiles, in any order.
+    async fn read(self, path: &Path, tiles: &[TileId]) -> anyhow::Result<Measurement> {
         let reader = self.open(path, false).await?;
         let clock = Clock::start();
         let mut loads = stream::iter(tiles)
@@ -101,46 +110,47 @@ impl Method {
                 .get(id.0 as usize)
                 .map_or(0, |t| u64::from(t.core.length + t.border.length))
         };
-        Ok(clock.took(tiles.iter().map(bytes).sum()))
+        Ok(clock.measure(tiles.iter().map(bytes).sum()))
     }
 }
 
-/// Bytes of all tiles.
+/// Returns the bytes of all tiles.
 fn tile_bytes(reader: &TileReader) -> u64 {
     let length = |t: &delaunay_tiles::store::TileEntry| u64::from(t.core.length) + u64::from(t.border.length);
     reader.directory().tiles.iter().map(length).sum()
 }
 
-/// The runs of a backend.
+/// The measurements of a backend.
 #[derive(Default)]
-struct Runs {
-    cold: Vec<Took>,
-    warm: Vec<Took>,
-    random: Vec<Took>,
+struct BackendRuns {
+    cold: Vec<Measurement>,
+    warm: Vec<Measurement>,
+    random: Vec<Measurement>,
 }
 
-/// The runs of the bare device.
+/// The measurements of the bare device.
 #[derive(Default)]
 struct DeviceRuns {
-    depths: [Vec<Took>; DEPTHS.len()],
-    huge: Vec<Took>,
-    random: Vec<Took>,
+    depths: [Vec<Measurement>; DEPTHS.len()],
+    huge: Vec<Measurement>,
+    random: Vec<Measurement>,
 }
 
 impl DeviceRuns {
-    /// Reads all with so many blocks at a time as there are depths, then into huge pages, then blocks at some places.
-    fn measure(&mut self, device: &Device, places: &[u64], block: usize) -> io::Result<()> {
+    /// Reads the whole file with each number of blocks at a time, then into huge pages, then blocks
+    /// of `block` bytes at `offsets`.
+    fn measure(&mut self, device: &Device, offsets: &[u64], block: usize) -> io::Result<()> {
         for (depth, runs) in DEPTHS.into_iter().zip(&mut self.depths) {
-            runs.push(device.scan(BLOCK, depth, Into::Pages)?);
+            runs.push(device.scan(BLOCK, depth, BufferKind::Pages)?);
         }
-        self.huge.push(device.scan(BLOCK, HUGE_DEPTH, Into::HugePages)?);
-        let took = device.read(places, block, RANDOM_DEPTH, Into::Pages)?;
-        self.random.push(took);
+        self.huge.push(device.scan(BLOCK, HUGE_DEPTH, BufferKind::HugePages)?);
+        let measurement = device.read(offsets, block, RANDOM_DEPTH, BufferKind::Pages)?;
+        self.random.push(measurement);
         Ok(())
     }
 }
 
-/// Measures and prints.
+/// Measures, and prints the report.
 pub fn run(args: ReadArgs) -> anyhow::Result<()> {
     let report = common::block_on(measure(&args))?;
     if args.json {
@@ -150,32 +160,33 @@ pub fn run(args: ReadArgs) -> anyhow::Result<()> {
     }
 }
 
-async fn measure(args: &ReadArgs) -> anyhow::Result<Report> {
+async fn measure(args: &ReadArgs) -> anyhow::Result<ReadReport> {
     let path = args.file.as_path();
     let reader = TileReader::open(path, OpenOptions::default().backend(Backend::Threads)).await?;
     let tiles = reader.directory().tiles.len() as u64;
     let mean = tile_bytes(&reader) / tiles.max(1);
-    // Any order will do, as long as it is the same for all: steps that are prime to most numbers.
+    // The order does not matter, but it must be the same for all backends. The step is coprime to
+    // most numbers of tiles.
     let random: Vec<_> = (0..RANDOM_TILES.min(tiles))
         .map(|i| TileId((i * 7_919 % tiles) as u32))
         .collect();
-    let places: Vec<u64> = random
+    let offsets: Vec<u64> = random
         .iter()
         .map(|id| reader.directory().tiles[id.0 as usize].core.offset)
         .collect();
     let random_block = mean.next_multiple_of(4096) as usize;
-    // Where the device cannot be read alone, there is nothing to compare with.
+    // If direct I/O is not possible, there is no comparison with the device.
     let device = Device::open(path);
     let note = device
         .as_ref()
         .err()
-        .map(|error| format!("the file cannot be read past the page cache: {error}"));
+        .map(|error| format!("the file cannot be read with direct I/O, bypassing the page cache: {error}"));
     let mut device_runs = DeviceRuns::default();
-    let mut runs: Vec<Runs> = args.backends.iter().map(|_| Runs::default()).collect();
+    let mut runs: Vec<BackendRuns> = args.backends.iter().map(|_| BackendRuns::default()).collect();
     let mut all_dropped = true;
     for _ in 0..args.rounds {
         if let Ok(device) = &device {
-            let measured = device_runs.measure(device, &places, random_block);
+            let measured = device_runs.measure(device, &offsets, random_block);
             measured.context("cannot read the device")?;
         }
         for (method, runs) in args.backends.iter().zip(&mut runs) {
@@ -186,12 +197,12 @@ async fn measure(args: &ReadArgs) -> anyhow::Result<Report> {
             runs.random.push(method.read(path, &random).await?);
         }
     }
-    let device = OfDevice::best(&DEPTHS, &device_runs.depths, &device_runs.huge, &device_runs.random);
+    let device = DeviceRates::best(&DEPTHS, &device_runs.depths, &device_runs.huge, &device_runs.random);
     let backends = args.backends.iter().zip(&runs).map(|(method, runs)| {
-        let [cold, warm, random] = [&runs.cold, &runs.warm, &runs.random].map(|runs| median(runs, Took::rate));
-        OfBackend::new(&method.name(), cold, warm, random, device.as_ref())
+        let [cold, warm, random] = [&runs.cold, &runs.warm, &runs.random].map(|runs| median(runs, Measurement::rate));
+        BackendRates::new(&method.name(), cold, warm, random, device.as_ref())
     });
-    Ok(Report {
+    Ok(ReadReport {
         file: reader.name().to_owned(),
         file_bytes: reader.file_length(),
         tiles,

@@ -1,13 +1,13 @@
-//! What was measured, for people and programs.
+//! The report of `tiletool bench read`, for people and programs.
 
 use serde::Serialize;
 
-use super::took::{Took, median};
-use crate::common::{bytes, thousands};
+use super::measurement::{Measurement, median};
+use crate::common::{bytes, counted};
 
-/// The result; its names are the stable keys of `--json`.
+/// The output of `--json`. Its keys are stable.
 #[derive(Serialize)]
-pub struct Report {
+pub struct ReadReport {
     pub file: String,
     pub file_bytes: u64,
     pub tiles: u64,
@@ -15,76 +15,89 @@ pub struct Report {
     pub rounds: u32,
     pub file_dropped_from_cache: bool,
     pub all_caches_dropped: bool,
-    pub device: Option<OfDevice>,
-    pub backends: Vec<OfBackend>,
+    pub device: Option<DeviceRates>,
+    pub backends: Vec<BackendRates>,
     pub note: Option<String>,
 }
 
-/// The bare device.
+/// The rates of the bare device.
 #[derive(Serialize)]
-pub struct OfDevice {
+pub struct DeviceRates {
     pub gb_per_s: f64,
-    /// Blocks of 1 MiB at a time, with which it was so fast.
+    /// The number of blocks of 1 MiB at a time with which the device was fastest.
     pub queue_depth: usize,
-    pub depths: Vec<OfDepth>,
-    /// Into huge pages, 4 at a time.
+    pub depths: Vec<DepthRate>,
+    /// The rate into huge pages, 4 blocks at a time.
     pub huge_pages_gb_per_s: f64,
-    /// With blocks as large as a tile, 32 at a time, at random places.
+    /// The rate of blocks as large as a tile, 32 at a time, at random offsets.
     pub random_gb_per_s: f64,
 }
 
-/// The device with so many blocks at a time.
+/// The rate of the device with `queue_depth` blocks at a time.
 #[derive(Serialize)]
-pub struct OfDepth {
+pub struct DepthRate {
     pub queue_depth: usize,
     pub gb_per_s: f64,
 }
 
-/// A way to read tiles.
+/// The rates of a backend.
 #[derive(Serialize)]
-pub struct OfBackend {
+pub struct BackendRates {
     pub name: String,
-    /// All tiles in order, cold.
+    /// The rate of all tiles in order, cold.
     pub gb_per_s: f64,
     pub ratio_to_device: Option<f64>,
     pub ratio_to_huge_pages: Option<f64>,
     pub seconds: f64,
     pub cpu_seconds: f64,
-    /// Processor time by time.
+    /// Processor time divided by elapsed time.
     pub cores_busy: f64,
-    /// Again at once, with what is in the page cache by then.
+    /// The rate of a second run immediately after the first, with the page cache that the first one
+    /// left.
     pub warm_gb_per_s: f64,
-    /// By second of processor time.
+    /// The rate of that run per second of processor time.
     pub warm_gb_per_cpu_second: f64,
-    /// Tiles at random places, 32 at a time, cold.
+    /// The rate of tiles in random order, 32 at a time, cold.
     pub random_gb_per_s: f64,
     pub random_ratio_to_device: Option<f64>,
 }
 
-impl OfDevice {
-    /// The fastest depth by the median of its runs; none if there are no runs.
-    pub fn best(depths: &[usize], runs: &[Vec<Took>], huge: &[Took], random: &[Took]) -> Option<Self> {
+impl DeviceRates {
+    /// Returns the rates with the fastest depth by the median of its runs; `None` if there are no
+    /// runs.
+    pub fn best(
+        depths: &[usize],
+        runs: &[Vec<Measurement>],
+        huge: &[Measurement],
+        random: &[Measurement],
+    ) -> Option<Self> {
         let measured = depths.iter().zip(runs).filter(|(_, runs)| !runs.is_empty());
         let depths: Vec<_> = measured
-            .map(|(&queue_depth, runs)| OfDepth {
+            .map(|(&queue_depth, runs)| DepthRate {
                 queue_depth,
-                gb_per_s: median(runs, Took::rate).rate(),
+                gb_per_s: median(runs, Measurement::rate).rate(),
             })
             .collect();
         let best = depths.iter().max_by(|a, b| a.gb_per_s.total_cmp(&b.gb_per_s))?;
         Some(Self {
             gb_per_s: best.gb_per_s,
             queue_depth: best.queue_depth,
-            huge_pages_gb_per_s: median(huge, Took::rate).rate(),
-            random_gb_per_s: median(random, Took::rate).rate(),
+            huge_pages_gb_per_s: median(huge, Measurement::rate).rate(),
+            random_gb_per_s: median(random, Measurement::rate).rate(),
             depths,
         })
     }
 }
 
-impl OfBackend {
-    /// From its medians.
-    pub fn new(name: &str, cold: Took, warm: Took, random: Took, device: Option<&OfDevice>) -> Self {
+impl BackendRates {
+    /// Creates the rates of a backend from its median measurements.
+    pub fn new(
+        name: &str,
+        cold: Measurement,
+        warm: Measurement,
+        random: Measurement,
+        device: Option<&DeviceRates>,
+    ) -> Self {
         Self {
             name: name.to_owned(),
             gb_per_s: cold.rate(),
@@ -101,21 +114,21 @@ impl OfBackend {
     }
 }
 
-impl Report {
-    /// The tables for people.
+impl ReadReport {
+    /// Returns the tables for people.
     pub fn text(&self) -> String {
         let tile = bytes(self.mean_tile_bytes);
         let mut text = format!(
-            "{}: {} in {} tiles of {tile}; medians of {} rounds\n",
+            "{}: {} in {} with a mean of {tile}; medians of {}\n",
             self.file,
             bytes(self.file_bytes),
-            thousands(self.tiles),
-            self.rounds
+            counted(self.tiles, "tile", "tiles"),
+            counted(self.rounds.into(), "round", "rounds")
         );
         text += if self.all_caches_dropped {
             "cold: all caches of the system were dropped before each run\n"
         } else {
-            "cold: the file was dropped from the page cache before each run; only root may drop the rest\n"
+            "cold: the file was dropped from the page cache before each run; only root can drop the other caches\n"
         };
         if let Some(note) = &self.note {
             text += &format!("{note}\n");
@@ -150,7 +163,7 @@ impl Report {
                 share(backend.random_ratio_to_device),
             );
         }
-        text += "GB/s, each tile verified and decoded\n";
+        text += "All rates are in GB/s; each tile was verified and decoded.\n";
         text
     }
 }

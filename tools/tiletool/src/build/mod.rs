@@ -1,4 +1,4 @@
-//! `tiletool build`: from files of points and lines to a file of tiles.
+//! `tiletool build`: builds a tile file from files of points and lines.
 
 mod report;
 
@@ -18,17 +18,21 @@ use tokio::sync::{Notify, mpsc};
 use crate::allocator;
 use crate::common;
 use crate::input_args::InputArgs;
-use crate::lines::{LineArgs, LineRules, Lines, MissingZArgs};
-use crate::progress::Bar;
+use crate::lines::{LineArgs, LineInput, LineRules, MissingZArgs};
+use crate::progress::BuildBar;
 use crate::unchanged::Unchanged;
-use report::{Output, Read, report};
+use report::{BuildReport, InputCounts, report};
 
-/// Triangulate points and write a tile file.
+/// Build a tile file from points and lines
 ///
-/// Points come from LAS and LAZ, text (.csv, .xyz, .txt, also .gz), raw little-endian f64 (.f64), Triangle's .node and .poly,
-/// and GeoJSON; several inputs make one set, and - is standard input. Lines come from GeoJSON, text (x1,y1,x2,y2), and raw
-/// pairs of record numbers (.u32, .u64); they become chains of edges, and must not cross. The segments of a .poly are walls,
-/// and its hole points make holes. The file gets its name when it is complete.
+/// Points come from LAS and LAZ, text (.csv, .xyz, .txt, also .gz), raw little-endian f64 (.f64),
+/// Triangle's .node and .poly, and GeoJSON. Several inputs are joined to one set of points.
+///
+/// Lines come from GeoJSON, text (x1,y1,x2,y2), and raw pairs of record numbers (.u32, .u64). They
+/// become chains of edges, and must not cross unless --crossings split is given. The segments of a
+/// .poly file are walls, and its hole points make holes.
+///
+/// The file appears under its name when it is complete.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
   tiletool build survey.laz -o ground.tiles --class 2
@@ -36,7 +40,7 @@ use report::{Output, Read, report};
   tiletool build --obstacles houses.geojson --walls fences.geojson --sites shops.csv -o town.tiles
   zcat points.csv.gz | tiletool build - -o points.tiles --columns lon,lat,height")]
 pub struct BuildArgs {
-    /// The inputs, in order
+    /// Files of points, in the order of their records; - is standard input
     #[arg(required_unless_present_any = ["segments", "walls", "obstacles", "sites"], value_name = "INPUT")]
     inputs: Vec<PathBuf>,
     #[command(flatten)]
@@ -45,28 +49,32 @@ pub struct BuildArgs {
     rules: LineRules,
     #[command(flatten)]
     missing_z: MissingZArgs,
-    /// The tile file to write
-    #[arg(short, long, value_name = "FILE.tiles")]
+    /// Tile file to write
+    #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Memory to use, as 512MiB or 2GB; by default a quarter of what there is
-    #[arg(long, value_name = "SIZE")]
+    /// Memory limit, such as 512MiB or 2GB [default: a quarter of the available memory]
+    ///
+    /// The available memory is the smallest of the machine's memory, the limit of the cgroup and
+    /// the limits of the process.
+    #[arg(long, value_name = "BYTES")]
     memory: Option<ByteSize>,
-    /// The most vertices of a tile
-    #[arg(long, value_name = "N", default_value_t = BuildOptions::default().tile_vertices)]
+    /// Maximum number of vertices per tile
+    #[arg(long, value_name = "COUNT", default_value_t = BuildOptions::default().tile_vertices)]
     tile_vertices: usize,
-    /// Computing threads; by default one for each processor
-    #[arg(long, value_name = "N")]
+    /// Number of computing threads [default: one per processor]
+    #[arg(long, value_name = "COUNT")]
     threads: Option<usize>,
-    /// The in-core engine; all give the same triangles
+    /// In-core triangulation engine; all engines give the same triangles
     #[arg(long, value_name = "native|spade", default_value_t = EngineKind::default())]
     engine: EngineKind,
-    /// Which of several points at one place to keep: first, lowest or highest; or error
-    #[arg(long, value_name = "RULE", default_value_t = Duplicates::First)]
+    /// Which of several points at one position to keep: first, lowest or highest; 'error' rejects
+    /// them
+    #[arg(long, value_name = "first|lowest|highest|error", default_value_t = Duplicates::First)]
     duplicates: Duplicates,
-    /// The folder to spill work to; by default one beside the output
+    /// Folder for spilled data [default: a folder beside the output]
     #[arg(long, value_name = "DIR")]
     tmp: Option<PathBuf>,
-    /// Go on with a build that was interrupted, from the last finished block; not with lines or sites
+    /// Resume an interrupted build from its last finished block; not possible with lines or sites
     #[arg(long, conflicts_with_all = ["segments", "walls", "obstacles", "sites"])]
     resume: bool,
     /// Replace the output if it exists
@@ -75,20 +83,20 @@ pub struct BuildArgs {
     /// Print the summary as one JSON object
     #[arg(long)]
     json: bool,
-    /// Print nothing but errors
+    /// Print only errors
     #[arg(long)]
     quiet: bool,
     #[command(flatten)]
     input: InputArgs,
 }
 
-/// Points that tell a build in advance how all lie.
+/// Number of sampled points that show a build in advance how the points are distributed.
 const SAMPLE: usize = 1 << 16;
 
-/// Batches that wait between the reader and the builder.
+/// Maximum number of batches that wait between the reader and the builder.
 const BATCHES_AHEAD: usize = 8;
 
-/// Builds a file.
+/// Builds a tile file.
 pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     let mut options = args.options();
     allocator::keep_to(options.memory);
@@ -96,13 +104,13 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     let is_filtered = !args.input.classes.is_empty() || args.input.returns != Returns::All;
     let source = PointSource::open(&args.inputs, &input_options)?;
     let lines = args.lines.open(&args.inputs)?;
-    // A .poly file is read for its points and for its segments.
+    // A .poly file is read twice: for its points and for its segments.
     Unchanged::default().check(source.stamps().iter().chain(lines.stamps()))?;
     let has_lines = !args.lines.is_empty(&args.inputs) || options.exterior_is_hole;
     options.resumable = source.identity().filter(|_| !has_lines);
     if args.resume && has_lines {
         anyhow::bail!(
-            "a build with the lines of a .poly file, or with --exterior hole, cannot be resumed; leave out --resume"
+            "a build with the lines of a .poly file or with --exterior hole cannot be resumed; leave out --resume"
         );
     }
     let can_resume = options.resumable.is_some();
@@ -114,7 +122,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     let built = common::block_on(async move {
         let builder = Builder::new(&output, options)?;
         if args.resume && builder.needs_points() && !args.quiet {
-            common::say("note: there is no finished work to go on from; the build starts from the beginning");
+            common::say("note: there is no finished work to resume; the build starts from the beginning");
         }
         let building = build(source, lines, builder, is_filtered, Arc::clone(&cancelled));
         until_interrupted(building, &progress, || {
@@ -124,12 +132,12 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         .await
     });
     drop(bar);
-    let (summary, read) = built.map_err(|error| how_to_go_on(error, &args.output, can_resume))?;
+    let (summary, read) = built.map_err(|error| how_to_resume(error, &args.output, can_resume))?;
     for note in read.notes.iter().filter(|_| !args.quiet) {
         common::say(format_args!("note: {note}"));
     }
     if args.json {
-        common::print_json(&Output {
+        common::print_json(&BuildReport {
             summary: &summary,
             read: &read,
         })
@@ -141,7 +149,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
 }
 
 impl BuildArgs {
-    /// The library's options.
+    /// Returns the options for the library.
     fn options(&self) -> BuildOptions {
         let mut options = BuildOptions::default()
             .tile_vertices(self.tile_vertices)
@@ -163,25 +171,25 @@ impl BuildArgs {
         options
     }
 
-    /// The bar that shows how far the build is, unless nobody wants to see it.
+    /// Returns a progress bar of the build, unless the options suppress it.
     fn bar(
         &self,
         source: &PointSource,
-        lines: &Lines,
+        lines: &LineInput,
         progress: &Arc<Progress>,
         readings: &Arc<[Reading]>,
-    ) -> Option<Bar> {
+    ) -> Option<BuildBar> {
         let of_lines: u64 = lines.stamps().map(|(_, stamp)| stamp.length).sum();
         let total = source.total_bytes().map(|of_points| of_points + of_lines);
         (!self.quiet && !self.json).then(|| {
             let readings = Arc::clone(readings);
             let read = move || readings.iter().map(Reading::bytes).sum();
-            Bar::show(Arc::clone(progress), Arc::new(move || (read(), total)))
+            BuildBar::show(Arc::clone(progress), Arc::new(move || (read(), total)))
         })
     }
 }
 
-/// Waits for a build, which Ctrl-C cancels and `stop` then wakes up.
+/// Waits for a build. Ctrl-C cancels it, and `stop` then wakes it up.
 async fn until_interrupted<T>(
     building: impl Future<Output = anyhow::Result<T>>,
     progress: &Progress,
@@ -191,7 +199,7 @@ async fn until_interrupted<T>(
     loop {
         tokio::select! {
             built = &mut building => break built,
-            // Whoever asks twice does not want to wait until the work lies in order.
+            // A second Ctrl-C ends the tool without waiting until the work is saved.
             _ = tokio::signal::ctrl_c() => if progress.is_cancelled() {
                 anyhow::bail!("interrupted");
             } else {
@@ -202,8 +210,8 @@ async fn until_interrupted<T>(
     }
 }
 
-/// Says of a build that was stopped from without what became of its work.
-fn how_to_go_on(error: anyhow::Error, output: &Path, can_resume: bool) -> anyhow::Error {
+/// Adds to the error of a stopped build whether its work was kept and how to resume it.
+fn how_to_resume(error: anyhow::Error, output: &Path, can_resume: bool) -> anyhow::Error {
     let target = output_target(output);
     let mut folder = target.as_deref().unwrap_or(output).as_os_str().to_owned();
     folder.push(".partial");
@@ -216,18 +224,20 @@ fn how_to_go_on(error: anyhow::Error, output: &Path, can_resume: bool) -> anyhow
     };
     let shown = common::shown(folder);
     if !can_resume {
-        // What is there is about to go away, or was there before.
+        // The work folder is about to be removed, or comes from an earlier build.
         match what == "interrupted" {
             true => anyhow::anyhow!(
-                "{what}; {} was not written, and its work is not kept",
+                "{what}; {} was not written, and the unfinished work is not kept",
                 common::shown(output)
             ),
             false => error,
         }
     } else if folder.join("plan").exists() {
-        anyhow::anyhow!("{what}; the work so far is kept in {shown}: the same command with --resume goes on with it")
+        anyhow::anyhow!("{what}; the finished work is kept in {shown}: repeat the command with --resume to continue")
     } else if folder.exists() {
-        anyhow::anyhow!("{what}; {shown} is kept, but the input was not all there yet: --resume starts again")
+        anyhow::anyhow!(
+            "{what}; {shown} is kept, but the input was not read completely: --resume starts from the beginning"
+        )
     } else if what == "interrupted" {
         anyhow::anyhow!("{what}; {} was not written", common::shown(output))
     } else {
@@ -235,19 +245,19 @@ fn how_to_go_on(error: anyhow::Error, output: &Path, can_resume: bool) -> anyhow
     }
 }
 
-/// Whether reading was stopped.
+/// Returns whether the error says that reading was stopped.
 fn is_stopped(error: &anyhow::Error) -> bool {
     matches!(error.downcast_ref(), Some(InputError::Stopped))
 }
 
-/// Reads the input on a thread of its own, ahead of the builder.
+/// Builds from lines and points. The input is read on a thread of its own, ahead of the builder.
 async fn build(
     source: PointSource,
-    lines: Lines,
+    lines: LineInput,
     builder: Builder,
     is_filtered: bool,
     cancelled: Arc<Notify>,
-) -> anyhow::Result<(BuildSummary, Read)> {
+) -> anyhow::Result<(BuildSummary, InputCounts)> {
     if !builder.needs_points() {
         let read = serde_json::from_str(&builder.description().memo).unwrap_or_default();
         return Ok((builder.finish().await?, read));
@@ -257,16 +267,16 @@ async fn build(
     built.map_err(|error| lines.name_in(error))
 }
 
-/// Builds from the points, once the lines are there.
+/// Builds from the points, after the builder got the lines.
 async fn build_points(
     source: PointSource,
     mut builder: Builder,
-    lines: &Lines,
+    lines: &LineInput,
     is_filtered: bool,
     cancelled: Arc<Notify>,
-) -> anyhow::Result<(BuildSummary, Read)> {
+) -> anyhow::Result<(BuildSummary, InputCounts)> {
     let source = push_points(source, &mut builder, is_filtered, &cancelled).await?;
-    let mut read = Read::new(&source, lines);
+    let mut read = InputCounts::new(&source, lines);
     let sources = source.sources().iter().map(|(name, records)| Source {
         name: name.clone(),
         records: *records,
@@ -282,13 +292,13 @@ async fn build_points(
         read.notes.push(lines.inverted_note(summary.inverted_regions, first));
     }
     if summary.without_z > 0 {
-        let vertices = common::thousands(summary.without_z);
-        read.notes.push(format!("{vertices} vertices have no z, and got z = 0"));
+        let vertices = common::counted(summary.without_z, "vertex", "vertices");
+        read.notes.push(format!("{vertices} without z got z = 0"));
     }
     Ok((summary, read))
 }
 
-/// Reads all points and gives them to the builder.
+/// Reads all points and passes them to the builder.
 async fn push_points(
     mut source: PointSource,
     builder: &mut Builder,
@@ -296,7 +306,7 @@ async fn push_points(
     cancelled: &Notify,
 ) -> anyhow::Result<PointSource> {
     let (sender, mut batches) = mpsc::channel::<PointBatch>(BATCHES_AHEAD);
-    // A filter may leave few of the points that a file announces.
+    // With a filter, the number of points that a file announces says little, so it is not used.
     if let Some(points) = source.expected_points().filter(|_| !is_filtered) {
         let sample;
         (sample, source) = common::on_thread("sample", move || Ok((source.sample(SAMPLE)?, source))).await?;
@@ -314,14 +324,15 @@ async fn push_points(
     loop {
         let batch = tokio::select! {
             batch = batches.recv() => batch,
-            // Whoever waits for a pipe must hear of it too; the builder does what is due.
+            // A build that waits for a pipe must notice the cancellation too. The builder then
+            // returns the error.
             () = cancelled.notified() => Some(PointBatch::default()),
         };
         let Some(batch) = batch else { break };
         builder.push(&batch).await?;
     }
     match reading.await {
-        // The builder knows what becomes of its work.
+        // The builder decides whether its work is kept, so its error comes first.
         Err(error) if is_stopped(&error) => {
             let pushed = builder.push(&PointBatch::default()).await;
             Err(pushed.err().map_or(error, Into::into))
@@ -334,9 +345,10 @@ async fn push_points(
 mod tests {
     use super::*;
 
-    /// The message looked at the work folder alone, which a build with lines leaves for a moment, or an earlier build for ever.
+    /// A regression test: the message once depended only on the work folder, which a build with
+    /// lines leaves for a moment, and an earlier build for ever.
     #[test]
-    fn a_build_that_cannot_be_resumed_never_speaks_of_resuming() {
+    fn the_error_of_a_build_without_resume_does_not_mention_resume() {
         let folder = tempfile::tempdir().unwrap();
         let output = folder.path().join("out.tiles");
         let work = folder.path().join("out.tiles.partial");
@@ -346,15 +358,15 @@ mod tests {
                 std::fs::write(work.join("plan"), "").unwrap();
             }
             for error in [BuildError::Cancelled, BuildError::PointsComplete] {
-                let said = |can_resume| {
+                let message = |can_resume| {
                     let error = match error {
                         BuildError::Cancelled => BuildError::Cancelled,
                         _ => BuildError::PointsComplete,
                     };
-                    how_to_go_on(error.into(), &output, can_resume).to_string()
+                    how_to_resume(error.into(), &output, can_resume).to_string()
                 };
-                assert!(!said(false).contains("--resume"), "{}", said(false));
-                assert!(said(true).contains("--resume"), "{}", said(true));
+                assert!(!message(false).contains("--resume"), "{}", message(false));
+                assert!(message(true).contains("--resume"), "{}", message(true));
             }
         }
     }

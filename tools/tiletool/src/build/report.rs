@@ -1,4 +1,4 @@
-//! What `tiletool build` tells of a finished build, to programs and to people.
+//! The reports of `tiletool build` about a finished build, for programs and for people.
 
 use std::path::Path;
 
@@ -7,12 +7,13 @@ use delaunay_tiles::{BuildSummary, Phase, Waits};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize, Serializer};
 
-use crate::common::{self, bytes, share, thousands};
-use crate::lines::Lines;
+use crate::common::{self, bytes, counted, share, thousands};
+use crate::lines::LineInput;
 
-/// What is known of the input once it was read; a build that is resumed has it from the build before.
+/// Counts of the input, known after it was read. A resumed build has them from the build that it
+/// resumes.
 #[derive(Debug, Default, Deserialize, Serialize)]
-pub(super) struct Read {
+pub(super) struct InputCounts {
     pub(super) records: u64,
     pub(super) withheld: u64,
     pub(super) filtered: u64,
@@ -23,8 +24,8 @@ pub(super) struct Read {
     pub(super) notes: Vec<String>,
 }
 
-impl Read {
-    pub(super) fn new(source: &PointSource, lines: &Lines) -> Self {
+impl InputCounts {
+    pub(super) fn new(source: &PointSource, lines: &LineInput) -> Self {
         let counts = source.counts();
         Self {
             records: counts.records,
@@ -38,10 +39,10 @@ impl Read {
     }
 }
 
-/// What `--json` prints. Its keys are stable.
-pub(super) struct Output<'a> {
+/// The output of `--json`. Its keys are stable.
+pub(super) struct BuildReport<'a> {
     pub(super) summary: &'a BuildSummary,
-    pub(super) read: &'a Read,
+    pub(super) read: &'a InputCounts,
 }
 
 #[derive(Serialize)]
@@ -52,7 +53,7 @@ struct PhaseOutput {
     bytes_written: u64,
 }
 
-/// Seconds, summed over the threads that waited.
+/// Waiting times in seconds, summed over the threads that waited.
 #[derive(Serialize)]
 struct WaitsOutput {
     computing_for_blocks: f64,
@@ -70,7 +71,7 @@ struct LevelOutput {
     seam_share: f64,
 }
 
-impl Serialize for Output<'_> {
+impl Serialize for BuildReport<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let Self { summary, read } = self;
         let counts = [
@@ -117,9 +118,9 @@ impl Serialize for Output<'_> {
     }
 }
 
-impl Output<'_> {
+impl BuildReport<'_> {
     fn phases(&self) -> Vec<PhaseOutput> {
-        // The builder does not know of the bytes from which the points were read.
+        // The builder does not count the bytes from which the points were read.
         let of_input = |phase| match phase == Phase::Read && self.summary.resumed_blocks == 0 {
             true => self.read.input_bytes,
             false => 0,
@@ -160,32 +161,32 @@ fn seconds(summary: &BuildSummary) -> f64 {
     summary.phases.iter().map(|phase| phase.time.as_secs_f64()).sum()
 }
 
-/// The report for people.
-pub(super) fn report(output: &Path, summary: &BuildSummary, read: &Read) -> String {
-    let mut rows = vec![("input", of_the_input(summary, read))];
-    rows.extend(of_the_lines(summary, read));
-    rows.extend(of_the_output(summary));
+/// Returns the report for people.
+pub(super) fn report(output: &Path, summary: &BuildSummary, read: &InputCounts) -> String {
+    let mut rows = vec![("input", input_row(summary, read))];
+    rows.extend(line_rows(summary, read));
+    rows.extend(output_rows(summary));
     let mut text = format!(
-        "{}: {} vertices, {} triangles, {} hull edges in {} tiles\n",
+        "{}: {}, {} and {} in {}\n",
         common::shown(output),
-        thousands(summary.vertices),
-        thousands(summary.triangles),
-        thousands(summary.hull_edges),
-        thousands(summary.tiles)
+        counted(summary.vertices, "vertex", "vertices"),
+        counted(summary.triangles, "triangle", "triangles"),
+        counted(summary.hull_edges, "hull edge", "hull edges"),
+        counted(summary.tiles, "tile", "tiles")
     );
     for (name, value) in rows {
-        text += &format!("  {name:<7} {value}\n");
+        text += &format!("  {name:<8} {value}\n");
     }
     text
 }
 
-/// The points, and those that were left out.
-fn of_the_input(summary: &BuildSummary, read: &Read) -> String {
-    let mut text = format!("{} points", thousands(summary.points));
+/// Describes the points, and those that were left out.
+fn input_row(summary: &BuildSummary, read: &InputCounts) -> String {
+    let mut text = counted(summary.points, "point", "points");
     for (count, what) in [
-        (summary.duplicates, "merged with others at the same place"),
+        (summary.duplicates, "merged with points at the same position"),
         (read.withheld, "withheld"),
-        (read.filtered, "not of the classes or returns asked for"),
+        (read.filtered, "of other classes or returns"),
         (read.invalid, "invalid"),
     ] {
         if count > 0 {
@@ -195,36 +196,34 @@ fn of_the_input(summary: &BuildSummary, read: &Read) -> String {
     text + &format!("; {}", bytes(read.input_bytes))
 }
 
-/// What there is of lines and sites.
-fn of_the_lines(summary: &BuildSummary, read: &Read) -> Vec<(&'static str, String)> {
+/// Describes lines, regions and sites, if there are any.
+fn line_rows(summary: &BuildSummary, read: &InputCounts) -> Vec<(&'static str, String)> {
     let mut rows = Vec::new();
     if read.segments > 0 {
         let lines = format!(
-            "{} segments, {} constraint edges, {} vertices at their ends; {:.2} % of the triangles held",
-            thousands(read.segments),
-            thousands(summary.constraint_edges),
-            thousands(summary.ends),
+            "{}, {}, {} added at ends and sites; {:.2} % of the triangles held back",
+            counted(read.segments, "segment", "segments"),
+            counted(summary.constraint_edges, "constraint edge", "constraint edges"),
+            counted(summary.ends, "vertex", "vertices"),
             100.0 * share(summary.held_triangles, summary.triangles)
         );
         rows.push(("lines", lines));
     }
     if summary.deferred_segments > 0 {
-        let segments = thousands(summary.deferred_segments);
-        let late = format!("{segments} segments would have held too many triangles, and were inserted at the end");
-        rows.push(("late", late));
+        let segments = counted(summary.deferred_segments, "segment", "segments");
+        let deferred = format!("{segments} inserted at the end, to hold back fewer triangles");
+        rows.push(("deferred", deferred));
     }
     if summary.split_points > 0 {
-        let [points, pairs] = [summary.split_points, summary.crossings].map(thousands);
-        rows.push((
-            "split",
-            format!("lines at {points} points, and {pairs} pairs that crossed"),
-        ));
+        let points = counted(summary.split_points, "point", "points");
+        let crossings = counted(summary.crossings, "crossing", "crossings");
+        rows.push(("split", format!("{crossings}; lines were split at {points}")));
     }
     if summary.regions > 0 {
-        let [regions, holes, triangles] =
-            [summary.regions, summary.hole_regions, summary.hole_triangles].map(thousands);
-        let regions = format!("{regions}, of which {holes} are holes, with {triangles} triangles");
-        rows.push(("regions", regions));
+        let holes = counted(summary.hole_regions, "hole", "holes");
+        let triangles = counted(summary.hole_triangles, "triangle", "triangles");
+        let regions = thousands(summary.regions);
+        rows.push(("regions", format!("{regions}, including {holes} with {triangles}")));
     }
     if summary.sites > 0 {
         rows.push(("sites", thousands(summary.sites)));
@@ -232,8 +231,8 @@ fn of_the_lines(summary: &BuildSummary, read: &Read) -> Vec<(&'static str, Strin
     rows
 }
 
-/// The file, and what it took.
-fn of_the_output(summary: &BuildSummary) -> Vec<(&'static str, String)> {
+/// Describes the output file, and the time and memory of the build.
+fn output_rows(summary: &BuildSummary) -> Vec<(&'static str, String)> {
     let per_vertex = share(summary.file_bytes, summary.vertices);
     let phases = summary.phases.iter();
     let phases = phases.map(|p| format!("{} {:.2} s", p.phase.name(), p.time.as_secs_f64()));
@@ -249,11 +248,14 @@ fn of_the_output(summary: &BuildSummary) -> Vec<(&'static str, String)> {
     let levels = levels.map(|level| format!("{:.2} %", 100.0 * share(level.seam_vertices, summary.vertices)));
     let levels: Vec<_> = levels.collect();
     if !levels.is_empty() {
-        let seams = format!("{} of the vertices, from the leaves up", levels.join(", "));
+        let seams = format!(
+            "{} of the vertices at each level, from the leaves up",
+            levels.join(", ")
+        );
         rows.push(("seams", seams));
     }
     if let Some(peak) = summary.peak_memory {
-        rows.push(("memory", format!("{} at the peak", bytes(peak))));
+        rows.push(("memory", format!("{} at peak", bytes(peak))));
     }
     rows
 }

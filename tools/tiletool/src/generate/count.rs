@@ -1,8 +1,11 @@
-//! Numbers as people write them: `1000000`, `1_000_000`, `1e6`, `1.5M`.
+//! Parses numbers as people write them: `1000000`, `1_000_000`, `1e6`, `1.5M`.
 
 use anyhow::{Context, bail};
 
-/// Reads 1000000, 1_000_000, 1e6, 1.5M: an integer after all, computed without rounding.
+/// Parses a count such as 1000000, 1_000_000, 1e6 or 1.5M. The result is computed without rounding.
+///
+/// # Errors
+/// Fails if the text is not a whole number from 0 to 2^64 - 1.
 pub fn parse_count(text: &str) -> anyhow::Result<u64> {
     const SUFFIXES: [(char, u32); 5] = [('k', 3), ('K', 3), ('M', 6), ('G', 9), ('T', 12)];
     let suffix = SUFFIXES
@@ -10,22 +13,22 @@ pub fn parse_count(text: &str) -> anyhow::Result<u64> {
         .find_map(|(c, power)| Some((text.strip_suffix(c)?, power)));
     let (number, power) = match (suffix, text.split_once(['e', 'E'])) {
         (Some(suffix), _) => suffix,
-        (None, Some((number, power))) => (number, power.parse().context("no number after the e")?),
+        (None, Some((number, power))) => (number, power.parse().context("the exponent is not a number")?),
         (None, None) => (text, 0),
     };
     let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
     if !number.contains(|c: char| c.is_ascii_digit()) {
-        bail!("no number");
+        bail!("not a number");
     }
     let fraction = fraction.trim_end_matches('0');
     let zeros = power.checked_sub(fraction.len() as u32).context("not a whole number")?;
     let digits = whole.chars().filter(|&c| c != '_').chain(fraction.chars());
-    // More than 20 zeros do not fit, but for those of 0.
+    // More than 20 zeros do not fit, except after 0, which stays 0.
     let mut count: u64 = 0;
     for c in digits.chain(std::iter::repeat_n('0', zeros.min(20) as usize)) {
-        let digit = c.to_digit(10).with_context(|| format!("'{c}' is no digit"))?;
+        let digit = c.to_digit(10).with_context(|| format!("'{c}' is not a digit"))?;
         let next = count.checked_mul(10).and_then(|count| count.checked_add(digit.into()));
-        count = next.context("2^64 or more")?;
+        count = next.context("the number is 2^64 or more")?;
     }
     Ok(count)
 }
@@ -35,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn counts() {
+    fn counts_are_parsed_exactly_or_rejected() {
         for (text, count) in [
             ("0", 0),
             ("1000000", 1_000_000),

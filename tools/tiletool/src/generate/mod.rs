@@ -1,8 +1,9 @@
 //! `tiletool generate`: seeded test data, as raw coordinates and segments.
 //!
-//! In: a kind, a number of points and a seed. Out: `FILE.f64`, little-endian f64 pairs or triples, and `FILE.u32`,
-//! little-endian u32 pairs of record numbers, if there are segments. Points are written as they are computed: memory does
-//! not grow with their number. A file appears under its name when it is complete and on the disk, or not at all.
+//! The input is a kind, a number of points and a seed. The output is `FILE.f64`, little-endian f64
+//! pairs or triples, and `FILE.u32`, little-endian u32 pairs of record numbers, if there are
+//! segments. Points are written as they are computed, so memory does not grow with their number. A
+//! file appears under its name only when it is complete and on the disk.
 
 mod count;
 
@@ -18,40 +19,44 @@ use distributions::{Kind, LongSegments, Pslg, points, points3};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::common;
-use crate::output::Output;
+use crate::output::StreamOutput;
 pub use count::parse_count;
 
-/// Write seeded test data: points, and segments that do not cross.
+/// Generate test points, and segments that do not cross, from a seed
 ///
-/// The same arguments give the same bytes on every machine and with every version. Coordinates are raw little-endian
-/// f64, x y x y ...; segments are pairs of record numbers, raw little-endian u32.
+/// The same arguments give the same bytes on every machine and with every version. Coordinates are
+/// raw little-endian f64, x y x y ...; segments are pairs of record numbers, raw little-endian u32.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct GenerateArgs {
-    /// How the points lie
+    /// Distribution of the points
     #[arg(value_parser = kinds())]
     kind: Kind,
-    /// Number of points: 1000000, 1e6, 1.5M (k, M, G are 10^3, 10^6, 10^9)
-    #[arg(short = 'n', long = "points", value_name = "N", value_parser = parse_count)]
+    /// Number of points, such as 1000000, 1e6 or 1.5M (k, M and G are 10^3, 10^6 and 10^9)
+    #[arg(short = 'n', long = "points", value_name = "COUNT", value_parser = parse_count)]
     n: u64,
-    /// Which of all the sets of this kind
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    /// Seed of the random numbers
+    #[arg(long, value_name = "SEED", default_value_t = 0)]
     seed: u64,
-    /// Where to: FILE.f64, or - for standard output. Segments go to FILE.u32
-    #[arg(short, long, value_name = "FILE.f64")]
+    /// File to write; - is standard output. Segments are written to the same name with suffix .u32
+    #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Also segments, about ALPHA per point (0 to 1): about n/3 cells have three points each, joined by three segments
-    /// with probability ALPHA. Only for uniform, kuzmin and line-singularity
+    /// Also write about ALPHA segments per point, from 0 to 1
+    ///
+    /// About n/3 cells have three points each. With probability ALPHA, the three points of a cell
+    /// are joined by three segments. Only for uniform, kuzmin and line-singularity.
     #[arg(long, value_name = "ALPHA", conflicts_with = "long_segments")]
     pslg: Option<f64>,
-    /// Also M segments, each across nearly the whole square, that do not cross; their ends are 2 M more points after the
-    /// first N. Only for uniform
-    #[arg(long, value_name = "M", value_parser = parse_count)]
+    /// Also write this many segments, each across nearly the whole square, that do not cross
+    ///
+    /// Their ends are two more points for each segment, after the other points. Only for uniform.
+    #[arg(long, value_name = "COUNT", value_parser = parse_count)]
     long_segments: Option<u64>,
-    /// Coordinates per point; the third is the terrain's height for lidar and 0 for all other kinds
+    /// Coordinates per point; the third is the height of the terrain for lidar, and 0 for all other
+    /// kinds
     #[arg(long, value_name = "2|3", default_value_t = 2, value_parser = clap::value_parser!(u8).range(2..=3))]
     dims: u8,
-    /// Print what was written as JSON
+    /// Print the summary as one JSON object
     #[arg(long)]
     json: bool,
 }
@@ -64,9 +69,10 @@ Examples:
   A lidar survey with heights (build it with --dims 3):
       tiletool generate lidar -n 1e6 --dims 3 -o survey.f64";
 
-/// Writes what the arguments ask for. Ends the process with exit code 2 if they contradict each other.
+/// Writes the data that the arguments ask for. Ends the process with exit code 2 if the arguments
+/// contradict each other.
 pub fn run(args: GenerateArgs) -> anyhow::Result<()> {
-    let data = Data::new(&args).unwrap_or_else(|error| error.exit());
+    let data = TestData::new(&args).unwrap_or_else(|error| error.exit());
     if args.output == Path::new("-") {
         return data
             .write_stream(&mut io::stdout().lock())
@@ -78,102 +84,109 @@ pub fn run(args: GenerateArgs) -> anyhow::Result<()> {
     report(&args, data.records(), segments)
 }
 
-/// Points and segments to write, as the arguments say.
-struct Data {
-    source: Source,
+/// The points and segments to write.
+struct TestData {
+    source: Generator,
     dims: u8,
 }
 
-enum Source {
+enum Generator {
     Points { kind: Kind, n: u64, seed: u64 },
     Pslg(Pslg),
     Long(LongSegments),
 }
 
-impl Data {
+impl TestData {
     fn new(args: &GenerateArgs) -> Result<Self, clap::Error> {
         let &GenerateArgs {
             kind, n, seed, dims, ..
         } = args;
         let source = match (args.pslg, args.long_segments) {
-            (Some(alpha), _) => Source::Pslg(Pslg::new(kind, n, alpha, seed).map_err(usage)?),
+            (Some(alpha), _) => Generator::Pslg(Pslg::new(kind, n, alpha, seed).map_err(usage)?),
             (_, Some(_)) if kind != Kind::Uniform => {
-                let why = format!("--long-segments is for points of kind uniform, not {kind}");
+                let why = format!("--long-segments works only with kind uniform, not with {kind}");
                 return Err(usage(why));
             }
-            (_, Some(m)) => Source::Long(LongSegments::new(n, m, seed).map_err(usage)?),
-            (None, None) => Source::Points { kind, n, seed },
+            (_, Some(m)) => Generator::Long(LongSegments::new(n, m, seed).map_err(usage)?),
+            (None, None) => Generator::Points { kind, n, seed },
         };
-        let segments = !matches!(source, Source::Points { .. });
+        let segments = !matches!(source, Generator::Points { .. });
         if args.output == Path::new("-") {
             if segments || args.json {
                 let option = if segments { "the segments" } else { "--json" };
-                let why = format!("-o - leaves no place for {option}: name a file");
+                let why = format!("-o - cannot be combined with {option}: name a file");
                 return Err(usage(why));
             }
             if io::stdout().is_terminal() {
-                return Err(usage("standard output is a terminal: name a file or a pipe"));
+                return Err(usage(
+                    "binary data is not written to a terminal: name a file or use a pipe",
+                ));
             }
         } else if args.output.file_name().is_none() {
-            let why = format!("'{}' names no file", common::shown(&args.output));
+            let why = format!("'{}' is not the name of a file", common::shown(&args.output));
             return Err(usage(why));
         } else if segments && args.output.extension().is_some_and(|e| e == "u32") {
-            return Err(usage("segments go to FILE.u32: the points' name must end otherwise"));
+            return Err(usage(
+                "the segments are written to FILE.u32: the name of the points' file must not end in .u32",
+            ));
         }
-        Ok(Data { source, dims })
+        Ok(TestData { source, dims })
     }
 
-    /// Number of points.
+    /// Returns the number of points.
     fn records(&self) -> u64 {
         match &self.source {
-            &Source::Points { n, .. } => n,
-            Source::Pslg(pslg) => pslg.records(),
-            Source::Long(long) => long.records(),
+            &Generator::Points { n, .. } => n,
+            Generator::Pslg(pslg) => pslg.records(),
+            Generator::Long(long) => long.records(),
         }
     }
 
-    /// Writes the points, and says how many.
+    /// Writes the points. Returns how many.
     fn write_points(&self, out: &mut dyn Write, progress: Progress<'_>) -> io::Result<u64> {
         match (&self.source, self.dims) {
-            (&Source::Points { kind, n, seed }, 2) => write_records(out, points(kind, n, seed).map(bytes), progress),
-            (&Source::Points { kind, n, seed }, _) => write_records(out, points3(kind, n, seed).map(bytes), progress),
-            (Source::Pslg(pslg), 2) => write_records(out, pslg.points().map(bytes), progress),
-            (Source::Pslg(pslg), _) => write_records(out, pslg.points().map(flat_bytes), progress),
-            (Source::Long(long), 2) => write_records(out, long.points().map(bytes), progress),
-            (Source::Long(long), _) => write_records(out, long.points().map(flat_bytes), progress),
+            (&Generator::Points { kind, n, seed }, 2) => write_records(out, points(kind, n, seed).map(bytes), progress),
+            (&Generator::Points { kind, n, seed }, _) => {
+                write_records(out, points3(kind, n, seed).map(bytes), progress)
+            }
+            (Generator::Pslg(pslg), 2) => write_records(out, pslg.points().map(bytes), progress),
+            (Generator::Pslg(pslg), _) => write_records(out, pslg.points().map(flat_bytes), progress),
+            (Generator::Long(long), 2) => write_records(out, long.points().map(bytes), progress),
+            (Generator::Long(long), _) => write_records(out, long.points().map(flat_bytes), progress),
         }
     }
 
-    /// Writes the segments if there are any in this kind of data, and says how many.
+    /// Writes the segments, if this kind of data has any. Returns how many.
     fn write_segments(&self, out: &mut dyn Write, progress: Progress<'_>) -> io::Result<u64> {
         match &self.source {
-            Source::Points { .. } => Ok(0),
-            Source::Pslg(pslg) => write_records(out, pslg.segments().map(end_bytes), progress),
-            Source::Long(long) => write_records(out, long.segments().map(end_bytes), progress),
+            Generator::Points { .. } => Ok(0),
+            Generator::Pslg(pslg) => write_records(out, pslg.segments().map(end_bytes), progress),
+            Generator::Long(long) => write_records(out, long.segments().map(end_bytes), progress),
         }
     }
 
     fn write_stream(&self, out: &mut dyn Write) -> io::Result<()> {
-        quietly(self.write_points(out, &mut |_| Ok(())).and_then(|_| out.flush()))
+        ignore_broken_pipe(self.write_points(out, &mut |_| Ok(())).and_then(|_| out.flush()))
     }
 
-    /// Writes both files, and only then gives them their names. Returns the number of segments if there is a file of them.
+    /// Writes both files, and then renames them to their final names. Returns the number of
+    /// segments if there is a file of them.
     fn write_files(&self, path: &Path, segment_path: &Path, stop: &AtomicBool) -> anyhow::Result<Option<u64>> {
         let bar = progress_bar(self.records());
         let mut progress = |done| {
             bar.set_position(done);
             if stop.load(Ordering::Relaxed) {
-                Err(io::Error::other("interrupted, so there is no new file"))
+                Err(io::Error::other("interrupted; no file was written"))
             } else {
                 Ok(())
             }
         };
         let failed = |path: &Path| format!("cannot write {}", common::shown(path));
 
-        let mut point_file = Output::create(path).with_context(|| failed(path))?;
+        let mut point_file = StreamOutput::create(path).with_context(|| failed(path))?;
         let mut segment_file = None;
-        if !matches!(self.source, Source::Points { .. }) {
-            segment_file = Some(Output::create(segment_path).with_context(|| failed(segment_path))?);
+        if !matches!(self.source, Generator::Points { .. }) {
+            segment_file = Some(StreamOutput::create(segment_path).with_context(|| failed(segment_path))?);
         }
         self.write_points(point_file.file(), &mut progress)
             .with_context(|| failed(path))?;
@@ -186,20 +199,21 @@ impl Data {
             file.sync().with_context(|| failed(segment_path))?;
             file.publish().with_context(|| failed(segment_path))?;
         }
-        // Points get their name last: whoever sees new points sees new segments.
+        // The points get their name last, so a process that sees new points also sees new segments.
         point_file.publish().with_context(|| failed(path))?;
         bar.finish_and_clear();
         Ok(segments)
     }
 }
 
-/// Is called with the number of records done, after each block; an error stops the writing.
+/// A function that is called with the number of records written so far, after each block. An error
+/// stops the writing.
 type Progress<'a> = &'a mut dyn FnMut(u64) -> io::Result<()>;
 
-/// Bytes that are collected for one write.
+/// Number of bytes that are collected for one write.
 const BLOCK: usize = 1 << 20;
 
-/// Writes records of `D` numbers of `W` bytes in blocks. Returns how many.
+/// Writes records of `D` numbers of `W` bytes each, in blocks. Returns how many.
 fn write_records<const W: usize, const D: usize>(
     out: &mut dyn Write,
     records: impl Iterator<Item = [[u8; W]; D]>,
@@ -221,22 +235,22 @@ fn write_records<const W: usize, const D: usize>(
     Ok(done)
 }
 
-/// The bytes of a point.
+/// Returns the bytes of a point.
 fn bytes<const D: usize>(point: [f64; D]) -> [[u8; 8]; D] {
     point.map(f64::to_le_bytes)
 }
 
-/// The bytes of a point that lies at the height 0.
+/// Returns the bytes of a point with height 0.
 fn flat_bytes([x, y]: [f64; 2]) -> [[u8; 8]; 3] {
     bytes([x, y, 0.0])
 }
 
-/// The bytes of a segment.
+/// Returns the bytes of a segment.
 fn end_bytes(ends: [u32; 2]) -> [[u8; 4]; 2] {
     ends.map(u32::to_le_bytes)
 }
 
-/// A progress bar on standard error; indicatif hides it if that is no terminal.
+/// Returns a progress bar on standard error. indicatif hides it if that is not a terminal.
 fn progress_bar(records: u64) -> ProgressBar {
     let template = "{wide_bar} {human_pos}/{human_len} points {msg} {eta}";
     let bar = ProgressBar::new(records);
@@ -246,8 +260,8 @@ fn progress_bar(records: u64) -> ProgressBar {
     bar
 }
 
-/// A pipe that nobody reads any more is no error: they have read enough.
-fn quietly(written: io::Result<()>) -> io::Result<()> {
+/// Ignores a broken pipe: the reader has read enough.
+fn ignore_broken_pipe(written: io::Result<()>) -> io::Result<()> {
     written.or_else(|error| {
         if error.kind() == ErrorKind::BrokenPipe {
             Ok(())
@@ -257,7 +271,7 @@ fn quietly(written: io::Result<()>) -> io::Result<()> {
     })
 }
 
-/// Says what was written: to people on standard error, to programs as JSON on standard output.
+/// Prints a summary: text for people on standard error, or JSON for programs on standard output.
 fn report(args: &GenerateArgs, records: u64, segments: Option<(u64, &Path)>) -> anyhow::Result<()> {
     if args.json {
         let json = serde_json::json!({
@@ -269,11 +283,13 @@ fn report(args: &GenerateArgs, records: u64, segments: Option<(u64, &Path)>) -> 
             "segments": segments.map_or(0, |(count, _)| count),
             "segments_output": segments.map(|(_, path)| path.to_string_lossy()),
         });
-        return quietly(writeln!(io::stdout(), "{json}")).context("cannot write to standard output");
+        return ignore_broken_pipe(writeln!(io::stdout(), "{json}")).context("cannot write to standard output");
     }
-    common::say(format_args!("{records} points in {}", common::shown(&args.output)));
+    let points = common::counted(records, "point", "points");
+    common::say(format_args!("{points} in {}", common::shown(&args.output)));
     if let Some((count, path)) = segments {
-        common::say(format_args!("{count} segments in {}", common::shown(path)));
+        let segments = common::counted(count, "segment", "segments");
+        common::say(format_args!("{segments} in {}", common::shown(path)));
     }
     Ok(())
 }
@@ -296,7 +312,7 @@ mod tests {
 
     use super::*;
 
-    /// The names of what lies in a folder, sorted.
+    /// Returns the sorted names of the entries of a folder.
     fn names(folder: &Path) -> Vec<String> {
         let entries = std::fs::read_dir(folder).unwrap();
         let mut names: Vec<String> = entries
@@ -312,15 +328,15 @@ mod tests {
         args: GenerateArgs,
     }
 
-    /// Arguments of `tiletool generate`, separated by blanks.
+    /// Parses arguments of `tiletool generate`, separated by spaces.
     fn parse(line: &str) -> Result<GenerateArgs, clap::Error> {
         let words = std::iter::once("generate").chain(line.split_whitespace());
         Cli::try_parse_from(words).map(|cli| cli.args)
     }
 
-    fn data(line: &str) -> Data {
+    fn data(line: &str) -> TestData {
         let args = parse(line).unwrap_or_else(|error| panic!("{line}: {error}"));
-        Data::new(&args).unwrap_or_else(|error| panic!("{line}: {error}"))
+        TestData::new(&args).unwrap_or_else(|error| panic!("{line}: {error}"))
     }
 
     fn floats(bytes: &[u8]) -> Vec<f64> {
@@ -331,7 +347,7 @@ mod tests {
             .collect()
     }
 
-    /// Accepts so many bytes, then fails in the given way.
+    /// A writer that accepts this many bytes and then fails with this kind of error.
     struct Failing(usize, ErrorKind);
 
     impl Write for Failing {
@@ -353,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn contradictions_are_errors_of_usage() {
+    fn contradictory_arguments_are_usage_errors() {
         for line in [
             "uniform -n 10 --pslg 0.5 -o -",
             "uniform -n 10 --long-segments 5 -o -",
@@ -368,7 +384,7 @@ mod tests {
             "uniform -n 10 --pslg nan -o pts.f64",
             "uniform -n 10 -o ..",
         ] {
-            let error = Data::new(&parse(line).unwrap()).err();
+            let error = TestData::new(&parse(line).unwrap()).err();
             assert_eq!(error.map(|error| error.exit_code()), Some(2), "{line}");
         }
         for line in [
@@ -383,7 +399,7 @@ mod tests {
     }
 
     #[test]
-    fn coordinates_of_every_kind() {
+    fn a_stream_has_the_coordinates_of_every_kind() {
         for kind in Kind::ALL {
             for dims in [2, 3] {
                 let mut bytes = Vec::new();
@@ -396,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn more_points_than_a_block() {
+    fn points_of_several_blocks_are_written_in_order() {
         let mut bytes = Vec::new();
         data("uniform -n 300k -o pts.f64").write_stream(&mut bytes).unwrap();
         assert!(
@@ -407,7 +423,7 @@ mod tests {
     }
 
     #[test]
-    fn points_and_segments_in_two_files() {
+    fn points_and_segments_are_written_to_two_files() {
         let folder = tempfile::tempdir().unwrap();
         let [path, segment_path] = ["pts.f64", "pts.u32"].map(|name| folder.path().join(name));
         for (line, records, segments) in [
@@ -439,7 +455,7 @@ mod tests {
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(names(folder.path()), ["pts.f64"]);
 
-        // The segments' file cannot be: nor will the points' be.
+        // If the file of segments cannot be created, the file of points is not written either.
         fs::create_dir(&segment_path).unwrap();
         assert!(pslg.write_files(&path, &segment_path, &GO).is_err());
         assert_eq!(fs::read(&path).unwrap(), b"old");
@@ -452,7 +468,7 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_pipe_is_no_error_but_a_full_disk_is() {
+    fn a_full_disk_is_an_error_and_a_broken_pipe_is_not() {
         let data = data("uniform -n 300k -o pts.f64");
         data.write_stream(&mut Failing(2_000_000, ErrorKind::BrokenPipe))
             .unwrap();

@@ -1,4 +1,4 @@
-//! `tiletool inspect`: what is in a tile file.
+//! `tiletool inspect`: shows the contents of a tile file.
 
 mod numbers;
 mod regions;
@@ -21,10 +21,10 @@ use summary::Summary;
 use tile::WholeTile;
 use tiles::TileRow;
 
-/// Show what is in a tile file.
+/// Show the contents of a tile file
 ///
-/// All but --tile, --regions and --plot is answered from the directory, however large the file is. --regions and --plot read
-/// all tiles, as many at once as fit in --memory.
+/// The summary and --tiles need only the directory, however large the file is. --tile reads one
+/// tile. --regions and --plot read all tiles, as many at once as fit in --memory.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
   tiletool inspect survey.tiles
@@ -33,33 +33,36 @@ use tiles::TileRow;
   tiletool inspect town.tiles --regions
   tiletool inspect survey.tiles --plot survey.png")]
 pub struct InspectArgs {
-    /// The tile file
+    /// Tile file to read
     file: PathBuf,
-    /// Print one JSON object: the summary, and with it what --tiles, --tile, --regions and --plot ask for
+    /// Print one JSON object with the summary and all that --tiles, --tile, --regions and --plot
+    /// ask for
     #[arg(long)]
     json: bool,
-    /// Print a row for each tile in place of the summary; core, border and owned are numbers of triangles
+    /// Print one row per tile instead of the summary; core, border and owned are numbers of
+    /// triangles
     #[arg(long)]
     tiles: bool,
-    /// Print one tile in full, with its vertices and triangles, in place of the summary
+    /// Print one tile with its vertices and triangles instead of the summary
     #[arg(long, value_name = "ID")]
     tile: Option<u32>,
-    /// Print the regions that constraints part, the 20 largest first, in place of the summary
+    /// Print the 20 largest regions between constraints instead of the summary
     #[arg(long)]
     regions: bool,
-    /// With --regions: all of them; memory grows with their number
+    /// With --regions: print all regions; memory grows with their number
     #[arg(long, requires = "regions")]
     all: bool,
-    /// Draw a map of the triangulation and the cells of its tiles; a large file is thinned
-    #[arg(long, value_name = "MAP.svg|MAP.png", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
+    /// Draw a map of the triangulation and the cells of its tiles, as .svg or .png; a large file is
+    /// thinned
+    #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     plot: Option<PlotFile>,
     #[command(flatten)]
     memory: MemoryArgs,
 }
 
-/// The keys of `--json`, which are stable.
+/// The output of `--json`. Its keys are stable.
 #[derive(Serialize)]
-struct Output<'a> {
+struct InspectReport<'a> {
     #[serde(flatten)]
     summary: &'a Summary,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -72,7 +75,7 @@ struct Output<'a> {
     plot: Option<&'a Plotted>,
 }
 
-/// Shows what is in a file.
+/// Shows the contents of a tile file.
 pub fn run(args: InspectArgs) -> anyhow::Result<()> {
     let (reader, tile, regions, plotted) = common::block_on(async {
         let reader = args.memory.open(&args.file).await?;
@@ -95,7 +98,7 @@ pub fn run(args: InspectArgs) -> anyhow::Result<()> {
     let tile = tile.map(|tile| WholeTile::new(&reader, &tile));
     if args.json {
         let rows = || TileRow::all(directory).collect();
-        return common::print_json(&Output {
+        return common::print_json(&InspectReport {
             summary: &summary,
             tiles: args.tiles.then(rows),
             tile: tile.as_ref(),

@@ -1,4 +1,4 @@
-//! How numbers, names and tables are shown to people.
+//! Formats of numbers, texts and tables for people.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use delaunay_tiles::geometry::Rect;
 use delaunay_tiles::shown;
 use serde::Serialize;
 
-/// A rectangle for programs.
+/// A rectangle in the output of `--json`.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Bounds {
     pub min_x: f64,
@@ -16,7 +16,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The rectangle, unless it is empty.
+    /// Creates the bounds of a rectangle, or `None` if it is empty.
     pub fn new(rect: Rect) -> Option<Self> {
         (!rect.is_empty()).then_some(Self {
             min_x: rect.min_x,
@@ -27,20 +27,21 @@ impl Bounds {
     }
 }
 
-/// How coordinates of a region are shown: with digits that tell apart a hundred-thousandth of its size.
+/// The format of coordinates in a rectangle, with enough digits to distinguish a hundred-thousandth
+/// of its size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coordinates {
-    /// With so many decimals.
+    /// A fixed number of decimals.
     Fixed(usize),
-    /// With an exponent, and so many decimals before it.
+    /// An exponent, and a fixed number of decimals before it.
     Scientific(usize),
 }
 
 impl Coordinates {
-    /// The most digits that a f64 has any use for.
+    /// Maximum number of significant digits of an f64.
     const DIGITS: i32 = 17;
 
-    /// For coordinates within `bounds`.
+    /// Returns the format for coordinates within `bounds`.
     pub fn within(bounds: Rect) -> Self {
         let corners = [bounds.min_x, bounds.min_y, bounds.max_x, bounds.max_y];
         let largest = corners.into_iter().map(f64::abs).fold(0.0, f64::max);
@@ -59,7 +60,7 @@ impl Coordinates {
         }
     }
 
-    /// One coordinate.
+    /// Formats a coordinate.
     pub fn show(self, value: f64) -> String {
         match self {
             Self::Fixed(decimals) => format!("{value:.decimals$}"),
@@ -68,25 +69,25 @@ impl Coordinates {
     }
 }
 
-/// The start of a long text, on one line.
+/// Returns the start of a text, up to `limit` characters, on one line.
 pub fn shortened(text: &str, limit: usize) -> String {
     let words: Vec<&str> = text.split_whitespace().collect();
     shown::beginning(&words.join(" "), limit)
 }
 
-/// A share for people: `12.5 %`.
+/// Formats a share for people: `12.5 %`.
 pub fn percent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }
 
-/// Rows below a header, their columns flush right, two blanks apart.
+/// A table with a header. Columns are right-aligned and two spaces apart.
 pub struct Table {
     columns: usize,
     cells: Vec<String>,
 }
 
 impl Table {
-    /// A table without rows.
+    /// Creates a table without rows.
     pub fn new(header: &[&str]) -> Self {
         Self {
             columns: header.len(),
@@ -94,13 +95,13 @@ impl Table {
         }
     }
 
-    /// Appends a row, which has as many cells as the header.
+    /// Appends a row. It must have as many cells as the header.
     pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
         self.cells.extend(cells);
         debug_assert!(self.cells.len().is_multiple_of(self.columns));
     }
 
-    /// The whole, with `indent` blanks before each line.
+    /// Returns the table as text, with `indent` spaces before each line.
     pub fn show(&self, indent: usize) -> String {
         let mut widths = vec![0; self.columns];
         for (cell, column) in self.cells.iter().zip((0..self.columns).cycle()) {
@@ -111,7 +112,7 @@ impl Table {
             text.extend(std::iter::repeat_n(' ', indent));
             for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
                 let gap = if column == 0 { "" } else { "  " };
-                // Writing to a string does not fail.
+                // Writing to a string cannot fail.
                 let _ = write!(text, "{gap}{cell:>width$}");
             }
             text.push('\n');

@@ -1,7 +1,7 @@
 //! The regions of a file, largest first.
 //!
-//! One scan over the tiles. A region that lies in one tile is complete with it; of the others a sum is kept each, so memory holds
-//! these and the rows that are shown.
+//! All tiles are scanned once. A region within one tile is complete with that tile. For each region
+//! that spans several tiles, a sum is kept. So memory holds these sums and the rows that are shown.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -12,14 +12,14 @@ use futures::TryStreamExt;
 use serde::Serialize;
 
 use super::numbers::Table;
-use crate::common::thousands;
+use crate::common::{counted, thousands};
 
-/// Regions that are shown, unless all are asked for.
+/// Number of regions that are shown without `--all`.
 const SHOWN: usize = 20;
 
-/// A region; its names are the stable keys of `--json`.
+/// A region. Its field names are stable keys of `--json`.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Row {
+pub struct RegionRow {
     region: u64,
     area: f64,
     triangles: u64,
@@ -27,9 +27,9 @@ pub struct Row {
     depth: i32,
 }
 
-/// What regions add up to; its names are the stable keys of `--json`.
+/// The totals of regions. Its field names are stable keys of `--json`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Total {
+pub struct RegionTotal {
     regions: u64,
     holes: u64,
     area: f64,
@@ -38,18 +38,18 @@ pub struct Total {
     hole_triangles: u64,
 }
 
-/// The largest regions, and what all of them add up to.
+/// The largest regions, and the totals of all regions.
 #[derive(Serialize)]
 pub struct Regions {
     #[serde(rename = "regions")]
-    rows: Vec<Row>,
+    rows: Vec<RegionRow>,
     #[serde(rename = "regions_total")]
-    total: Total,
+    total: RegionTotal,
 }
 
-/// Rows in order: the larger first, then the smaller number.
+/// A row, ordered by decreasing area and then by increasing region number.
 #[derive(Clone, Copy, Debug)]
-struct ByArea(Row);
+struct ByArea(RegionRow);
 
 impl Ord for ByArea {
     fn cmp(&self, other: &Self) -> Ordering {
@@ -72,12 +72,12 @@ impl PartialEq for ByArea {
 
 impl Eq for ByArea {}
 
-/// The first rows of those that come, and the sum of all.
+/// The first `limit` rows in order, and the totals of all rows.
 struct Ranking {
     limit: usize,
-    /// The last of them on top.
+    /// The rows, with the last one in order at the top.
     rows: BinaryHeap<ByArea>,
-    total: Total,
+    total: RegionTotal,
 }
 
 impl Ranking {
@@ -85,11 +85,11 @@ impl Ranking {
         Self {
             limit,
             rows: BinaryHeap::new(),
-            total: Total::default(),
+            total: RegionTotal::default(),
         }
     }
 
-    fn add(&mut self, row: Row) {
+    fn add(&mut self, row: RegionRow) {
         let total = &mut self.total;
         total.regions += 1;
         total.area += row.area;
@@ -113,26 +113,26 @@ impl Ranking {
     }
 }
 
-/// Sums up the regions of a file. Files that know none have none.
+/// Collects the regions of a file. A file without regions gives none.
 pub async fn gather(reader: &TileReader, all: bool) -> anyhow::Result<Regions> {
     let metadata = &reader.directory().metadata;
     let mut ranking = Ranking::new(if all { usize::MAX } else { SHOWN });
     if metadata.regions == 0 {
         return Ok(ranking.finish());
     }
-    let mut spanning: BTreeMap<u64, Row> = BTreeMap::new();
+    let mut spanning: BTreeMap<u64, RegionRow> = BTreeMap::new();
     let mut tiles = reader.tiles();
     while let Some(tile) = tiles.try_next().await? {
-        for (region, row) in of_tile(&tile) {
+        for (region, row) in regions_of_tile(&tile) {
             ensure!(
                 region < metadata.regions,
-                "{}: tile {} has triangles of region {region}, and there are {} regions; tiletool verify says more",
+                "{}: tile {} has triangles of region {region}, but the directory has {} regions; run tiletool verify for details",
                 reader.name(),
                 tile.id(),
                 metadata.regions
             );
             if region < metadata.spanning_regions {
-                let sum = spanning.entry(region).or_insert(Row {
+                let sum = spanning.entry(region).or_insert(RegionRow {
                     area: 0.0,
                     triangles: 0,
                     ..row
@@ -148,12 +148,12 @@ pub async fn gather(reader: &TileReader, all: bool) -> anyhow::Result<Regions> {
     Ok(ranking.finish())
 }
 
-/// The triangles that belong to a tile, by region.
-fn of_tile(tile: &Tile) -> BTreeMap<u64, Row> {
+/// Returns the triangles that belong to a tile, summed by region.
+fn regions_of_tile(tile: &Tile) -> BTreeMap<u64, RegionRow> {
     let mut regions = BTreeMap::new();
     for triangle in tile.owned_triangles() {
         let region = tile.region(triangle);
-        let row = regions.entry(region).or_insert_with(|| Row {
+        let row = regions.entry(region).or_insert_with(|| RegionRow {
             region,
             area: 0.0,
             triangles: 0,
@@ -168,12 +168,12 @@ fn of_tile(tile: &Tile) -> BTreeMap<u64, Row> {
 }
 
 impl Regions {
-    /// The regions for people.
+    /// Returns the report for people.
     pub fn report(&self) -> String {
         if self.total.regions == 0 {
-            return "The file knows no regions\n".to_owned();
+            return "The file has no regions\n".to_owned();
         }
-        let mut table = Table::new(&["region", "area", "triangles", "", "depth"]);
+        let mut table = Table::new(&["region", "area", "triangles", "kind", "depth"]);
         for row in &self.rows {
             let kind = if row.hole { "hole" } else { "free" };
             table.row([
@@ -188,25 +188,23 @@ impl Regions {
         let total = &self.total;
         let hidden = total.regions - self.rows.len() as u64;
         if hidden > 0 {
-            text += &format!("and {} smaller ones; --all lists them\n", thousands(hidden));
+            let hidden = counted(hidden, "smaller region", "smaller regions");
+            text += &format!("and {hidden}; --all lists them\n");
         }
-        let of = |number: u64, one: &str, many: &str| {
-            format!("{} {}", thousands(number), if number == 1 { one } else { many })
-        };
         text += &format!(
-            "{}, area {}, {}; of these {}, area {}, {}\n",
-            of(total.regions, "region", "regions"),
+            "{}, area {}, {}; including {}, area {}, {}\n",
+            counted(total.regions, "region", "regions"),
             area(total.area),
-            of(total.triangles, "triangle", "triangles"),
-            of(total.holes, "hole", "holes"),
+            counted(total.triangles, "triangle", "triangles"),
+            counted(total.holes, "hole", "holes"),
             area(total.hole_area),
-            of(total.hole_triangles, "triangle", "triangles"),
+            counted(total.hole_triangles, "triangle", "triangles"),
         );
         text
     }
 }
 
-/// An area for people: six digits, with an exponent where there would be many zeros.
+/// Formats an area for people: six significant digits, with an exponent instead of many zeros.
 fn area(value: f64) -> String {
     let exponent = if value == 0.0 { 0.0 } else { value.abs().log10().floor() };
     if (-4.0..12.0).contains(&exponent) {
@@ -220,8 +218,8 @@ fn area(value: f64) -> String {
 mod tests {
     use super::*;
 
-    fn row(region: u64, area: f64, hole: bool) -> Row {
-        Row {
+    fn row(region: u64, area: f64, hole: bool) -> RegionRow {
+        RegionRow {
             region,
             area,
             triangles: 2,
@@ -231,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn the_largest_are_shown_whatever_the_order() {
+    fn the_largest_regions_are_shown_in_any_input_order() {
         let areas = [3.0, 1.0, 2.0, 3.0, 0.5, 1e30];
         for turn in 0..areas.len() {
             let mut ranking = Ranking::new(4);
@@ -256,11 +254,11 @@ mod tests {
         let lines: Vec<_> = text.lines().collect();
         assert_eq!(lines.len(), 5, "{text}");
         assert!(lines[1].contains("hole") && lines[1].contains("5.00000") && lines[2].contains("free"));
-        assert_eq!(lines[3], "and 3 smaller ones; --all lists them");
+        assert_eq!(lines[3], "and 3 smaller regions; --all lists them");
         assert!(
-            lines[4].starts_with("5 regions, area 15.0000, 10 triangles; of these 1 hole, area 5.00000, 2 triangles")
+            lines[4].starts_with("5 regions, area 15.0000, 10 triangles; including 1 hole, area 5.00000, 2 triangles")
         );
-        assert_eq!(Ranking::new(2).finish().report(), "The file knows no regions\n");
+        assert_eq!(Ranking::new(2).finish().report(), "The file has no regions\n");
     }
 
     #[test]

@@ -1,22 +1,22 @@
-//! What the directory knows of the whole file.
+//! The summary of a tile file, from its directory.
 
 use delaunay_tiles::shown;
 use delaunay_tiles::store::{Directory, FORMAT_VERSION, LineSource, TileEntry, TileReader};
 use serde::Serialize;
 
 use super::numbers::{Bounds, Coordinates, percent, shortened};
-use crate::common::{bytes, share, thousands};
+use crate::common::{bytes, counted, share, thousands};
 
-/// Bytes before the first tile: the two superblocks.
+/// Bytes before the first tile, which hold the two superblocks.
 const SUPERBLOCKS: u64 = 8192;
 /// The alignment of the directory.
 const BLOCK: u64 = 4096;
-/// Characters of a CRS on the screen.
+/// Maximum number of characters of a CRS on the screen.
 const CRS_SHOWN: usize = 72;
-/// Sources listed on the screen.
+/// Maximum number of input files on the screen.
 const SOURCES_SHOWN: usize = 12;
 
-/// The summary of a file; its names are the stable keys of `--json`.
+/// The summary of a tile file. Its field names are stable keys of `--json`.
 #[derive(Serialize)]
 pub struct Summary {
     file: String,
@@ -28,7 +28,7 @@ pub struct Summary {
     backend: &'static str,
     backend_note: Option<String>,
     crs: Option<String>,
-    sources: Vec<Source>,
+    sources: Vec<InputFile>,
     points: u64,
     duplicates: u64,
     vertices: u64,
@@ -45,20 +45,20 @@ pub struct Summary {
     site_count: u64,
     crossings: u64,
     borders: u64,
-    lines: Vec<Lines>,
+    lines: Vec<LineFile>,
     bounds: Option<Bounds>,
     tile_count: u64,
     tile_vertices: u32,
     vertices_per_tile: Option<Distribution>,
     #[serde(flatten)]
-    parts: Parts,
+    parts: PartSizes,
     #[serde(skip)]
     rect: delaunay_tiles::geometry::Rect,
 }
 
-/// What the parts of a file come to.
+/// The sizes of the parts of a file.
 #[derive(Serialize)]
-struct Parts {
+struct PartSizes {
     core_triangles: u64,
     border_triangles: u64,
     border_triangles_share: f64,
@@ -73,22 +73,23 @@ struct Parts {
     other_bytes_share: f64,
 }
 
+/// A file that points came from.
 #[derive(Serialize)]
-struct Source {
+struct InputFile {
     name: String,
     records: u64,
 }
 
 /// A file that lines came from.
 #[derive(Serialize)]
-struct Lines {
+struct LineFile {
     name: String,
     kind: String,
     first: u64,
     lines: u64,
 }
 
-/// How numbers are spread; quartiles by nearest rank.
+/// The distribution of numbers, with quartiles by nearest rank.
 #[derive(Debug, PartialEq, Eq, Serialize)]
 struct Distribution {
     min: u32,
@@ -113,7 +114,7 @@ impl Distribution {
     }
 }
 
-impl Lines {
+impl LineFile {
     fn new(source: &LineSource) -> Self {
         Self {
             name: source.name.clone(),
@@ -124,18 +125,18 @@ impl Lines {
     }
 }
 
-impl Parts {
+impl PartSizes {
     fn of(directory: &Directory, file_bytes: u64) -> Self {
         let Directory { metadata: m, tiles, .. } = directory;
         let sum = |part: fn(&TileEntry) -> u32| tiles.iter().map(|t| u64::from(part(t))).sum();
         let core_triangles: u64 = sum(|t| t.core_triangles);
         let [core_bytes, border_bytes]: [u64; 2] = [sum(|t| t.core.length), sum(|t| t.border.length)];
-        // The directory is what follows the last tile.
+        // The directory follows the last tile.
         let ends = tiles.iter().flat_map(|t| [t.core, t.border]);
         let end = ends.map(|e| e.offset + u64::from(e.length)).fold(SUPERBLOCKS, u64::max);
         let directory_bytes = file_bytes.saturating_sub(end.next_multiple_of(BLOCK));
         let other_bytes = file_bytes.saturating_sub(core_bytes + border_bytes + directory_bytes);
-        // A file that contradicts itself must not make this one panic.
+        // A contradictory file must not cause a panic here.
         let border_triangles = m.triangles.saturating_sub(core_triangles);
         Self {
             core_triangles,
@@ -155,11 +156,11 @@ impl Parts {
 }
 
 impl Summary {
-    /// Gathers it; reads nothing.
+    /// Creates the summary from the directory, without reading from the file.
     pub fn new(reader: &TileReader) -> Self {
         let directory @ Directory { metadata: m, tiles, .. } = reader.directory();
         let file_bytes = reader.file_length();
-        let sources = m.sources.iter().map(|source| Source {
+        let sources = m.sources.iter().map(|source| InputFile {
             name: source.name.clone(),
             records: source.records,
         });
@@ -190,23 +191,23 @@ impl Summary {
             site_count: m.sites,
             crossings: m.crossings,
             borders: m.borders.len() as u64,
-            lines: m.lines.iter().map(Lines::new).collect(),
+            lines: m.lines.iter().map(LineFile::new).collect(),
             bounds: Bounds::new(m.bounds),
             tile_count: tiles.len() as u64,
             tile_vertices: m.tile_vertices,
             vertices_per_tile: Distribution::of(tiles.iter().map(|t| t.vertices).collect()),
-            parts: Parts::of(directory, file_bytes),
+            parts: PartSizes::of(directory, file_bytes),
             rect: m.bounds,
         }
     }
 
-    /// The summary for people.
+    /// Returns the summary for people.
     pub fn report(&self, coordinates: Coordinates) -> String {
         let groups = [
-            self.of_the_file(),
-            self.of_the_input(),
-            self.of_the_mesh(coordinates),
-            self.of_the_tiles(),
+            self.file_rows(),
+            self.input_rows(),
+            self.mesh_rows(coordinates),
+            self.tile_rows(),
         ];
         let mut text = format!("{}\n", shown::text(&self.file));
         for (number, group) in groups.iter().enumerate() {
@@ -220,7 +221,7 @@ impl Summary {
         text
     }
 
-    fn of_the_file(&self) -> Vec<(&'static str, String)> {
+    fn file_rows(&self) -> Vec<(&'static str, String)> {
         let mut size = format!("{} ({} bytes)", bytes(self.file_bytes), thousands(self.file_bytes));
         if self.vertices > 0 {
             size += &format!(", {:.1} per vertex", self.parts.bytes_per_vertex);
@@ -245,25 +246,30 @@ impl Summary {
         ]
     }
 
-    fn of_the_input(&self) -> Vec<(&'static str, String)> {
-        let sources = self.sources.iter().map(|s| (&s.name, counted(s.records, "record")));
+    fn input_rows(&self) -> Vec<(&'static str, String)> {
+        let sources = self
+            .sources
+            .iter()
+            .map(|s| (&s.name, counted(s.records, "record", "records")));
         let mut lines = files("sources", sources);
         lines.extend(files(
             "lines",
-            self.lines.iter().map(|l| (&l.name, counted(l.lines, &l.kind))),
+            self.lines
+                .iter()
+                .map(|l| (&l.name, counted(l.lines, &l.kind, &format!("{}s", l.kind)))),
         ));
         if let Some(crs) = &self.crs {
             lines.push(("CRS", shortened(crs, CRS_SHOWN)));
         }
         let duplicates = match self.duplicates {
             0 => "no duplicates".to_owned(),
-            n => format!("{} merged", counted(n, "duplicate")),
+            n => format!("{} merged", counted(n, "duplicate", "duplicates")),
         };
         lines.push(("points", format!("{}, {duplicates}", thousands(self.points))));
         lines
     }
 
-    fn of_the_mesh(&self, coordinates: Coordinates) -> Vec<(&'static str, String)> {
+    fn mesh_rows(&self, coordinates: Coordinates) -> Vec<(&'static str, String)> {
         let z = if self.has_z { "with z" } else { "without z" };
         let mut lines = vec![
             ("vertices", format!("{}, {z}", thousands(self.vertices))),
@@ -271,14 +277,11 @@ impl Summary {
             ("hull edges", thousands(self.hull_edges)),
         ];
         if self.constraint_edges > 0 {
-            let ends = thousands(self.ends);
-            let edges = thousands(self.constraint_edges);
-            lines.push((
-                "constraints",
-                format!("{edges} edges; {ends} vertices are ends of segments only"),
-            ));
+            let ends = counted(self.ends, "vertex", "vertices");
+            let edges = counted(self.constraint_edges, "edge", "edges");
+            lines.push(("constraints", format!("{edges}; {ends} added at ends and sites")));
         }
-        lines.extend(self.of_the_regions());
+        lines.extend(self.region_rows());
         if self.rect.is_empty() {
             lines.push(("bounds", "none".to_owned()));
             return lines;
@@ -294,31 +297,31 @@ impl Summary {
         lines
     }
 
-    /// What there is of regions, holes, sites and crossings.
-    fn of_the_regions(&self) -> Vec<(&'static str, String)> {
+    /// Returns the rows about crossings, regions, holes and sites, if there are any.
+    fn region_rows(&self) -> Vec<(&'static str, String)> {
         let mut lines = Vec::new();
         if self.crossings > 0 {
-            let pairs = counted(self.crossings, "pair");
-            lines.push(("crossings", format!("{pairs} of lines, split where they crossed")));
+            let crossings = thousands(self.crossings);
+            lines.push(("crossings", format!("{crossings}; the lines were split there")));
         }
         if self.borders > 0 {
-            let borders = counted(self.borders, "border");
-            lines.push((
-                "steiner",
-                format!("lines were split where they crossed {borders} of cells"),
-            ));
+            let borders = counted(self.borders, "cell border", "cell borders");
+            lines.push(("steiner", format!("lines were split at {borders}")));
         }
         if self.region_count > 0 {
             lines.push(("regions", thousands(self.region_count)));
         }
         if self.hole_regions > 0 {
-            let (holes, triangles) = (thousands(self.hole_regions), counted(self.hole_triangles, "triangle"));
-            let mut text = format!("{holes}, {triangles}");
+            let (holes, triangles) = (
+                thousands(self.hole_regions),
+                counted(self.hole_triangles, "triangle", "triangles"),
+            );
+            let mut text = format!("{holes}, with {triangles}");
             if self.seeds > 0 {
-                text += &format!("; {} given", counted(self.seeds, "seed"));
+                text += &format!("; {}", counted(self.seeds, "hole point", "hole points"));
             }
             if self.exterior_is_hole {
-                text += "; what is outside of all lines is one";
+                text += "; the exterior is a hole";
             }
             lines.push(("holes", text));
         }
@@ -328,12 +331,9 @@ impl Summary {
         lines
     }
 
-    fn of_the_tiles(&self) -> Vec<(&'static str, String)> {
-        let limit = thousands(self.tile_vertices.into());
-        let mut lines = vec![(
-            "tiles",
-            format!("{}, at most {limit} vertices each", thousands(self.tile_count)),
-        )];
+    fn tile_rows(&self) -> Vec<(&'static str, String)> {
+        let limit = counted(self.tile_vertices.into(), "vertex", "vertices");
+        let mut lines = vec![("tiles", format!("{}, at most {limit} each", thousands(self.tile_count)))];
         if let Some(d) = &self.vertices_per_tile {
             let shown = [
                 ("min", d.min),
@@ -364,7 +364,7 @@ impl Summary {
     }
 }
 
-/// Rows of files and what came from each, as many as the screen has room for.
+/// Returns rows of files and their counts, up to [`SOURCES_SHOWN`].
 fn files<'a>(
     title: &'static str,
     files: impl ExactSizeIterator<Item = (&'a String, String)> + Clone,
@@ -384,12 +384,6 @@ fn files<'a>(
         lines.push(("", format!("and {} more; --json lists them all", thousands(hidden))));
     }
     lines
-}
-
-/// A number of things: `1 record`, `2 records`.
-fn counted(number: u64, thing: &str) -> String {
-    let s = if number == 1 { "" } else { "s" };
-    format!("{} {thing}{s}", thousands(number))
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! One tile in full.
+//! One tile with its vertices and triangles.
 
 use delaunay_tiles::geometry::{HalfEdge, TriangleId};
 use delaunay_tiles::mesh::Twin;
@@ -9,7 +9,7 @@ use super::numbers::Table;
 use super::tiles::TileRow;
 use crate::common::thousands;
 
-/// A tile; its names are the stable keys of `--json`.
+/// A tile with all its content. Its field names are stable keys of `--json`.
 #[derive(Serialize)]
 pub struct WholeTile {
     #[serde(flatten)]
@@ -19,7 +19,7 @@ pub struct WholeTile {
     triangle_list: Vec<TriangleRow>,
 }
 
-/// The cell of a tile, which owns its right and top side; a side at infinity is null.
+/// The cell of a tile, which owns its right and top sides. A side at infinity is null.
 #[derive(Serialize)]
 struct Cell {
     min_x: Option<f64>,
@@ -41,15 +41,15 @@ struct VertexRow {
 #[derive(Serialize)]
 struct TriangleRow {
     number: u32,
-    /// Tile and index of each corner, counter-clockwise.
+    /// The tile and the vertex index of each corner, counter-clockwise.
     corners: [(u32, u32); 3],
-    /// What lies across the side from corner 0 to 1, from 1 to 2, and from 2 to 0.
+    /// The neighbours at the edges from corner 0 to 1, from 1 to 2, and from 2 to 0.
     neighbours: [Neighbour; 3],
     part: &'static str,
     owned: bool,
 }
 
-/// The number of a triangle of the tile, or a word.
+/// The number of a triangle of the tile, or a word if the neighbour is not in the tile.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Neighbour {
@@ -58,7 +58,7 @@ enum Neighbour {
 }
 
 impl WholeTile {
-    /// Lists what is in a tile.
+    /// Lists the content of a tile.
     pub fn new(reader: &TileReader, tile: &Tile) -> Self {
         let directory = reader.directory();
         let (id, number) = (tile.id().0, tile.id().0 as usize);
@@ -84,14 +84,14 @@ impl WholeTile {
         }
     }
 
-    /// The tile for people. Coordinates have all their digits.
+    /// Returns the report for people. Coordinates have all their digits.
     pub fn report(&self) -> String {
         let row = &self.row;
         let count = |number: u32| thousands(number.into());
-        let side = |value: Option<f64>, infinite: &str| value.map_or(infinite.to_owned(), exact);
+        let bound = |value: Option<f64>, infinite: &str| value.map_or(infinite.to_owned(), exact);
         let interval = |min, max: Option<f64>| {
             let end = if max.is_some() { "]" } else { ")" };
-            format!("({}, {}{end}", side(min, "-∞"), side(max, "∞"))
+            format!("({}, {}{end}", bound(min, "-∞"), bound(max, "∞"))
         };
         let cell = format!(
             "x {}, y {}",
@@ -103,7 +103,7 @@ impl WholeTile {
             format!("x {x0} to {x1}, y {y0} to {y1}")
         });
         let triangles = format!(
-            "{} in the core, {} in the border; {} belong to the tile",
+            "{} in the core, {} in the border; {} owned by the tile",
             count(row.core_triangles),
             count(row.border_triangles),
             count(row.owned_triangles)
@@ -151,9 +151,9 @@ impl WholeTile {
             "corner 0",
             "corner 1",
             "corner 2",
-            "across 0-1",
-            "across 1-2",
-            "across 2-0",
+            "neighbour 0-1",
+            "neighbour 1-2",
+            "neighbour 2-0",
             "part",
             "owned",
         ]);
@@ -178,7 +178,7 @@ fn triangle(tile: &Tile, triangle: TriangleId) -> TriangleRow {
     TriangleRow {
         number: triangle.0,
         corners: tile.vertices(triangle).map(|v| (v.id.tile.0, v.id.index.0)),
-        neighbours: HalfEdge::of_triangle(triangle).map(|side| match tile.twin(side) {
+        neighbours: HalfEdge::of_triangle(triangle).map(|half_edge| match tile.twin(half_edge) {
             Twin::HalfEdge(twin) => Neighbour::Triangle(twin.triangle().0),
             Twin::Elsewhere => Neighbour::None("elsewhere"),
             Twin::Hull => Neighbour::None("hull"),
@@ -192,7 +192,7 @@ fn triangle(tile: &Tile, triangle: TriangleId) -> TriangleRow {
     }
 }
 
-/// A number with all its digits, and with an exponent where it would have many zeros.
+/// Formats a number with all its digits, with an exponent instead of many zeros.
 fn exact(value: f64) -> String {
     let text = format!("{value:?}");
     text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)

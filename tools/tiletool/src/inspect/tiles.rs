@@ -1,4 +1,4 @@
-//! A row for each tile.
+//! A table with one row per tile.
 
 use delaunay_tiles::store::{Directory, TileEntry};
 use serde::Serialize;
@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::numbers::{Bounds, Coordinates, Table};
 use crate::common::thousands;
 
-/// What the directory knows of a tile; its names are the stable keys of `--json`.
+/// The directory's entry of a tile. Its field names are stable keys of `--json`.
 #[derive(Serialize)]
 pub struct TileRow {
     pub id: u32,
@@ -25,7 +25,7 @@ pub struct TileRow {
 }
 
 impl TileRow {
-    /// The row of one tile.
+    /// Creates the row of a tile.
     pub fn new(id: u32, entry: &TileEntry) -> Self {
         Self {
             id,
@@ -44,13 +44,13 @@ impl TileRow {
         }
     }
 
-    /// The rows of all tiles.
+    /// Returns the rows of all tiles.
     pub fn all(directory: &Directory) -> impl Iterator<Item = Self> {
         (0..).zip(&directory.tiles).map(|(id, entry)| Self::new(id, entry))
     }
 }
 
-/// All tiles for people.
+/// Returns the table of all tiles for people.
 pub fn table(directory: &Directory, coordinates: Coordinates) -> String {
     let mut table = Table::new(&[
         "tile",

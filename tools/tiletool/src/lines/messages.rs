@@ -1,4 +1,4 @@
-//! What is wrong with lines and sites, told by the files that they come from.
+//! Messages about faults of lines and sites, which name the files that they come from.
 
 use anyhow::Error;
 use delaunay_tiles::store::VerifyError;
@@ -6,21 +6,22 @@ use delaunay_tiles::{
     BuildError, Crossing, Inverted, InvertedPolygons, MemoryShortage, MemoryUse, VertexWithoutZ, WithoutZ,
 };
 
-use super::read::Lines;
-use crate::common::thousands;
+use super::read::LineInput;
+use crate::common::{counted, thousands};
 
-/// Crossings that a build tells of.
-const TOLD: usize = 10;
+/// Maximum number of crossings that a build's error lists.
+const LISTED: usize = 10;
 
-impl Lines {
-    /// Says of parts of polygons that are inside out where the first one is.
+impl LineInput {
+    /// Returns the note about `parts` parts of polygons that are inside out, of which `first` is
+    /// the first.
     pub fn inverted_note(&self, parts: u64, first: Inverted) -> String {
         let parts = match parts {
             1 => "1 part of a polygon is".to_owned(),
             parts => format!("{} parts of polygons are", thousands(parts)),
         };
         format!(
-            "{parts} inside out, since rings are nested wrongly or cross, and covered all the same; the first is of {} at \
+            "{parts} inside out, because rings are nested wrongly or cross, and still covered; the first is in {} at \
              ({}, {})",
             self.name(first.obstacle),
             first.point.x,
@@ -28,7 +29,7 @@ impl Lines {
         )
     }
 
-    /// Says of an error that speaks of lines by their numbers which they are.
+    /// Adds the file and record of lines to an error that names them by number.
     pub fn name_in(&self, error: Error) -> Error {
         if let Some(VerifyError::Line { line, .. }) = error.downcast_ref() {
             let name = self.name(line.number());
@@ -53,8 +54,9 @@ impl Lines {
             polygons => format!("; {} polygons are inside out", thousands(*polygons)),
         };
         format!(
-            "{} is inside out at ({}, {}): a hole of it lies outside of it or in another of its holes, or a ring of it \
-             runs round there the other way{others}\nput it right, or give --crossings split, which covers such parts too",
+            "{} is inside out at ({}, {}): one of its holes is outside the polygon or inside another hole, or one of its \
+             rings has the opposite direction there{others}\ncorrect the polygon, or give --crossings split, which covers \
+             such parts too",
             self.name(first.obstacle),
             first.point.x,
             first.point.y
@@ -69,13 +71,10 @@ impl Lines {
             (WithoutZ::Point(record), _) => format!("the point of record {record}"),
             _ => "a point where lines end or cross".to_owned(),
         };
-        let all = match count {
-            1 => "one vertex".to_owned(),
-            count => format!("{} vertices", thousands(count)),
-        };
+        let all = counted(count, "vertex", "vertices");
         format!(
-            "{what} has no z at ({x}, {y}), where no point with z lies; {all} would get z = 0, and others have z\n\
-             give z to all, or give --missing-z zero"
+            "{what} has no z at ({x}, {y}), and no point with z is there; {all} would get z = 0, although other \
+             vertices have z\nadd the missing z, or give --missing-z zero"
         )
     }
 
@@ -93,10 +92,10 @@ impl Lines {
                 format!("\n  {one} and {other} at ({x}, {y})")
             };
         }
-        // Segments that are there twice cross twice, and are told of once.
-        if first.len() == TOLD && count > TOLD as u64 {
+        // Identical segments cross twice but are listed once.
+        if first.len() == LISTED && count > LISTED as u64 {
             text += "\n  and others";
         }
-        text + "\nlet them meet in a point, leave one of each pair out, or give --crossings split"
+        text + "\nmake the lines meet in a common point, remove one of each pair, or give --crossings split"
     }
 }

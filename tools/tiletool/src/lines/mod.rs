@@ -1,4 +1,4 @@
-//! Lines and sites from files: the same options for `build` and for `verify --against`.
+//! Lines and sites from files, with the same options for `build` and `verify --against`.
 
 mod args;
 mod messages;
@@ -6,5 +6,5 @@ mod read;
 mod rules;
 
 pub use args::{LineArgs, LineFiles};
-pub use read::Lines;
+pub use read::LineInput;
 pub use rules::{LineRules, MissingZArgs};

@@ -1,4 +1,4 @@
-//! Reading lines and sites, one file after the other, and where each comes from.
+//! Reads lines and sites, file by file, and tells which file and record each line comes from.
 
 use std::path::{Path, PathBuf};
 
@@ -10,58 +10,62 @@ use delaunay_tiles::{Builder, Editor, shown};
 use crate::common;
 
 /// Lines of one kind.
-pub struct Set {
+pub struct LineSet {
     kind: LineKind,
-    /// The number of its first line, once it is begun.
+    /// The number of its first line, or `u64::MAX` before the set is read.
     first: u64,
-    /// 0: the build. Else the number of the edit that added them.
+    /// The number of the edit that added the lines, or 0 for the build.
     edit: u32,
-    source: Source,
+    source: LineSetSource,
 }
 
-enum Source {
+/// The files of a [`LineSet`].
+enum LineSetSource {
     Files(SegmentSource),
-    /// Of this file; its points come behind so many records.
+    /// A `.poly` file: its path, the number of records before its points, the open source, and its
+    /// number of segments once it is read.
     Poly(PathBuf, u64, Option<PolySource>, u64),
 }
 
-/// Lines and sites, open.
-pub struct Lines {
-    sets: Vec<Set>,
-    /// How many of them were read.
+/// Open files of lines and sites.
+pub struct LineInput {
+    sets: Vec<LineSet>,
+    /// The number of sets that were read.
     done: usize,
     sites: SiteSource,
-    /// Lines of all sets that were read.
+    /// The number of lines in the sets that were read.
     lines: u64,
-    /// Points in holes.
+    /// The hole points of the `.poly` files that were read.
     seeds: Vec<Point>,
 }
 
-impl Set {
-    /// Lines of one kind that an edit added, or the build, which is 0.
+impl LineSet {
+    /// Creates a set of lines of one kind. `edit` is the number of the edit that added them, or 0
+    /// for the build.
     pub fn files(kind: LineKind, edit: u32, files: SegmentSource) -> Self {
         Self {
             kind,
             first: u64::MAX,
             edit,
-            source: Source::Files(files),
+            source: LineSetSource::Files(files),
         }
     }
 
-    /// The segments of a .poly file, whose points come behind so many records.
+    /// Creates a set of the segments of a `.poly` file. `records` is the number of records before
+    /// its points.
     pub fn poly(path: &Path, records: u64, poly: PolySource) -> Self {
         Self {
             kind: LineKind::Wall,
             first: u64::MAX,
             edit: 0,
-            source: Source::Poly(path.to_owned(), records, Some(poly), 0),
+            source: LineSetSource::Poly(path.to_owned(), records, Some(poly), 0),
         }
     }
 }
 
-impl Lines {
-    /// Lines in the order of these sets, and sites.
-    pub fn new(sets: Vec<Set>, sites: SiteSource) -> Self {
+impl LineInput {
+    /// Creates a reader of the lines of `sets`, in this order, and of sites.
+    pub fn new(sets: Vec<LineSet>, sites: SiteSource) -> Self {
         Self {
             sets,
             done: 0,
@@ -71,17 +75,19 @@ impl Lines {
         }
     }
 
-    /// Adds lines behind all others.
-    pub fn add(&mut self, set: Set) {
+    /// Adds lines after all others.
+    pub fn add(&mut self, set: LineSet) {
         self.sets.push(set);
     }
 
-    /// Fills the batch with the next segments. Returns their kind, and the number of the first line of these files.
+    /// Fills the batch with the next segments. Returns their kind and the number of the first line
+    /// of their set; `None` at the end.
     pub fn next_batch(&mut self, batch: &mut SegmentBatch) -> anyhow::Result<Option<(LineKind, u64)>> {
         self.next_batch_until(u32::MAX, batch)
     }
 
-    /// The same, but only for lines of the build and of edits up to number `last_edit`.
+    /// Fills the batch like [`next_batch`](Self::next_batch), but only with lines of the build and
+    /// of edits up to number `last_edit`.
     pub fn next_batch_until(
         &mut self,
         last_edit: u32,
@@ -90,13 +96,13 @@ impl Lines {
         while let Some(set) = self.sets.get_mut(self.done).filter(|set| set.edit <= last_edit) {
             set.first = self.lines;
             match &mut set.source {
-                Source::Files(files) => {
+                LineSetSource::Files(files) => {
                     if files.next_batch(batch)? {
                         return Ok(Some((set.kind, set.first)));
                     }
                     self.lines += files.sources().iter().map(|(_, lines)| lines).sum::<u64>();
                 }
-                Source::Poly(_, records, poly, segments) => {
+                LineSetSource::Poly(_, records, poly, segments) => {
                     if let Some(poly) = poly
                         && poly.next_batch(batch)?
                     {
@@ -118,17 +124,17 @@ impl Lines {
         Ok(None)
     }
 
-    /// Fills the batch with the next sites; false if there are none left.
+    /// Fills the batch with the next sites. Returns false if no sites are left.
     pub fn next_sites(&mut self, batch: &mut SiteBatch) -> anyhow::Result<bool> {
         Ok(self.sites.next_batch(batch)?)
     }
 
-    /// Points in holes, once all segments were read.
+    /// Returns the hole points. They are complete when all segments were read.
     pub fn seeds(&self) -> &[Point] {
         &self.seeds
     }
 
-    /// Gives all of them to a builder.
+    /// Passes all lines and sites to a builder.
     pub fn feed(mut self, mut builder: Builder) -> anyhow::Result<(Builder, Self)> {
         let mut batch = SegmentBatch::default();
         while let Some((kind, first)) = self.next_batch(&mut batch)? {
@@ -142,7 +148,7 @@ impl Lines {
         Ok((builder, self))
     }
 
-    /// Gives all of them to an editor.
+    /// Passes all lines to an editor.
     pub fn feed_editor(mut self, mut editor: Editor) -> anyhow::Result<(Editor, Self)> {
         let mut batch = SegmentBatch::default();
         while let Some((kind, first)) = self.next_batch(&mut batch)? {
@@ -152,47 +158,48 @@ impl Lines {
         Ok((editor, self))
     }
 
-    /// Segments that were read.
+    /// Returns the number of segments that were read.
     pub fn segments(&self) -> u64 {
-        let of_set = |set: &Set| match &set.source {
-            Source::Files(files) => files.segments(),
-            Source::Poly(.., segments) => *segments,
+        let of_set = |set: &LineSet| match &set.source {
+            LineSetSource::Files(files) => files.segments(),
+            LineSetSource::Poly(.., segments) => *segments,
         };
         self.sets.iter().map(of_set).sum()
     }
 
-    /// How far the reading of the files is, and the way to stop it.
+    /// Returns handles that tell the progress of reading each file, and can stop it.
     pub fn readings(&self) -> impl Iterator<Item = &Reading> {
-        fn of_set(set: &Set) -> Option<&Reading> {
+        fn of_set(set: &LineSet) -> Option<&Reading> {
             match &set.source {
-                Source::Files(files) => Some(files.reading()),
-                Source::Poly(_, _, poly, _) => poly.as_ref().map(PolySource::reading),
+                LineSetSource::Files(files) => Some(files.reading()),
+                LineSetSource::Poly(_, _, poly, _) => poly.as_ref().map(PolySource::reading),
             }
         }
         self.sets.iter().filter_map(of_set).chain([self.sites.reading()])
     }
 
-    /// The regular files, as they were when they were opened. To be asked before they are read.
+    /// Returns the stamps of the regular files when they were opened. Must be called before the
+    /// files are read.
     pub fn stamps(&self) -> impl Iterator<Item = &(PathBuf, FileStamp)> {
-        fn of_set(set: &Set) -> &[(PathBuf, FileStamp)] {
+        fn of_set(set: &LineSet) -> &[(PathBuf, FileStamp)] {
             match &set.source {
-                Source::Files(files) => files.stamps(),
-                Source::Poly(_, _, poly, _) => poly.as_ref().map_or(&[], PolySource::stamps),
+                LineSetSource::Files(files) => files.stamps(),
+                LineSetSource::Poly(_, _, poly, _) => poly.as_ref().map_or(&[], PolySource::stamps),
             }
         }
         self.sets.iter().flat_map(of_set).chain(self.sites.stamps())
     }
 
-    /// Bytes read of all files but those of points.
+    /// Returns the bytes read from all files except those of points.
     pub fn bytes_read(&self) -> u64 {
-        let of_set = |set: &Set| match &set.source {
-            Source::Files(files) => files.bytes_read(),
-            Source::Poly(..) => 0,
+        let of_set = |set: &LineSet| match &set.source {
+            LineSetSource::Files(files) => files.bytes_read(),
+            LineSetSource::Poly(..) => 0,
         };
         self.sets.iter().map(of_set).sum::<u64>() + self.sites.bytes_read()
     }
 
-    /// The files, for the directory.
+    /// Returns the list of files for the directory.
     pub fn sources(&self) -> Vec<LineSource> {
         let mut sources = Vec::new();
         for set in &self.sets {
@@ -208,33 +215,33 @@ impl Lines {
                 first += lines;
             };
             match &set.source {
-                Source::Files(files) => files
+                LineSetSource::Files(files) => files
                     .sources()
                     .iter()
                     .for_each(|(name, lines)| add(name.clone(), *lines)),
-                Source::Poly(path, _, _, segments) => add(common::file_name(path), *segments),
+                LineSetSource::Poly(path, _, _, segments) => add(common::file_name(path), *segments),
             }
         }
         sources
     }
 
-    /// What a person should know.
+    /// Returns notes for the user about the input.
     pub fn notes(&self) -> Vec<String> {
-        let of_set = |set: &Set| match &set.source {
-            Source::Files(files) => files.notes().to_vec(),
-            Source::Poly(..) => Vec::new(),
+        let of_set = |set: &LineSet| match &set.source {
+            LineSetSource::Files(files) => files.notes().to_vec(),
+            LineSetSource::Poly(..) => Vec::new(),
         };
         let mut notes: Vec<String> = self.sets.iter().flat_map(of_set).collect();
         notes.extend_from_slice(self.sites.notes());
         notes
     }
 
-    /// Where a line comes from.
+    /// Returns the file and record that a line comes from.
     pub fn name(&self, line: u64) -> String {
         let set = self.sets.iter().rev().find(|set| set.first <= line);
         let name = set.and_then(|set| match &set.source {
-            Source::Files(files) => files.origin(line - set.first).map(|origin| origin.to_string()),
-            Source::Poly(path, ..) => Some(format!(
+            LineSetSource::Files(files) => files.origin(line - set.first).map(|origin| origin.to_string()),
+            LineSetSource::Poly(path, ..) => Some(format!(
                 "{}: segment {} (counted from 0)",
                 common::shown(path),
                 line - set.first
@@ -243,7 +250,7 @@ impl Lines {
         name.unwrap_or_else(|| format!("line {line}"))
     }
 
-    /// Where a site comes from.
+    /// Returns the file and record that a site comes from.
     pub fn site_name(&self, site: u64) -> String {
         let mut first = 0;
         for (name, sites) in self.sites.sources() {

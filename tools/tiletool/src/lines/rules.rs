@@ -1,15 +1,16 @@
-//! What a build does with lines, and with what has no z.
+//! Options for the treatment of lines, and of vertices without z.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{ArgAction, Args};
 use delaunay_tiles::{Crossings, MissingZ, Steiner};
 
-/// What to do with what has no z.
+/// The treatment of vertices without z.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct MissingZArgs {
-    /// What to do with points, ends of lines, crossing points and sites that have no z where other
-    /// vertices have, and do not lie where one of those lies: error names the first; zero gives
-    /// them z = 0
+    /// How to treat vertices without z where other vertices have z: error or zero
+    ///
+    /// This concerns points, ends of lines, crossing points and sites without z, unless a vertex
+    /// with z is at the same position. 'error' names the first one. 'zero' gives them z = 0.
     #[arg(
         long,
         value_name = "error|zero",
@@ -22,39 +23,45 @@ pub struct MissingZArgs {
 }
 
 impl MissingZArgs {
-    /// The library's option.
+    /// Returns the option for the library.
     pub fn option(self) -> MissingZ {
         self.missing_z
     }
 }
 
-/// What a build does with lines.
+/// The treatment of lines by a build.
 #[derive(Args, Clone, Debug)]
-#[command(next_help_heading = "Lines and sites")]
 pub struct LineRules {
-    /// What to do with lines that cross: error names the first ten pairs; split makes vertices of their crossing points
+    /// How to treat lines that cross: error or split
+    ///
+    /// 'error' names the first ten pairs. 'split' makes a vertex of each crossing point.
     #[arg(
         long,
         value_name = "error|split",
+        help_heading = "Lines and sites",
         default_value = "error",
         hide_possible_values = true,
         value_parser = choice([("error", Crossings::Error), ("split", Crossings::Split)])
     )]
     pub crossings: Crossings,
-    /// Whether vertices are added where lines cross the borders of the cells that points are spilled to: only this makes the
-    /// triangles depend on --memory
+    /// Whether to add vertices on lines: never or borders
+    ///
+    /// 'borders' adds a vertex where a line crosses a border of the cells that points are spilled
+    /// to. Only this option makes the triangles depend on --memory.
     #[arg(
         long,
         value_name = "never|borders",
+        help_heading = "Lines and sites",
         default_value = "never",
         hide_possible_values = true,
         value_parser = choice([("never", Steiner::Never), ("borders", Steiner::Borders)])
     )]
     pub steiner: Steiner,
-    /// What is outside of all lines, up to the convex hull: kept, or a hole
+    /// Whether to keep the area outside all lines, up to the convex hull, or to make it a hole
     #[arg(
         long = "exterior",
         value_name = "keep|hole",
+        help_heading = "Lines and sites",
         default_value = "keep",
         hide_possible_values = true,
         action = ArgAction::Set,
@@ -63,8 +70,8 @@ pub struct LineRules {
     pub exterior_is_hole: bool,
 }
 
-/// Reads one of two words, and gives what it stands for.
+/// Returns a parser of one of two words, which gives the value of the word.
 fn choice<T: Copy + Send + Sync + 'static>(words: [(&'static str, T); 2]) -> impl TypedValueParser<Value = T> {
-    let [(one, its), (other, others)] = words;
-    PossibleValuesParser::new([one, other]).map(move |word| if word == one { its } else { others })
+    let [(one, value), (other, other_value)] = words;
+    PossibleValuesParser::new([one, other]).map(move |word| if word == one { value } else { other_value })
 }

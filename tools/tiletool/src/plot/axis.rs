@@ -1,69 +1,72 @@
-//! A few round coordinates along a side of the frame.
+//! Round coordinates along a side of the frame.
 
-/// The coordinates along one axis, and where they stand.
+/// The coordinates along one axis, and their offsets.
 #[derive(Default)]
 pub struct Axis {
-    /// Pixels from the middle of the frame, in the axis' direction, and the coordinate.
+    /// Each tick: the pixels from the middle of the frame, in the direction of the axis, and the
+    /// coordinate.
     pub ticks: Vec<(f64, String)>,
 }
 
-/// Size of the coordinates beside the frame.
+/// Font size of the coordinates beside the frame.
 pub const TICK_TEXT: f64 = 15.0;
-/// Pixels between two coordinates, at least.
-const APART: f64 = 130.0;
-/// More of them nobody needs, whatever the numbers are.
-const MOST: u32 = 40;
+/// Minimum number of pixels between two coordinates.
+const MIN_SPACING: f64 = 130.0;
+/// Maximum number of coordinates along an axis.
+const MAX_TICKS: u32 = 40;
 
 impl Axis {
-    /// For `pixels` pixels around the coordinate `middle`; `room` tells how many pixels a label needs along the axis.
+    /// Creates an axis of `pixels` pixels around the coordinate `middle`. `room` returns the pixels
+    /// that a label needs along the axis.
     pub fn new(middle: f64, scale: f64, pixels: f64, room: fn(&str) -> f64) -> Self {
-        let mut apart = APART;
+        let mut spacing = MIN_SPACING;
         loop {
-            let axis = Self::every(middle, scale, pixels, apart);
+            let axis = Self::every(middle, scale, pixels, spacing);
             let widest = axis.ticks.iter().map(|(_, label)| room(label)).fold(0.0, f64::max);
-            if widest <= apart || apart > pixels {
+            if widest <= spacing || spacing > pixels {
                 return axis;
             }
-            apart *= 1.5;
+            spacing *= 1.5;
         }
     }
 
-    fn every(middle: f64, scale: f64, pixels: f64, apart: f64) -> Self {
-        let step = round_above(apart / scale);
+    fn every(middle: f64, scale: f64, pixels: f64, spacing: f64) -> Self {
+        let step = round_above(spacing / scale);
         let half = pixels / 2.0 / scale;
         let first = ((middle - half) / step).ceil();
         let mut ticks: Vec<(f64, String)> = Vec::new();
-        for k in 0..MOST {
+        for k in 0..MAX_TICKS {
             let multiple = first + f64::from(k);
             let value = multiple * step;
-            let at = (value - middle) * scale;
-            if at > pixels / 2.0 {
+            let offset = (value - middle) * scale;
+            if offset > pixels / 2.0 {
                 break;
             }
-            // Beyond 2⁵³ steps from zero several coordinates are one.
-            let moved = ticks.last().is_none_or(|(before, _)| at - before > apart / 2.0);
-            if moved && at.is_finite() && at >= -pixels / 2.0 {
-                ticks.push((at, label(value, step, middle.abs() + half)));
+            // More than 2⁵³ steps away from zero, several coordinates are equal.
+            let moved = ticks.last().is_none_or(|(before, _)| offset - before > spacing / 2.0);
+            if moved && offset.is_finite() && offset >= -pixels / 2.0 {
+                ticks.push((offset, label(value, step, middle.abs() + half)));
             }
         }
         Self { ticks }
     }
 
-    /// Pixels of the widest label.
+    /// Returns the pixels of the widest label.
     pub fn widest(&self) -> f64 {
         let widths = self.ticks.iter().map(|(_, label)| text_width(label, TICK_TEXT));
         widths.fold(0.0, f64::max)
     }
 }
 
-/// The smallest of 1, 2 and 5 times a power of ten that is not less than `least`.
+/// Returns the smallest number that is 1, 2 or 5 times a power of ten and at least `least`.
 pub fn round_above(least: f64) -> f64 {
     let power = 10f64.powi(least.log10().floor() as i32);
     let steps = [1.0, 2.0, 5.0, 10.0].map(|digit| digit * power);
     steps.into_iter().find(|&step| step >= least).unwrap_or(10.0 * power)
 }
 
-/// A coordinate with the digits that `step` needs; `largest` decides for all of an axis whether there is an exponent.
+/// Formats a coordinate with the digits that `step` needs. `largest` decides whether the labels of
+/// an axis have exponents.
 pub fn label(value: f64, step: f64, largest: f64) -> String {
     let (digit, top) = (step.log10().floor() as i32, largest.log10().floor() as i32);
     let text = if value == 0.0 {
@@ -77,13 +80,13 @@ pub fn label(value: f64, step: f64, largest: f64) -> String {
     text.replace('-', "\u{2212}")
 }
 
-/// The digits before the point in threes, where there are five or more.
+/// Groups the digits before the decimal point in threes, if there are five or more.
 fn grouped(number: &str) -> String {
     let (whole, rest) = number.split_at(number.find('.').unwrap_or(number.len()));
     let digits = whole.trim_start_matches('-').len();
     let mut text = String::new();
-    for (place, c) in whole.chars().rev().enumerate() {
-        if digits > 4 && place > 0 && place % 3 == 0 && c != '-' {
+    for (index, c) in whole.chars().rev().enumerate() {
+        if digits > 4 && index > 0 && index % 3 == 0 && c != '-' {
             text.push('\u{a0}');
         }
         text.push(c);
@@ -91,7 +94,7 @@ fn grouped(number: &str) -> String {
     text.chars().rev().chain(rest.chars()).collect()
 }
 
-/// Pixels that a text in DejaVu Sans takes, about.
+/// Returns the approximate width in pixels of a text in DejaVu Sans.
 pub fn text_width(text: &str, size: f64) -> f64 {
     let ems = text.chars().map(|c| match c {
         ' ' | '\u{a0}' | '.' | ',' | ':' | 'i' | 'l' | 'j' | 'I' => 0.31,
@@ -104,7 +107,7 @@ pub fn text_width(text: &str, size: f64) -> f64 {
     size * ems.sum::<f64>()
 }
 
-/// The size, or less if a text would take more than so many pixels.
+/// Returns `size`, or a smaller font size if the text would be wider than `pixels`.
 pub fn fitted_text(text: &str, size: f64, pixels: f64) -> f64 {
     let width = text_width(text, size);
     if width > pixels { size * pixels / width } else { size }
@@ -120,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn coordinates_are_few_and_round() {
+    fn an_axis_has_few_and_round_coordinates() {
         assert_eq!(labels(0.0, 1.0), ["0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(
             labels(-6.0, 6.0),

@@ -1,4 +1,4 @@
-//! The legend: signs of what is drawn, and what they stand for.
+//! The legend: signs and their meanings.
 
 use super::axis::text_width;
 use super::style::{EDGE, INK, fill};
@@ -10,7 +10,7 @@ pub enum Sign {
     Patch(&'static str),
 }
 
-/// Signs and what they stand for, from left to right.
+/// Signs and their meanings, from left to right.
 #[derive(Default)]
 pub struct Legend(Vec<(Sign, &'static str)>);
 
@@ -19,7 +19,7 @@ impl Legend {
         self.0.push((sign, text));
     }
 
-    /// Draws a path in a style, and adds its sign.
+    /// Draws a path in a style, and adds its sign to the legend.
     pub fn path(&mut self, svg: &mut Svg, path: &Path, style: &str, sign: Sign, text: &'static str) {
         svg.path(path, style);
         self.add(sign, text);

@@ -9,20 +9,20 @@ use super::page::Page;
 use super::scene::Scene;
 use super::style::{CONSTRAINT, EDGE, EDGE_THINNED, GREY, HOLE, INK, LINES, PAPER, SITE, WALL, fill, stroke};
 use super::svg::{Anchor, Path, Svg};
-use crate::common::thousands;
+use crate::common::{counted, thousands};
 
 const HULL: &str = "#1f4e6f";
 const BORDER: &str = "#f5dfb8";
 const CELL: &str = "#c8452f";
 
-/// The most points that are drawn as dots over their triangles.
-const DOTS: usize = 2000;
-/// The most tiles whose numbers stand on the map.
-const LABELS: usize = 100;
-/// Cells narrower than this are not cut any more on the map.
-const NARROWEST: f64 = 2.0;
-/// Characters of a file's name in the title.
-const NAME: usize = 70;
+/// Maximum number of points that are drawn as dots over their triangles.
+const MAX_DOTS: usize = 2000;
+/// Maximum number of tiles whose numbers are written on the map.
+const MAX_LABELS: usize = 100;
+/// Minimum width or height in pixels of a cell whose cut is drawn.
+const MIN_CELL: f64 = 2.0;
+/// Maximum number of characters of a file's name in the title.
+const MAX_NAME: usize = 70;
 
 /// Draws the whole page.
 pub fn draw(name: &str, directory: &Directory, scene: &Scene, page: &Page) -> String {
@@ -49,11 +49,12 @@ pub fn draw(name: &str, directory: &Directory, scene: &Scene, page: &Page) -> St
     svg.finish()
 }
 
-/// Draws the paper, the frame with a ground of this colour and what is in it, and two lines of text above.
+/// Draws the paper, the frame with a background of this colour and its content, and two lines of
+/// text above.
 pub fn draw_frame(
     svg: &mut Svg,
     page: &Page,
-    ground: &str,
+    background: &str,
     [title, subtitle]: [&str; 2],
     inside: impl FnOnce(&mut Svg),
 ) {
@@ -64,17 +65,17 @@ pub fn draw_frame(
     svg.text((left, baseline - 42.0), size, Anchor::Start, &fill(INK), title);
     svg.text((left, baseline - 15.0), 16.0, Anchor::Start, &fill(GREY), subtitle);
     let (width, height) = f.size();
-    let place = format!(
+    let attributes = format!(
         "x=\"{}\" y=\"{}\" width=\"{width}\" height=\"{height}\"",
         f.min_x, f.min_y
     );
-    svg.raw(&format!("<clipPath id=\"frame\"><rect {place}/></clipPath>"));
-    svg.raw(&format!("<rect {place} fill=\"{ground}\"/>"));
+    svg.raw(&format!("<clipPath id=\"frame\"><rect {attributes}/></clipPath>"));
+    svg.raw(&format!("<rect {attributes} fill=\"{background}\"/>"));
     svg.raw("<g clip-path=\"url(#frame)\">");
     inside(svg);
     svg.raw("</g>");
     svg.raw(&format!(
-        "<rect {place} fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.2\"/>"
+        "<rect {attributes} fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.2\"/>"
     ));
 }
 
@@ -90,15 +91,15 @@ fn draw_mesh(svg: &mut Svg, legend: &mut Legend, scene: &Scene, page: &Page) {
             legend.path(svg, &path, &fill(colour), Sign::Patch(colour), text);
         }
     }
-    // The finer the mesh, the finer its lines.
+    // A finer mesh has thinner lines.
     let (width, height) = scene.bounds.size();
     let area = page.length(width) * page.length(height);
     let spacing = (area / pixels.len().max(1) as f64).sqrt();
     draw_edges(svg, legend, scene, &pixels, spacing);
-    if pixels.len() <= DOTS || scene.triangles == 0 {
+    if pixels.len() <= MAX_DOTS || scene.triangles == 0 {
         let radius = match pixels.len() {
             ..=100 => 3.5,
-            101..=DOTS => (0.06 * spacing).clamp(1.4, 3.5),
+            101..=MAX_DOTS => (0.06 * spacing).clamp(1.4, 3.5),
             _ => 1.0,
         };
         let path = Path::discs(pixels.iter().copied(), radius);
@@ -141,7 +142,7 @@ fn draw_edges(svg: &mut Svg, legend: &mut Legend, scene: &Scene, pixels: &[(f64,
     }
 }
 
-/// Draws the cuts of the k-d tree, which are the cells' sides, each once.
+/// Draws each cut of the k-d tree once. The cuts are the sides of the cells.
 fn draw_cells(svg: &mut Svg, legend: &mut Legend, directory: &Directory, page: &Page) {
     let tree = &directory.tree;
     let mut path = Path::default();
@@ -152,11 +153,11 @@ fn draw_cells(svg: &mut Svg, legend: &mut Legend, directory: &Directory, page: &
         }
         let (width, height) = seen.size();
         match *node {
-            KdNode::X { cut, .. } if width >= NARROWEST => {
+            KdNode::X { cut, .. } if width >= MIN_CELL => {
                 let (x, _) = page.pixel(Point::new(cut, 0.0));
                 path.line([(x, seen.min_y), (x, seen.max_y)]);
             }
-            KdNode::Y { cut, .. } if height >= NARROWEST => {
+            KdNode::Y { cut, .. } if height >= MIN_CELL => {
                 let (_, y) = page.pixel(Point::new(0.0, cut));
                 path.line([(seen.min_x, y), (seen.max_x, y)]);
             }
@@ -173,10 +174,10 @@ fn draw_cells(svg: &mut Svg, legend: &mut Legend, directory: &Directory, page: &
     legend.path(svg, &path, &stroke(CELL, line), sign, "cells of the tiles");
 }
 
-/// Writes the tiles' numbers into their cells, where they find room.
+/// Writes the numbers of tiles into their cells, where there is enough room.
 fn draw_labels(svg: &mut Svg, directory: &Directory, page: &Page) {
     let cells: Vec<Rect> = directory.tree.cells().into_iter().map(|cell| page.cell(cell)).collect();
-    if !(2..=LABELS).contains(&cells.len()) {
+    if !(2..=MAX_LABELS).contains(&cells.len()) {
         return;
     }
     let mut sizes: Vec<f64> = cells.iter().map(|c| c.size().0.min(c.size().1)).collect();
@@ -258,7 +259,7 @@ fn caption(directory: &Directory, scene: &Scene) -> String {
             )
         }
         (false, 0) if drawn < 3 => format!("{all}; no triangles"),
-        (false, 0) => format!("{all}, all on one line; no triangles"),
+        (false, 0) => format!("{all}, all collinear; no triangles"),
         (false, _) if m.constraint_edges > 0 => {
             let edges = counted(m.constraint_edges, "constraint edge", "constraint edges");
             format!("The whole constrained Delaunay triangulation of {all} and {edges}")
@@ -267,16 +268,15 @@ fn caption(directory: &Directory, scene: &Scene) -> String {
     }
 }
 
-fn counted(number: u64, one: &str, many: &str) -> String {
-    format!("{} {}", thousands(number), if number == 1 { one } else { many })
-}
-
-/// A name that is not too long for a line, its middle left out.
+/// Shortens a name that is too long for a line, by cutting out its middle.
 pub fn middle_cut(name: &str) -> String {
     let characters: Vec<char> = name.chars().collect();
-    if characters.len() <= NAME {
+    if characters.len() <= MAX_NAME {
         return name.to_owned();
     }
-    let (start, end) = (&characters[..NAME / 2], &characters[characters.len() - NAME / 2..]);
+    let (start, end) = (
+        &characters[..MAX_NAME / 2],
+        &characters[characters.len() - MAX_NAME / 2..],
+    );
     start.iter().chain(&['…']).chain(end).collect()
 }

@@ -1,7 +1,8 @@
 //! Maps: the cells of the tiles over the triangulation, as SVG or PNG.
 //!
-//! Comes in: an open tile file. Goes out: a picture under its name, complete or not at all. A small file is drawn whole; of
-//! a large one, which no picture could show and which may exceed memory, the triangulation of a sample of its vertices.
+//! The input is an open tile file. The output is a picture that appears under its name only when it
+//! is complete. A small file is drawn whole. A large file, which no picture could show and which
+//! may exceed memory, is drawn as the triangulation of a sample of its vertices.
 
 pub mod axis;
 pub mod legend;
@@ -20,26 +21,26 @@ use delaunay_tiles::peak_memory;
 use delaunay_tiles::store::TileReader;
 use serde::Serialize;
 
-use crate::common::{bytes, file_name, thousands};
+use crate::common::{bytes, counted, file_name};
 use crate::output;
 use page::Page;
 pub use query::Overlay;
 use scene::Scene;
 
-/// A picture's file, whose name says which kind it is.
+/// The file of a picture, whose suffix names the format.
 #[derive(Clone, Debug)]
 pub struct PlotFile {
     path: PathBuf,
-    kind: Kind,
+    format: PictureFormat,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Kind {
+enum PictureFormat {
     Svg,
     Png,
 }
 
-impl Kind {
+impl PictureFormat {
     fn encode(self, svg: String) -> anyhow::Result<Vec<u8>> {
         match self {
             Self::Svg => Ok(svg.into_bytes()),
@@ -49,19 +50,22 @@ impl Kind {
 }
 
 impl PlotFile {
-    /// Tells the kind by the suffix.
+    /// Creates the file of a picture. The suffix of its path determines the format.
+    ///
+    /// # Errors
+    /// Fails if the suffix is neither .svg nor .png.
     pub fn new(path: PathBuf) -> anyhow::Result<Self> {
         let suffix = path.extension().map(|s| s.to_string_lossy().to_ascii_lowercase());
-        let kind = match suffix.as_deref() {
-            Some("svg") => Kind::Svg,
-            Some("png") => Kind::Png,
+        let format = match suffix.as_deref() {
+            Some("svg") => PictureFormat::Svg,
+            Some("png") => PictureFormat::Png,
             _ => bail!("maps are drawn as SVG or PNG: the name must end in .svg or .png"),
         };
-        Ok(Self { path, kind })
+        Ok(Self { path, format })
     }
 }
 
-/// What was drawn; its names are the stable keys of `--json`.
+/// A report about a drawn map. Its field names are stable keys of `--json`.
 #[derive(Serialize)]
 pub struct Plotted {
     file: String,
@@ -75,12 +79,12 @@ pub struct Plotted {
 }
 
 impl Plotted {
-    /// A line for people.
+    /// Returns the report for people, as one line.
     pub fn report(&self) -> String {
-        let drawn = match (self.thinned, self.vertices) {
-            (true, n) => format!("thinned to {} vertices", thousands(n)),
-            (false, 1) => "whole, 1 vertex".to_owned(),
-            (false, n) => format!("whole, {} vertices", thousands(n)),
+        let vertices = counted(self.vertices, "vertex", "vertices");
+        let drawn = match self.thinned {
+            true => format!("thinned to {vertices}"),
+            false => format!("whole, {vertices}"),
         };
         let (width, height) = (self.width, self.height);
         format!(
@@ -110,9 +114,9 @@ pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotte
     })
 }
 
-/// The bytes of a picture whose name ends in `.svg` or `.png`.
+/// Returns the bytes of a picture whose name ends in `.svg` or `.png`.
 pub fn encode(name: &Path, svg: String) -> anyhow::Result<Vec<u8>> {
-    PlotFile::new(name.to_owned())?.kind.encode(svg)
+    PlotFile::new(name.to_owned())?.format.encode(svg)
 }
 
 /// Draws the answer to a query.
@@ -123,9 +127,9 @@ pub async fn draw_query(reader: &TileReader, file: &PlotFile, overlay: &Overlay)
     Ok(())
 }
 
-/// Writes a picture: its bytes.
+/// Writes a picture. Returns its number of bytes.
 fn save(file: &PlotFile, svg: String) -> anyhow::Result<u64> {
-    let picture = file.kind.encode(svg)?;
+    let picture = file.format.encode(svg)?;
     output::write(&file.path, &picture)
         .with_context(|| format!("{}: cannot write the map", crate::common::shown(&file.path)))?;
     Ok(picture.len() as u64)

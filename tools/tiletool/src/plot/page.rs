@@ -1,28 +1,28 @@
-//! Where things are on the page: coordinates become pixels.
+//! The layout of the page, which maps coordinates to pixels.
 
 use anyhow::ensure;
 use delaunay_tiles::geometry::{Point, Rect};
 
 use super::axis::{Axis, TICK_TEXT, text_width};
 
-/// Pixels of the page from left to right.
+/// Width of the page in pixels.
 const WIDTH: f64 = 1600.0;
-/// Above the frame: title and subtitle.
+/// Pixels above the frame, for title and subtitle.
 const HEADER: f64 = 84.0;
-/// Below the frame: coordinates, legend and caption.
+/// Pixels below the frame, for coordinates, legend and caption.
 const FOOTER: f64 = 104.0;
-/// Beside the frame.
-const SIDE: f64 = 30.0;
-/// Between the frame and the bounds of the points.
+/// Pixels beside the frame.
+const SIDE_MARGIN: f64 = 30.0;
+/// Pixels between the frame and the bounds of the points.
 const MARGIN: f64 = 24.0;
-/// The least and the greatest height of the frame.
+/// Minimum and maximum height of the frame in pixels.
 const FRAME_HEIGHTS: (f64, f64) = (420.0, 1500.0);
 
 /// A page with a frame, and the map from the plane to it: one scale for both axes, y upwards.
 pub struct Page {
-    /// Pixels from left to right.
+    /// Width in pixels.
     pub width: u32,
-    /// Pixels from top to bottom.
+    /// Height in pixels.
     pub height: u32,
     /// The frame of the map in pixels, y downwards.
     pub frame: Rect,
@@ -35,7 +35,10 @@ pub struct Page {
 }
 
 impl Page {
-    /// A page for points within `bounds`, which may be empty, a point, or a line.
+    /// Creates a page for points within `bounds`, which may be empty, a point, or a line.
+    ///
+    /// # Errors
+    /// Fails if `bounds` are not valid coordinates.
     pub fn new(bounds: Rect) -> anyhow::Result<Self> {
         if bounds.is_empty() {
             return Ok(Self::layout(Point::default(), 0.0, 0.0, None));
@@ -49,28 +52,29 @@ impl Page {
             .all(|corner| corner.x.abs().max(corner.y.abs()) <= Point::MAX_MAGNITUDE);
         ensure!(
             valid,
-            "the bounds that the directory names are no coordinates: {bounds:?}"
+            "the bounds in the directory are not valid coordinates: {bounds:?}"
         );
         let (width, height) = bounds.size();
         let center = Point::new(bounds.min_x + width / 2.0, bounds.min_y + height / 2.0);
         let size = if width.max(height) > 0.0 {
             (width, height)
         } else {
-            // A single point: as much around it as makes round coordinates.
+            // A single point is shown with enough room around it for round coordinates.
             let magnitude = center.x.abs().max(center.y.abs());
             (if magnitude > 0.0 { magnitude / 10.0 } else { 1.0 }, 0.0)
         };
-        // The room for the coordinates beside the frame depends on them, and they depend a little on it.
+        // The room for the coordinates beside the frame depends on their labels, which depend
+        // slightly on that room. So the layout is computed twice.
         let first = Self::layout(center, size.0, size.1, Some(120.0));
         let room = first.y_axis.widest();
         Ok(Self::layout(center, size.0, size.1, Some(room)))
     }
 
     fn layout(center: Point, width: f64, height: f64, label_room: Option<f64>) -> Self {
-        let left = label_room.map_or(SIDE, |room| (room + SIDE + 12.0).max(70.0));
-        let frame_width = WIDTH - left - SIDE;
+        let left = label_room.map_or(SIDE_MARGIN, |room| (room + SIDE_MARGIN + 12.0).max(70.0));
+        let frame_width = WIDTH - left - SIDE_MARGIN;
         let (least, most) = FRAME_HEIGHTS;
-        // Of a size of 0, and of none at all, the other one decides.
+        // If the width or the height is 0, the other one determines the scale.
         let scale = ((frame_width - 2.0 * MARGIN) / width).min((most - 2.0 * MARGIN) / height);
         let frame_height = if label_room.is_some() {
             height * scale + 2.0 * MARGIN
@@ -78,7 +82,7 @@ impl Page {
             0.0
         };
         let frame_height = frame_height.clamp(least, most).round();
-        let frame = Rect::new(left.round(), HEADER, WIDTH - SIDE, HEADER + frame_height);
+        let frame = Rect::new(left.round(), HEADER, WIDTH - SIDE_MARGIN, HEADER + frame_height);
         let axis = |middle: f64, pixels: f64, room: fn(&str) -> f64| match label_room {
             Some(_) => Axis::new(middle, scale, pixels, room),
             None => Axis::default(),
@@ -94,7 +98,7 @@ impl Page {
         }
     }
 
-    /// The pixel of a place. Far outside the page it may be any far pixel.
+    /// Returns the pixel of a point. For a point far outside the page, this may be any far pixel.
     pub fn pixel(&self, p: Point) -> (f64, f64) {
         let (x, y) = (
             (self.frame.min_x + self.frame.max_x) / 2.0,
@@ -106,7 +110,7 @@ impl Page {
         )
     }
 
-    /// What of the plane the frame shows.
+    /// Returns the part of the plane that the frame shows.
     pub fn view(&self) -> Rect {
         let (width, height) = self.frame.size();
         let (dx, dy) = (width / 2.0 / self.scale, height / 2.0 / self.scale);
@@ -114,7 +118,8 @@ impl Page {
         Rect::new(x - dx, y - dy, x + dx, y + dy)
     }
 
-    /// The part of a cell within the frame, in pixels; its sides may be at infinity.
+    /// Returns the part of a cell within the frame, in pixels. The sides of the cell may be at
+    /// infinity.
     pub fn cell(&self, cell: Rect) -> Rect {
         let (left, top) = self.pixel(Point::new(cell.min_x, cell.max_y));
         let (right, bottom) = self.pixel(Point::new(cell.max_x, cell.min_y));
@@ -127,7 +132,7 @@ impl Page {
         )
     }
 
-    /// Pixels that a length in the plane takes.
+    /// Converts a length in the plane to pixels.
     pub fn length(&self, length: f64) -> f64 {
         length * self.scale
     }

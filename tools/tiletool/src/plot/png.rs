@@ -1,20 +1,20 @@
-//! SVG to PNG, with a font of our own, so that a map looks the same on every machine.
+//! Converts SVG to PNG with a bundled font, so that a map looks the same on every machine.
 
 use anyhow::{Context, anyhow};
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 
-/// DejaVu Sans, reduced to Latin, Greek and Cyrillic; its licence lies beside it.
+/// DejaVu Sans, reduced to Latin, Greek and Cyrillic. Its licence is in the same folder.
 const FONT: &[u8] = include_bytes!("../../assets/DejaVuSans-subset.ttf");
 
-/// Draws an SVG as PNG.
+/// Renders an SVG as PNG.
 pub fn render(svg: &str) -> anyhow::Result<Vec<u8>> {
     let mut options = Options {
         font_family: "DejaVu Sans".to_owned(),
         ..Options::default()
     };
     options.fontdb_mut().load_font_data(FONT.to_vec());
-    let tree = Tree::from_str(svg, &options).context("the map is no valid SVG")?;
+    let tree = Tree::from_str(svg, &options).context("the map is not valid SVG")?;
     let size = tree.size().to_int_size();
     let mut pixels = Pixmap::new(size.width(), size.height()).ok_or_else(|| anyhow!("the map has no size"))?;
     pixels.fill(Color::WHITE);

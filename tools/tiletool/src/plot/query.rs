@@ -1,4 +1,4 @@
-//! The picture of an answer: what is in the way, what was searched, and what was found.
+//! The picture of an answer: obstacles, searched triangles, and results.
 
 use delaunay_tiles::geometry::{HalfEdge, Point, Rect, TriangleId};
 use delaunay_tiles::mesh::Twin;
@@ -13,44 +13,47 @@ use super::svg::{Anchor, Path, Svg};
 const EXPLORED: &str = "#d6e6f5";
 const EXPLORED_EDGE: &str = "#9dbbd8";
 const AREA: &str = "#f0b23e";
-/// As it looks on paper.
+/// The colour of the transparent area over the paper, for the legend.
 const AREA_SEEN: &str = "#f7dfb5";
 const AREA_EDGE: &str = "#b06f00";
 const WAY: &str = "#d1352b";
 const START: &str = "#1f4fa8";
-/// Colours of intervals, in turns.
+/// Colours of intervals, used cyclically.
 const INTERVALS: [&str; 6] = ["#1b7f79", "#d1352b", "#6a4fb3", "#c77f0a", "#2f6fb8", "#a8327a"];
 
-/// Smaller triangles than this many pixels are not drawn.
-const SMALL: f64 = 0.35;
-/// With more triangles in the frame their edges are left out.
-const MESH: u64 = 12_000;
-/// More paths than these are drawn finely.
-const FEW: usize = 12;
-/// So many sites have their rank beside them.
-const RANKS: usize = 40;
+/// Minimum size in pixels of a triangle that is drawn.
+const MIN_TRIANGLE: f64 = 0.35;
+/// Maximum number of triangles whose edges are drawn.
+const MAX_MESH: u64 = 12_000;
+/// Maximum number of paths that are drawn with thick lines.
+const FEW_PATHS: usize = 12;
+/// Maximum number of sites whose ranks are written beside them.
+const MAX_RANKS: usize = 40;
 
-/// What is drawn over the ground.
+/// The question and the answer, which are drawn over the base map.
 #[derive(Default)]
 pub struct Overlay {
-    /// What was asked, in a line.
+    /// The question and a summary of the answer, in one line.
     pub title: String,
-    /// Where queries start, and where paths end.
+    /// Start points of the queries.
     pub starts: Vec<Point>,
+    /// End points of paths.
     pub ends: Vec<Point>,
-    /// What was found, the nearest first.
+    /// The sites or vertices found, the nearest first.
     pub sites: Vec<Point>,
+    /// The paths found.
     pub paths: Vec<Vec<Point>>,
-    /// Polygons: rings, the outer one first.
+    /// The polygons of areas. Each is a list of rings, the outer one first.
     pub areas: Vec<Vec<Vec<Point>>>,
-    /// Intervals of lines; their numbers, or none in an obstacle.
+    /// Intervals of lines, each with its number, or `None` inside an obstacle.
     pub intervals: Vec<([Point; 2], Option<usize>)>,
-    /// Triangles that were searched.
+    /// The triangles that were searched.
     pub explored: Vec<[Point; 3]>,
 }
 
 impl Overlay {
-    /// What must be seen, with some room around it.
+    /// Returns the bounds of all that must be seen, with a margin. `whole` are the bounds of the
+    /// file.
     pub fn window(&self, whole: Rect) -> Rect {
         let lines = self.intervals.iter().flat_map(|(ends, _)| ends);
         let rings = self.areas.iter().flatten().flatten();
@@ -72,9 +75,9 @@ impl Overlay {
     }
 }
 
-/// What lies in the frame, as paths.
+/// The triangulation within the frame, as SVG paths.
 #[derive(Default)]
-struct Ground {
+struct BaseMap {
     exterior_is_hole: bool,
     triangles: u64,
     free: Path,
@@ -84,7 +87,7 @@ struct Ground {
     walls: Path,
 }
 
-impl Ground {
+impl BaseMap {
     async fn gather(reader: &TileReader, page: &Page) -> anyhow::Result<Self> {
         let directory = reader.directory();
         let mut this = Self {
@@ -100,39 +103,39 @@ impl Ground {
         for id in seen {
             let tile = reader.tile(id).await?;
             for triangle in tile.owned_triangles() {
-                this.take(&tile, triangle, page, view);
+                this.add_triangle(&tile, triangle, page, view);
             }
         }
         Ok(this)
     }
 
-    fn take(&mut self, tile: &Tile, triangle: TriangleId, page: &Page, view: Rect) {
+    fn add_triangle(&mut self, tile: &Tile, triangle: TriangleId, page: &Page, view: Rect) {
         let corners = tile.triangle_points(triangle);
         let around = Rect::around(corners);
         let (width, height) = around.size();
-        if !around.intersects(view) || page.length(width.max(height)) < SMALL {
+        if !around.intersects(view) || page.length(width.max(height)) < MIN_TRIANGLE {
             return;
         }
         self.triangles += 1;
         let pixels = corners.map(|corner| page.pixel(corner));
         let is_hole = tile.is_hole(triangle);
-        let ground = if is_hole { &mut self.holes } else { &mut self.free };
-        ground.polygon(pixels);
+        let base_map = if is_hole { &mut self.holes } else { &mut self.free };
+        base_map.polygon(pixels);
         for s in 0..3 {
-            let (e, side) = ((s + 1) % 3, HalfEdge::new(triangle, s as u32));
-            let twin = tile.twin(side);
-            // Each edge once, where both its triangles are seen here.
+            let (e, half_edge) = ((s + 1) % 3, HalfEdge::new(triangle, s as u32));
+            let twin = tile.twin(half_edge);
+            // Draws each edge once, if both its triangles are drawn here.
             let is_first = corners[s].lex_cmp(corners[e]).is_lt() || twin == Twin::Hull;
             if !is_first {
                 continue;
             }
-            let blocks = tile.is_wall(side)
+            let blocks = tile.is_wall(half_edge)
                 || match twin {
                     Twin::HalfEdge(twin) => tile.is_hole(twin.triangle()) != is_hole,
                     Twin::Hull | Twin::Elsewhere => is_hole,
                 };
-            let path = match (tile.is_constraint(side), blocks) {
-                (false, _) if is_hole || self.triangles > MESH => continue,
+            let path = match (tile.is_constraint(half_edge), blocks) {
+                (false, _) if is_hole || self.triangles > MAX_MESH => continue,
                 (false, _) => &mut self.edges,
                 (true, true) => &mut self.walls,
                 (true, false) => &mut self.breaks,
@@ -144,14 +147,14 @@ impl Ground {
 
 /// Draws the page of an answer.
 pub async fn draw(reader: &TileReader, name: &str, overlay: &Overlay, page: &Page) -> anyhow::Result<String> {
-    let ground = Ground::gather(reader, page).await?;
+    let base_map = BaseMap::gather(reader, page).await?;
     let name = middle_cut(name);
     let mut svg = Svg::new(page.width, page.height, &name);
     let mut legend = Legend::default();
-    let base = if ground.exterior_is_hole { HOLE } else { PAPER };
+    let base = if base_map.exterior_is_hole { HOLE } else { PAPER };
     draw_frame(&mut svg, page, base, [&name, &overlay.title], |svg| {
         svg.in_units(&format!("{LINES} stroke-linecap=\"round\""), |svg| {
-            draw_ground(svg, &mut legend, &ground, overlay, page);
+            draw_base_map(svg, &mut legend, &base_map, overlay, page);
             draw_found(svg, &mut legend, overlay, page);
         });
         draw_ranks(svg, overlay, page);
@@ -161,14 +164,15 @@ pub async fn draw(reader: &TileReader, name: &str, overlay: &Overlay, page: &Pag
     Ok(svg.finish())
 }
 
-/// The style of patches. A thin line of its own colour closes the gaps between triangles.
+/// Returns the style of filled shapes. A thin line of the same colour closes the gaps between
+/// triangles.
 fn solid(colour: &str) -> String {
     format!("{} {}", fill(colour), stroke(colour, 0.5))
 }
 
-fn draw_ground(svg: &mut Svg, legend: &mut Legend, ground: &Ground, overlay: &Overlay, page: &Page) {
-    if ground.exterior_is_hole {
-        svg.path(&ground.free, &solid(PAPER));
+fn draw_base_map(svg: &mut Svg, legend: &mut Legend, base_map: &BaseMap, overlay: &Overlay, page: &Page) {
+    if base_map.exterior_is_hole {
+        svg.path(&base_map.free, &solid(PAPER));
     }
     let explored = Path::polygons(
         overlay
@@ -179,27 +183,27 @@ fn draw_ground(svg: &mut Svg, legend: &mut Legend, ground: &Ground, overlay: &Ov
     if !overlay.explored.is_empty() {
         legend.path(svg, &explored, &solid(EXPLORED), Sign::Patch(EXPLORED), "searched");
     }
-    if ground.triangles <= MESH {
+    if base_map.triangles <= MAX_MESH {
         svg.path(
-            &ground.edges,
+            &base_map.edges,
             &format!("{} stroke-opacity=\"0.45\"", stroke(EDGE_THINNED, 0.5)),
         );
     }
-    if overlay.explored.len() as u64 <= MESH {
+    if overlay.explored.len() as u64 <= MAX_MESH {
         svg.path(&explored, &stroke(EXPLORED_EDGE, 0.6));
     }
-    svg.path(&ground.holes, &solid(HOLE));
-    // The more there is to see, the finer the lines.
-    let line = if ground.triangles <= MESH / 2 { 1.6 } else { 0.9 };
+    svg.path(&base_map.holes, &solid(HOLE));
+    // Many triangles are drawn with thinner lines.
+    let line = if base_map.triangles <= MAX_MESH / 2 { 1.6 } else { 0.9 };
     for (path, colour, width, text) in [
-        (&ground.breaks, CONSTRAINT, 0.6 * line, "break lines"),
-        (&ground.walls, WALL, line, "walls"),
+        (&base_map.breaks, CONSTRAINT, 0.6 * line, "break lines"),
+        (&base_map.walls, WALL, line, "walls"),
     ] {
         if !path.is_empty() {
             legend.path(svg, path, &stroke(colour, width), Sign::Line(colour, width), text);
         }
     }
-    if !ground.holes.is_empty() || ground.exterior_is_hole {
+    if !base_map.holes.is_empty() || base_map.exterior_is_hole {
         legend.add(Sign::Patch(HOLE), "obstacles");
     }
 }
@@ -219,7 +223,7 @@ fn draw_found(svg: &mut Svg, legend: &mut Legend, overlay: &Overlay, page: &Page
     let mut paths = Path::default();
     overlay.paths.iter().for_each(|path| paths.line(path.iter().map(pixel)));
     if !paths.is_empty() {
-        let width = if overlay.paths.len() <= FEW { 2.8 } else { 1.2 };
+        let width = if overlay.paths.len() <= FEW_PATHS { 2.8 } else { 1.2 };
         let text = if overlay.paths.len() == 1 { "path" } else { "paths" };
         svg.path(&paths, &stroke("#fff", 2.0 * width));
         legend.path(svg, &paths, &stroke(WAY, width), Sign::Line(WAY, width), text);
@@ -255,9 +259,9 @@ fn draw_intervals(svg: &mut Svg, legend: &mut Legend, overlay: &Overlay, page: &
     }
 }
 
-/// Writes which site is the how manieth, if they are few.
+/// Writes the ranks of sites beside them, if there are few sites.
 fn draw_ranks(svg: &mut Svg, overlay: &Overlay, page: &Page) {
-    if overlay.sites.len() > RANKS || overlay.starts.len() > 1 || !overlay.intervals.is_empty() {
+    if overlay.sites.len() > MAX_RANKS || overlay.starts.len() > 1 || !overlay.intervals.is_empty() {
         return;
     }
     let style = format!(

@@ -1,4 +1,4 @@
-//! What there is to draw: points and edges, of all of a small file or of a sample of a large one.
+//! The points and edges to draw: all of a small file, or a sample of a large one.
 
 use std::collections::BinaryHeap;
 
@@ -9,49 +9,50 @@ use delaunay_tiles::store::{Tile, TileEdge, TileReader, Vertex};
 use distributions::mix;
 use futures::TryStreamExt;
 
-/// The most triangles, and the most vertices, of a file that is drawn whole.
-const WHOLE: u64 = 60_000;
-/// Vertices of a sample.
+/// Maximum number of triangles, and of vertices, of a file that is drawn whole.
+const MAX_WHOLE: u64 = 60_000;
+/// Number of vertices of a sample.
 const SAMPLE: usize = 10_000;
 
-/// Points by number, and what joins them.
+/// Numbered points, and the edges and triangles between them.
 pub struct Scene {
     /// The points.
     pub points: Vec<Point>,
-    /// Around all vertices of the file.
+    /// The bounds of all vertices of the file.
     pub bounds: Rect,
-    /// Each edge once, without the outline and constraints.
+    /// The edges, without the outline and constraints; each edge occurs once.
     pub edges: Vec<[u32; 2]>,
-    /// The edges that are constraints and no walls, if the file is drawn whole.
+    /// The edges that are constraints but not walls, if the file is drawn whole.
     pub constraints: Vec<[u32; 2]>,
     /// The edges that are walls, if the file is drawn whole.
     pub walls: Vec<[u32; 2]>,
     /// The edges of the hull, if the file is drawn whole.
     pub outline: Vec<[u32; 2]>,
-    /// Triangles that stand in no core, if the file is drawn whole.
+    /// The triangles that are in no tile's core, if the file is drawn whole.
     pub border: Vec<[u32; 3]>,
-    /// Triangles in holes, if the file is drawn whole.
+    /// The triangles in holes, if the file is drawn whole.
     pub holes: Vec<[u32; 3]>,
-    /// Points that are sites, if the file is drawn whole.
+    /// The points that are sites, if the file is drawn whole.
     pub sites: Vec<u32>,
-    /// Triangles that the edges are of.
+    /// The number of triangles of the drawn triangulation.
     pub triangles: u64,
-    /// Whether this is a sample.
+    /// Whether the scene is a sample.
     pub thinned: bool,
 }
 
 impl Scene {
-    /// Reads the tiles one after the other, and keeps a bounded part of them.
+    /// Reads the tiles one by one, and keeps a bounded part of them.
     pub async fn gather(reader: &TileReader) -> anyhow::Result<Self> {
         let m = &reader.directory().metadata;
-        if m.triangles <= WHOLE && m.vertices <= WHOLE {
+        if m.triangles <= MAX_WHOLE && m.vertices <= MAX_WHOLE {
             Self::whole(reader).await
         } else {
             Self::sample(reader).await
         }
     }
 
-    /// Without anything in it. The picture's frame must not depend on which points a sample has.
+    /// Creates an empty scene. Its bounds are those of the file, because the frame of the picture
+    /// must not depend on the points of a sample.
     fn empty(reader: &TileReader) -> Self {
         Self {
             points: Vec::new(),
@@ -69,7 +70,7 @@ impl Scene {
     }
 
     async fn whole(reader: &TileReader) -> anyhow::Result<Self> {
-        let (mut scene, numbers) = (Self::empty(reader), Numbers::new(reader));
+        let (mut scene, numbers) = (Self::empty(reader), VertexNumbers::new(reader));
         let limit = reader.directory().metadata.triangles as usize;
         let mut triangles = Vec::new();
         let mut tiles = reader.tiles();
@@ -77,14 +78,14 @@ impl Scene {
             let first = scene.points.len() as u32;
             scene.sites.extend(tile.sites().map(|site| first + site.vertex.0));
             scene.points.extend(tile.points());
-            // Without triangles, edges stand alone.
+            // Without triangles, edges are stored on their own.
             for edge in tile.owned_constraints().filter(|_| tile.triangle_count() == 0) {
                 let ends = numbers.of(&tile, tile.ends(edge))?;
                 scene.lines(&tile, edge).push(ends);
             }
             for triangle in tile.owned_triangles() {
                 let corners = numbers.of(&tile, tile.vertices(triangle))?;
-                scene.take_triangle(&tile, triangle, corners);
+                scene.add_triangle(&tile, triangle, corners);
                 triangles.push(corners);
                 ensure!(
                     triangles.len() <= limit,
@@ -98,7 +99,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// The list of constraints to which an edge of a tile belongs.
+    /// Returns the list of constraints that an edge of a tile belongs to.
     fn lines(&mut self, tile: &Tile, edge: impl Into<TileEdge>) -> &mut Vec<[u32; 2]> {
         match tile.is_wall(edge) {
             true => &mut self.walls,
@@ -106,12 +107,15 @@ impl Scene {
         }
     }
 
-    /// Takes what is to be told of a triangle: its constraints, whether it is of a border, and whether of a hole.
-    fn take_triangle(&mut self, tile: &Tile, triangle: TriangleId, corners: [u32; 3]) {
-        let sides = (0..3).map(|side| HalfEdge::new(triangle, side));
-        for (side, place) in sides.zip(0..).filter(|&(side, _)| tile.is_constraint(side)) {
-            let [a, b] = [corners[place], corners[(place + 1) % 3]];
-            self.lines(tile, side).push([a.min(b), a.max(b)]);
+    /// Adds a triangle to the lists: its constraints, and itself if it is in a border or in a hole.
+    fn add_triangle(&mut self, tile: &Tile, triangle: TriangleId, corners: [u32; 3]) {
+        let half_edges = (0..3).map(|index| HalfEdge::new(triangle, index));
+        for (half_edge, index) in half_edges
+            .zip(0..)
+            .filter(|&(half_edge, _)| tile.is_constraint(half_edge))
+        {
+            let [a, b] = [corners[index], corners[(index + 1) % 3]];
+            self.lines(tile, half_edge).push([a.min(b), a.max(b)]);
         }
         if triangle.0 >= tile.core_triangle_count() {
             self.border.push(corners);
@@ -121,7 +125,7 @@ impl Scene {
         }
     }
 
-    /// Sorts out the edges of all triangles, and what came twice.
+    /// Computes the edges of all triangles, and removes duplicates.
     fn join(&mut self, triangles: &[[u32; 3]]) {
         self.triangles = triangles.len() as u64;
         (self.edges, self.outline) = edges_of(triangles);
@@ -135,7 +139,8 @@ impl Scene {
         self.sites.dedup();
     }
 
-    /// The vertices with the smallest hashes: a sample that depends on nothing but the set of vertices.
+    /// Samples the vertices with the smallest hashes. The sample depends only on the set of
+    /// vertices.
     async fn sample(reader: &TileReader) -> anyhow::Result<Self> {
         let mut smallest = BinaryHeap::with_capacity(SAMPLE + 1);
         let mut tiles = reader.tiles();
@@ -153,7 +158,7 @@ impl Scene {
             }
         }
         let mut points = smallest.into_sorted_vec();
-        // A damaged file may have equal ones, which the engine must not see.
+        // A damaged file may have equal points, which the engine does not accept.
         points.dedup();
         let points = points
             .into_iter()
@@ -173,14 +178,14 @@ impl Scene {
     }
 }
 
-/// The numbers of all vertices, tile by tile.
-struct Numbers<'a> {
+/// The numbers of all vertices, in the order of the tiles.
+struct VertexNumbers<'a> {
     reader: &'a TileReader,
-    /// That of the first vertex of each tile.
+    /// The number of the first vertex of each tile.
     first_of: Vec<u32>,
 }
 
-impl<'a> Numbers<'a> {
+impl<'a> VertexNumbers<'a> {
     fn new(reader: &'a TileReader) -> Self {
         let first_of = reader.directory().tiles.iter().scan(0, |next, entry| {
             let first = *next;
@@ -191,14 +196,17 @@ impl<'a> Numbers<'a> {
         Self { reader, first_of }
     }
 
-    /// The numbers of vertices that a tile names; fails if one is not there.
+    /// Returns the numbers of vertices that a tile refers to.
+    ///
+    /// # Errors
+    /// Fails if a vertex does not exist.
     fn of<const N: usize>(&self, tile: &Tile, vertices: [Vertex; N]) -> anyhow::Result<[u32; N]> {
         let mut numbers = [0; N];
         for (number, Vertex { id, .. }) in numbers.iter_mut().zip(vertices) {
             let entry = self.reader.directory().tiles.get(id.tile.0 as usize);
             ensure!(
                 entry.is_some_and(|entry| id.index.0 < entry.vertices),
-                "{}: tile {} names vertex {id}, which is not there",
+                "{}: tile {} refers to vertex {id}, which does not exist",
                 self.reader.name(),
                 tile.id()
             );
@@ -208,18 +216,18 @@ impl<'a> Numbers<'a> {
     }
 }
 
-/// A step of SplitMix64 (Steele, Lea and Flood 2014).
+/// Computes one step of SplitMix64 (Steele, Lea and Flood 2014).
 fn mixed(bits: u64) -> u64 {
     mix(bits.wrapping_add(0x9e37_79b9_7f4a_7c15))
 }
 
-/// Each edge once: those between two triangles, and those of one.
+/// Returns each edge once: those between two triangles, and those of a single triangle.
 fn edges_of(triangles: &[[u32; 3]]) -> (Vec<[u32; 2]>, Vec<[u32; 2]>) {
-    let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    let mut sides: Vec<_> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
-    sides.sort_unstable();
+    let half_edges = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let mut half_edges: Vec<_> = half_edges.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    half_edges.sort_unstable();
     let (mut between, mut outer) = (Vec::new(), Vec::new());
-    for same in sides.chunk_by(|a, b| a == b) {
+    for same in half_edges.chunk_by(|a, b| a == b) {
         let edges = if same.len() == 1 { &mut outer } else { &mut between };
         edges.push(same[0]);
     }
@@ -231,7 +239,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_edge_is_there_once() {
+    fn each_edge_is_listed_once() {
         let (between, outer) = edges_of(&[[0, 1, 2], [2, 1, 3]]);
         assert_eq!(between, [[1, 2]]);
         assert_eq!(outer, [[0, 1], [0, 2], [1, 3], [2, 3]]);

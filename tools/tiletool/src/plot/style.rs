@@ -1,4 +1,4 @@
-//! Colours that mean the same in all pictures, and how shapes are filled and lines drawn.
+//! Colours that have the same meaning in all pictures, and styles of shapes and lines.
 
 use super::svg::UNITS;
 
@@ -12,15 +12,16 @@ pub const WALL: &str = "#4a2c1d";
 pub const HOLE: &str = "#cfd3d6";
 pub const SITE: &str = "#a8327a";
 
-/// The style of lines and of groups of them, in which shapes say themselves what fills them.
+/// The style of lines, and of groups of lines whose shapes name their own fill.
 pub const LINES: &str = "fill=\"none\" stroke-linejoin=\"round\"";
 
-/// The style of what is filled.
+/// Returns the style of filled shapes.
 pub fn fill(colour: &str) -> String {
     format!("fill=\"{colour}\"")
 }
 
-/// The style of lines of so many pixels, in a group of [`Svg::in_units`](super::svg::Svg::in_units).
+/// Returns the style of lines of `width` pixels, in a group of
+/// [`Svg::in_units`](super::svg::Svg::in_units).
 pub fn stroke(colour: &str, width: f64) -> String {
     format!("stroke=\"{colour}\" stroke-width=\"{:.1}\"", width * UNITS)
 }

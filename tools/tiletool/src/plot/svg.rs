@@ -1,18 +1,19 @@
-//! SVG as text: elements, and path data in as few characters as it takes.
+//! SVG as text: elements, and path data in as few characters as possible.
 
 use std::fmt::Write;
 
-/// Units of path data per pixel: paths stand in a group that is scaled down by it.
+/// Units of path data per pixel. Paths are in a group that is scaled down by this factor.
 pub const UNITS: f64 = 10.0;
-/// Beyond this many units from the origin a place is moved in, as nothing of it can be seen.
+/// Maximum coordinate in units. Points farther away are moved to this distance, because nothing of
+/// them is visible.
 const FAR: f64 = 1e7;
 
-/// An SVG document that grows.
+/// An SVG document that is written element by element.
 pub struct Svg {
     text: String,
 }
 
-/// How a text stands at its place.
+/// The alignment of a text at its position.
 #[derive(Clone, Copy)]
 pub enum Anchor {
     Start,
@@ -21,7 +22,7 @@ pub enum Anchor {
 }
 
 impl Svg {
-    /// An empty document.
+    /// Creates an empty document.
     pub fn new(width: u32, height: u32, title: &str) -> Self {
         let text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
@@ -31,13 +32,13 @@ impl Svg {
         Self { text }
     }
 
-    /// Appends an element, or the start or end of one, as it stands.
+    /// Appends an element, or the start or end of one, unchanged.
     pub fn raw(&mut self, element: &str) {
         self.text += element;
         self.text.push('\n');
     }
 
-    /// Appends a group in which coordinates are those of paths, in this style.
+    /// Appends a group in this style, in which coordinates are in the units of paths.
     pub fn in_units(&mut self, style: &str, inside: impl FnOnce(&mut Self)) {
         let space = if style.is_empty() { "" } else { " " };
         self.raw(&format!("<g transform=\"scale({})\"{space}{style}>", 1.0 / UNITS));
@@ -45,7 +46,7 @@ impl Svg {
         self.raw("</g>");
     }
 
-    /// Appends a path, unless there is nothing in it.
+    /// Appends a path, unless it is empty.
     pub fn path(&mut self, path: &Path, style: &str) {
         if !path.data.is_empty() {
             self.raw(&format!("<path d=\"{}\" {style}/>", path.data));
@@ -65,14 +66,14 @@ impl Svg {
         ));
     }
 
-    /// The whole document.
+    /// Returns the whole document.
     pub fn finish(mut self) -> String {
         self.text += "</svg>\n";
         self.text
     }
 }
 
-/// Text as XML wants it; characters that XML does not allow become U+FFFD.
+/// Escapes a text for XML. Characters that XML does not allow become U+FFFD.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -87,67 +88,70 @@ fn escaped(text: &str) -> String {
     out
 }
 
-/// Path data in whole units, relative to the place before, as `m12 34 5 6-7 8z`. Steps of no length are left out.
+/// Path data in whole units, relative to the previous position, such as `m12 34 5 6-7 8z`. Steps of
+/// length 0 are left out.
 #[derive(Default)]
 pub struct Path {
     data: String,
-    /// Where the data ends, where the line would start that is announced, and where the last one started.
-    at: (i64, i64),
-    announced: Option<(i64, i64)>,
+    /// The position at the end of the data.
+    position: (i64, i64),
+    /// The start of the next line, if it is not yet written.
+    pending_start: Option<(i64, i64)>,
+    /// The start of the current line.
     start: (i64, i64),
 }
 
 impl Path {
-    /// Whether there is nothing in it.
+    /// Returns whether the path is empty.
     pub fn is_empty(&self) -> bool {
         self.data.is_empty()
     }
 
-    /// Starts a line, at a place in pixels.
+    /// Starts a line at a position in pixels.
     pub fn move_to(&mut self, pixel: (f64, f64)) {
-        self.announced = Some(units(pixel));
+        self.pending_start = Some(units(pixel));
     }
 
-    /// Draws a line on.
+    /// Continues the line to a position in pixels.
     pub fn line_to(&mut self, pixel: (f64, f64)) {
         let to = units(pixel);
-        if let Some(from) = self.announced {
+        if let Some(from) = self.pending_start {
             if from == to {
                 return;
             }
-            self.announced = None;
+            self.pending_start = None;
             self.data.push('m');
             self.step(from);
             self.start = from;
         }
-        if to != self.at {
+        if to != self.position {
             self.step(to);
         }
     }
 
-    /// Joins the line to its start.
+    /// Closes the line.
     pub fn close(&mut self) {
-        if self.announced.take().is_none() && !self.data.is_empty() {
+        if self.pending_start.take().is_none() && !self.data.is_empty() {
             self.data.push('z');
-            self.at = self.start;
+            self.position = self.start;
         }
     }
 
-    /// Discs of one radius.
+    /// Creates a path of discs of the same radius.
     pub fn discs(centres: impl IntoIterator<Item = (f64, f64)>, radius: f64) -> Self {
         let mut path = Self::default();
         centres.into_iter().for_each(|centre| path.disc(centre, radius));
         path
     }
 
-    /// Closed lines.
+    /// Creates a path of closed lines.
     pub fn polygons(rings: impl IntoIterator<Item = impl IntoIterator<Item = (f64, f64)>>) -> Self {
         let mut path = Self::default();
         rings.into_iter().for_each(|ring| path.polygon(ring));
         path
     }
 
-    /// A line.
+    /// Adds a line.
     pub fn line(&mut self, pixels: impl IntoIterator<Item = (f64, f64)>) {
         for (number, pixel) in pixels.into_iter().enumerate() {
             match number {
@@ -157,23 +161,24 @@ impl Path {
         }
     }
 
-    /// A closed line.
+    /// Adds a closed line.
     pub fn polygon(&mut self, pixels: impl IntoIterator<Item = (f64, f64)>) {
         self.line(pixels);
         self.close();
     }
 
-    /// A disc, of two arcs.
+    /// Adds a disc, as two arcs.
     pub fn disc(&mut self, (x, y): (f64, f64), radius: f64) {
         let (r, to) = ((radius * UNITS).round().max(1.0) as i64, units((x - radius, y)));
         self.data.push('m');
         self.step(to);
         let d = 2 * r;
         let _ = write!(self.data, "a{r} {r} 0 1 0 {d} 0a{r} {r} 0 1 0-{d} 0z");
-        self.announced = None;
+        self.pending_start = None;
     }
 
-    /// All edges, in as few lines as come of going on wherever an edge is left.
+    /// Adds all edges. A line continues as long as its end has an edge that is not yet drawn, so
+    /// that there are few lines.
     pub fn trails(&mut self, pixels: &[(f64, f64)], edges: &[[u32; 2]]) {
         let mut first = vec![0u32; pixels.len() + 1];
         edges.iter().flatten().for_each(|&v| first[v as usize] += 1);
@@ -182,7 +187,8 @@ impl Path {
             sum += *count;
             *count = sum;
         }
-        // Backwards, so that each vertex' edges end up behind its `first`.
+        // In reverse order, so that the edges of each vertex start at its `first`, in ascending
+        // order.
         let mut around = vec![0u32; 2 * edges.len()];
         for (number, edge) in edges.iter().enumerate().rev() {
             for &v in edge {
@@ -193,32 +199,32 @@ impl Path {
         let mut next = first.clone();
         let mut drawn = vec![false; edges.len()];
         for start in 0..pixels.len() {
-            let mut at = start;
+            let mut vertex = start;
             self.move_to(pixels[start]);
             loop {
-                let range = next[at] as usize..first[at + 1] as usize;
+                let range = next[vertex] as usize..first[vertex + 1] as usize;
                 let Some(found) = around[range.clone()].iter().position(|&e| !drawn[e as usize]) else {
-                    next[at] = range.end as u32;
-                    if at == start {
+                    next[vertex] = range.end as u32;
+                    if vertex == start {
                         break;
                     }
-                    at = start;
+                    vertex = start;
                     self.move_to(pixels[start]);
                     continue;
                 };
                 let edge = around[range.start + found] as usize;
-                next[at] = (range.start + found + 1) as u32;
+                next[vertex] = (range.start + found + 1) as u32;
                 drawn[edge] = true;
                 let [a, b] = edges[edge].map(|v| v as usize);
-                at = if a == at { b } else { a };
-                self.line_to(pixels[at]);
+                vertex = if a == vertex { b } else { a };
+                self.line_to(pixels[vertex]);
             }
         }
-        self.announced = None;
+        self.pending_start = None;
     }
 
     fn step(&mut self, to: (i64, i64)) {
-        for (number, distance) in [to.0 - self.at.0, to.1 - self.at.1].into_iter().enumerate() {
+        for (number, distance) in [to.0 - self.position.0, to.1 - self.position.1].into_iter().enumerate() {
             let joined = distance < 0 || (number == 0 && self.data.ends_with('m'));
             let _ = if joined {
                 write!(self.data, "{distance}")
@@ -226,7 +232,7 @@ impl Path {
                 write!(self.data, " {distance}")
             };
         }
-        self.at = to;
+        self.position = to;
     }
 }
 
@@ -240,7 +246,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn path_data_is_short() {
+    fn path_data_is_relative_and_short() {
         let mut path = Path::default();
         path.move_to((9.0, 9.0));
         path.polygon([(1.0, 2.0), (1.0, 2.0), (3.0, 2.04), (3.0, 1.0)]);
@@ -255,9 +261,9 @@ mod tests {
         let edges = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
         let mut path = Path::default();
         path.trails(&pixels, &edges);
-        // Walks the data again: sums of steps, in units.
+        // Reads the data: sums of steps, in units.
         let mut drawn = Vec::new();
-        let mut at = 0i64;
+        let mut position = 0i64;
         for line in path.data.split('m').skip(1) {
             let spaced = line.replace('-', " -");
             let steps: Vec<i64> = spaced
@@ -265,10 +271,13 @@ mod tests {
                 .step_by(2)
                 .map(|n| n.parse().unwrap())
                 .collect();
-            at += steps[0];
+            position += steps[0];
             for step in &steps[1..] {
-                drawn.push([at.min(at + step) as u32 / 10, at.max(at + step) as u32 / 10]);
-                at += step;
+                drawn.push([
+                    position.min(position + step) as u32 / 10,
+                    position.max(position + step) as u32 / 10,
+                ]);
+                position += step;
             }
         }
         drawn.sort_unstable();

@@ -1,4 +1,4 @@
-//! The nearest sites along a line, as they are printed.
+//! Output of the nearest sites along a line.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use super::answer::name;
 use super::values::{pair, position};
 use crate::common::cell;
 
-/// The columns of an interval.
+/// The CSV columns of an interval.
 pub const COLUMNS: &str = "from_t,to_t,from_x,from_y,to_x,to_y,status,sites";
 
 const fn status(interval: &AlongInterval) -> &'static str {
@@ -25,18 +25,18 @@ fn names(interval: &AlongInterval) -> Vec<String> {
     interval.sites.iter().flatten().map(of).collect()
 }
 
-/// A row of a table; the sites are in one cell.
+/// Returns the CSV row of an interval, with all sites in one cell.
 pub fn row(interval: &AlongInterval) -> String {
-    let places = [interval.from_t, interval.to_t].map(|t| t.to_string()).join(",");
+    let positions = [interval.from_t, interval.to_t].map(|t| t.to_string()).join(",");
     let points = [interval.from, interval.to].map(pair).join(",");
     format!(
-        "{places},{points},{},{}",
+        "{positions},{points},{},{}",
         status(interval),
         cell(&names(interval).join(";"))
     )
 }
 
-/// An object.
+/// Returns the JSON object of an interval.
 pub fn object(interval: &AlongInterval) -> Value {
     let sites = interval.sites.as_ref().map(|sites| {
         let of = |site: &SiteAlong| {
@@ -58,15 +58,15 @@ pub fn object(interval: &AlongInterval) -> Value {
     })
 }
 
-/// Where it is, for GeoJSON.
+/// Returns the GeoJSON geometry of an interval.
 pub fn geometry(interval: &AlongInterval) -> Value {
     json!({"type": "LineString", "coordinates": [position(interval.from), position(interval.to)]})
 }
 
-/// A line for people.
-pub fn say(text: &mut String, interval: &AlongInterval) {
+/// Appends a line of text about an interval.
+pub fn push_interval(text: &mut String, interval: &AlongInterval) {
     let names = match &interval.sites {
-        None => "in an obstacle".to_owned(),
+        None => "inside an obstacle".to_owned(),
         Some(sites) if sites.is_empty() => "no site can be reached".to_owned(),
         Some(_) => shown::text(&names(interval).join(", ")).into_owned(),
     };

@@ -1,4 +1,4 @@
-//! What a query comes to, as far as it is printed.
+//! Answers to queries, in the form in which they are printed.
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{AlongInterval, Location, Near, Path, QueryError, SiteFound};
@@ -11,15 +11,16 @@ use super::batch::Question;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Status {
     Ok,
+    /// No path connects the two points.
     Unreachable,
-    /// With the point, and the nearest free one.
+    /// A point of the query is inside an obstacle: the point, and the nearest free point.
     Inside(Point, Option<Point>),
-    /// The rest is at least as far away.
+    /// The query reached a limit: the lower bound of the distance of everything that was not found.
     Budget(f64),
 }
 
 impl Status {
-    /// The name in tables.
+    /// Returns the name for tables and objects.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Ok => "ok",
@@ -29,7 +30,10 @@ impl Status {
         }
     }
 
-    /// Of an error that is an answer.
+    /// Converts an error that is an answer.
+    ///
+    /// # Errors
+    /// Returns all other errors unchanged.
     pub fn of(error: QueryError) -> anyhow::Result<Self> {
         match error {
             QueryError::InsideObstacle { point, nearest_free } => Ok(Self::Inside(point, nearest_free)),
@@ -39,15 +43,16 @@ impl Status {
     }
 }
 
-/// Rings, the outer one first, counter-clockwise, the others clockwise; first points are not repeated.
+/// A polygon as rings: the outer ring first, counter-clockwise, then the others, clockwise. First
+/// points are not repeated at the end.
 pub type Polygon = Vec<Vec<Point>>;
 
-/// What an answer cost.
+/// The measured cost of an answer.
 #[derive(Clone, Debug)]
 pub struct Measured {
-    /// For programs.
+    /// The cost as a JSON object.
     pub object: Value,
-    /// For people.
+    /// The cost as a line of text.
     pub line: String,
 }
 
@@ -56,16 +61,16 @@ pub struct Measured {
 pub struct Answer {
     pub question: Question,
     pub status: Status,
-    pub found: Found,
-    /// What it cost, if that was measured.
+    pub found: QueryResult,
+    /// The cost, if it was measured.
     pub cost: Option<Measured>,
-    /// The area within reach, if it was asked for.
+    /// The area within the radius, if it was requested.
     pub area: Option<Vec<Polygon>>,
 }
 
-/// What was found.
+/// What a query found.
 #[derive(Clone, Debug)]
-pub enum Found {
+pub enum QueryResult {
     Location(Location),
     Near(Vec<Near>),
     Sites(Vec<SiteFound>),
@@ -73,8 +78,8 @@ pub enum Found {
     Along(Vec<AlongInterval>),
 }
 
-impl Found {
-    /// No sites, or no path.
+impl QueryResult {
+    /// Returns the empty result of a question: no sites, or no path.
     pub fn nothing(question: Question) -> Self {
         match question {
             Question::At(_) => Self::Sites(Vec::new()),
@@ -83,8 +88,9 @@ impl Found {
     }
 }
 
-/// What a point lies on or in, and the numbers of the vertices there.
-pub fn spot(location: &Location) -> (&'static str, Vec<String>) {
+/// Returns the kind of element at a location (vertex, edge, triangle or outside) and the ids of its
+/// vertices.
+pub fn location_parts(location: &Location) -> (&'static str, Vec<String>) {
     let (what, vertices) = match location {
         Location::OnVertex(vertex) => ("vertex", std::slice::from_ref(vertex)),
         Location::OnEdge { ends, .. } => ("edge", &ends[..]),
@@ -94,12 +100,12 @@ pub fn spot(location: &Location) -> (&'static str, Vec<String>) {
     (what, vertices.iter().map(|vertex| vertex.id.to_string()).collect())
 }
 
-/// The same for people, on one line.
-pub fn shown_name(number: Option<u64>, id: Option<&str>) -> String {
+/// Returns the name of a site for people, on one line, with control characters escaped.
+pub fn displayed_name(number: Option<u64>, id: Option<&str>) -> String {
     shown::text(&name(number, id)).into_owned()
 }
 
-/// The id of a site, or its number if it has none.
+/// Returns the id of a site, or its number if it has no id.
 pub fn name(number: Option<u64>, id: Option<&str>) -> String {
     match (id, number) {
         (Some(id), _) => id.to_owned(),

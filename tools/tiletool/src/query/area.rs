@@ -1,7 +1,7 @@
 //! The area within a walking distance, as polygons.
 //!
-//! The library's pieces are united by crate i_overlay, which rounds to a grid of 2^-30 of the area's size, or finer: far below
-//! the tolerance with which arcs become lines.
+//! Crate i_overlay unites the parts that the library returns. It rounds coordinates to a grid of
+//! 2^-30 of the area's size or finer, far below the tolerance with which arcs become lines.
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::QueryOptions;
@@ -16,24 +16,26 @@ use serde_json::{Value, json};
 use super::answer::{Polygon, Status};
 use super::values::position;
 
-/// An arc's line is this part of its radius inside the arc at most.
+/// Maximum distance of an arc's straight edges from the arc, inside it, as a fraction of the arc's
+/// radius.
 pub const TOLERANCE: f64 = 1e-4;
 
-/// Points that are as near to a straight line, as a part of the distance, are left out.
+/// Points that are at most this fraction of the radius away from a straight line are removed.
 const STRAIGHT: f64 = 1e-8;
 
-/// The polygons of the area; of what was found in time if a budget ended it.
+/// Returns the polygons of the area within `radius` of `at`. If a limit ended the query, they cover
+/// what was found until then.
 pub async fn within(
     reader: &TileReader,
     at: Point,
     radius: f64,
     options: QueryOptions,
 ) -> anyhow::Result<(Status, Vec<Polygon>)> {
-    let mut pieces = reader.area_within(at, radius, options);
+    let mut parts = reader.area_within(at, radius, options);
     let mut outlines: Vec<Vec<[f64; 2]>> = Vec::new();
     let status = loop {
-        match pieces.try_next().await {
-            Ok(Some(piece)) => outlines.push(piece.outline(TOLERANCE).iter().map(|p| [p.x, p.y]).collect()),
+        match parts.try_next().await {
+            Ok(Some(part)) => outlines.push(part.outline(TOLERANCE).iter().map(|p| [p.x, p.y]).collect()),
             Ok(None) => break Status::Ok,
             Err(error) => break Status::of(error)?,
         }
@@ -43,7 +45,8 @@ pub async fn within(
         ..OverlayOptions::default()
     };
     let union = outlines.simplify_shape_custom(FillRule::NonZero, options, Solver::default());
-    // Pieces leave points on straight lines, rounded. Once more, as leaving these out could make lines touch.
+    // The union leaves rounded points on straight lines. Removing them could make lines touch, so
+    // the result is united once more.
     let rings = union.into_iter().flatten();
     let straight: Vec<Vec<[f64; 2]>> = rings.map(|ring| straightened(&ring, STRAIGHT * radius)).collect();
     let shapes = straight.simplify_shape_custom(FillRule::NonZero, options, Solver::default());
@@ -53,7 +56,8 @@ pub async fn within(
     Ok((status, shapes.into_iter().map(polygon).collect()))
 }
 
-/// A ring without the points that lie on a line between those before and after them, or nearly.
+/// Returns a ring without the points that are at most `slack` away from the line between their
+/// neighbours.
 fn straightened(ring: &[[f64; 2]], slack: f64) -> Vec<[f64; 2]> {
     let is_straight = |[ax, ay]: [f64; 2], [bx, by]: [f64; 2], [cx, cy]: [f64; 2]| {
         let (dx, dy) = (cx - ax, cy - ay);
@@ -74,7 +78,7 @@ fn straightened(ring: &[[f64; 2]], slack: f64) -> Vec<[f64; 2]> {
     kept
 }
 
-/// Where it is, for GeoJSON.
+/// Returns the GeoJSON geometry of the polygons.
 pub fn geometry(polygons: &[Polygon]) -> Value {
     let ring = |ring: &Vec<Point>| {
         let closed = ring.iter().chain(ring.first());
@@ -89,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn points_on_lines_are_left_out() {
+    fn points_on_straight_lines_are_removed() {
         let ring = [
             [0.0, 0.0],
             [1.0, 1e-10],

@@ -1,4 +1,4 @@
-//! What `tiletool query` can be told.
+//! The options of `tiletool query`.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -18,7 +18,7 @@ use crate::plot::PlotFile;
 pub struct AtArgs {
     #[command(flatten)]
     pub common: CommonArgs,
-    /// A point to ask for, as X,Y; may be repeated
+    /// Point to query, as X,Y; may be repeated
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = batch::point)]
     pub at: Vec<Point>,
 }
@@ -27,43 +27,50 @@ pub struct AtArgs {
 pub struct WayArgs {
     #[command(flatten)]
     pub common: CommonArgs,
-    /// Where it begins, as X,Y
+    /// Start of the path or line, as X,Y
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = batch::point, requires = "to")]
     pub from: Option<Point>,
-    /// Where it ends
+    /// End of the path or line, as X,Y
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = batch::point, requires = "from")]
     pub to: Option<Point>,
 }
 
 #[derive(Args, Clone, Copy, Debug)]
 pub struct ModeArgs {
-    /// How exact: exact, fast (along edges, pulled taut, with bounds), or within:0.05 (the upper bound at most 1.05 times the lower)
+    /// Accuracy of distances: exact, fast, or within:TOLERANCE
+    ///
+    /// 'fast' returns a path along edges of the triangulation, shortened within the triangles that
+    /// it passes, with a lower and an upper bound of the distance. 'within:0.05' returns an upper
+    /// bound of at most 1.05 times the lower bound.
     #[arg(long, value_name = "MODE", default_value = "exact")]
     pub mode: Mode,
 }
 
 #[derive(Args, Clone, Copy, Debug)]
 pub struct ProgressArgs {
-    /// Print the fast answer first, with its bounds and what the exact one is expected to cost, and then the exact one
+    /// Print the fast answer first, with its bounds and the expected cost of the exact answer, and
+    /// then the exact answer
     #[arg(long, conflicts_with = "mode")]
     pub progressive: bool,
 }
 
-/// What is read, and how much of it.
+/// The tile file, and limits on reading it.
 #[derive(Args, Clone, Debug)]
 pub struct ReadingArgs {
-    /// The tile file
+    /// Tile file to query
     file: PathBuf,
-    /// Memory for tiles, as 64MiB
-    #[arg(long, value_name = "SIZE", default_value = "64MiB")]
+    /// Memory for the cache of tiles
+    #[arg(long, value_name = "BYTES", default_value = "64MiB")]
     cache: ByteSize,
-    /// Different tiles that one search may read; what it found till then is the answer
-    #[arg(long, value_name = "TILES")]
+    /// Maximum number of different tiles that one query may read
+    ///
+    /// A query that reaches this limit answers with what it found until then.
+    #[arg(long, value_name = "COUNT")]
     max_tiles: Option<u64>,
-    /// Milliseconds that one search may take
-    #[arg(long, value_name = "MS")]
+    /// Maximum time of one query in milliseconds, with the same effect as --max-tiles
+    #[arg(long, value_name = "MILLISECONDS")]
     max_time: Option<u64>,
-    /// Tell on standard error how long it took and what was read
+    /// Print the elapsed time and the number of tiles read to standard error
     #[arg(long)]
     pub stats: bool,
 }
@@ -72,23 +79,25 @@ pub struct ReadingArgs {
 pub struct CommonArgs {
     #[command(flatten)]
     pub reading: ReadingArgs,
-    /// A file of points: x,y in each row, or from_x,from_y,to_x,to_y for paths and lines; a header is passed over
-    #[arg(long, value_name = "FILE.csv")]
+    /// CSV file of queries: x,y in each row, or from_x,from_y,to_x,to_y for paths and lines
+    ///
+    /// A header row is skipped.
+    #[arg(long, value_name = "FILE")]
     pub batch: Option<PathBuf>,
     /// Prove each path by a walk through the triangles that it passes
     #[arg(long)]
     pub certify: bool,
-    /// Queries at once; by default as many as there are processors
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    /// Number of queries that run at once [default: one per processor]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// Draw what is in the way, what was searched and what was found
-    #[arg(long, value_name = "MAP.svg|MAP.png", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
+    /// Draw the obstacles, the searched triangles and the answer, as .svg or .png
+    #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     pub plot: Option<PlotFile>,
     #[command(flatten)]
     pub format: FormatArgs,
 }
 
-/// How answers are printed.
+/// The format in which answers are printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     Text,
@@ -100,10 +109,10 @@ pub enum Format {
 #[derive(Args, Clone, Copy, Debug)]
 #[group(multiple = false)]
 pub struct FormatArgs {
-    /// Print a JSON object for each query, on one line
+    /// Print one JSON object per query, each on one line
     #[arg(long)]
     pub json: bool,
-    /// Print rows of numbers in full
+    /// Print CSV rows, with numbers in full precision
     #[arg(long)]
     pub csv: bool,
     /// Print a GeoJSON FeatureCollection
@@ -130,21 +139,21 @@ impl WayArgs {
 }
 
 impl ReadingArgs {
-    /// Opens the file, with a cache of its own.
+    /// Opens the tile file with a cache of its own.
     pub async fn open(&self) -> anyhow::Result<TileReader> {
         let cache = Cache::new(usize::try_from(self.cache.as_u64()).unwrap_or(usize::MAX));
         common::open(&self.file, OpenOptions::default().cache(&cache)).await
     }
 
-    /// Tells on standard error how long it took and what was read, if that is asked for.
-    pub fn report(&self, what: &str, count: u64, began: Instant, reader: &TileReader) {
+    /// Prints the elapsed time and the tiles read to standard error, if --stats is given. `things`
+    /// is the number of answers with its noun.
+    pub fn report(&self, things: &str, began: Instant, reader: &TileReader) {
         if !self.stats {
             return;
         }
         let statistics = reader.cache().statistics();
         common::say(format_args!(
-            "{} {what} in {:.3} s; tiles: {} read, {} found in the cache, {} dropped from it",
-            thousands(count),
+            "{things} in {:.3} s; tiles: {} read, {} found in the cache, {} evicted from it",
             began.elapsed().as_secs_f64(),
             thousands(statistics.misses),
             thousands(statistics.hits),
@@ -152,7 +161,7 @@ impl ReadingArgs {
         ));
     }
 
-    /// The limits of one search.
+    /// Returns the limits of one query.
     pub fn limits(&self) -> QueryOptions {
         let mut options = QueryOptions::default();
         if let Some(tiles) = self.max_tiles {

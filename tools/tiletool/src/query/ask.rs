@@ -5,11 +5,11 @@ use delaunay_tiles::query::{Footing, PathOutcome, QueryError, QueryOptions};
 use delaunay_tiles::store::TileReader;
 use futures::{Stream, TryStreamExt};
 
-use super::answer::{Answer, Found, Status};
+use super::answer::{Answer, QueryResult, Status};
 use super::area;
 use super::batch::Question;
 
-/// What is asked.
+/// The kind of a query, with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ask {
     Locate,
@@ -20,7 +20,7 @@ pub enum Ask {
     Along { k: u32 },
 }
 
-/// The first of a stream, and how it ended.
+/// Returns up to `most` items of a stream, and how the stream ended.
 async fn first<T>(
     mut stream: impl Stream<Item = Result<T, QueryError>> + Unpin,
     most: usize,
@@ -37,7 +37,7 @@ async fn first<T>(
 }
 
 impl Ask {
-    /// The answer to a question.
+    /// Returns the answer to a question.
     pub async fn answer(
         self,
         reader: &TileReader,
@@ -49,7 +49,7 @@ impl Ask {
             (Self::Along { k }, Question::Way(from, to)) => {
                 let intervals = reader.nearest_along(from, to, k as usize, options.clone());
                 let (status, intervals) = first(intervals, usize::MAX).await?;
-                (status, Found::Along(intervals))
+                (status, QueryResult::Along(intervals))
             }
             (_, Question::Way(from, to)) => answer_way(reader, from, to, options.clone()).await?,
         };
@@ -67,7 +67,12 @@ impl Ask {
         })
     }
 
-    async fn answer_at(self, reader: &TileReader, at: Point, options: QueryOptions) -> anyhow::Result<(Status, Found)> {
+    async fn answer_at(
+        self,
+        reader: &TileReader,
+        at: Point,
+        options: QueryOptions,
+    ) -> anyhow::Result<(Status, QueryResult)> {
         Ok(match self {
             Self::Locate => {
                 let location = reader.locate(at.x, at.y).await?;
@@ -78,24 +83,24 @@ impl Ask {
                     Err(QueryError::NoTriangles { .. }) => Status::Ok,
                     Err(error) => Status::of(error)?,
                 };
-                (status, Found::Location(location))
+                (status, QueryResult::Location(location))
             }
             Self::Nearest { k, vertices } => {
                 let of_sites = !vertices && reader.directory().metadata.sites > 0;
                 let (status, near) = if of_sites {
-                    first(reader.sites_by_air(at, options), k as usize).await?
+                    first(reader.sites_by_euclidean_distance(at, options), k as usize).await?
                 } else {
-                    first(reader.vertices_by_air(at, options), k as usize).await?
+                    first(reader.vertices_by_euclidean_distance(at, options), k as usize).await?
                 };
-                (status, Found::Near(near))
+                (status, QueryResult::Near(near))
             }
             Self::Knn { k } => {
                 let (status, sites) = first(reader.nearest_sites(at, options), k as usize).await?;
-                (status, Found::Sites(sites))
+                (status, QueryResult::Sites(sites))
             }
             Self::Range { radius, .. } => {
                 let (status, sites) = first(reader.sites_within(at, radius, options), usize::MAX).await?;
-                (status, Found::Sites(sites))
+                (status, QueryResult::Sites(sites))
             }
             Self::Path | Self::Along { .. } => unreachable!("a way has two ends"),
         })
@@ -107,19 +112,21 @@ async fn answer_way(
     from: Point,
     to: Point,
     options: QueryOptions,
-) -> anyhow::Result<(Status, Found)> {
+) -> anyhow::Result<(Status, QueryResult)> {
     let outcome = match reader.shortest_path(from, to, options).await {
         Ok(outcome) => outcome,
-        Err(error) => return Ok((Status::of(error)?, Found::Path(None))),
+        Err(error) => return Ok((Status::of(error)?, QueryResult::Path(None))),
     };
     Ok(path_found(outcome))
 }
 
-/// How a question for a path ended, and the path.
-pub fn path_found(outcome: PathOutcome) -> (Status, Found) {
+/// Returns how a query for a path ended, and the path.
+pub fn path_found(outcome: PathOutcome) -> (Status, QueryResult) {
     match outcome {
-        PathOutcome::Found(path) => (Status::Ok, Found::Path(Some(path))),
-        PathOutcome::Unreachable => (Status::Unreachable, Found::Path(None)),
-        PathOutcome::InsideObstacle { point, nearest_free } => (Status::Inside(point, nearest_free), Found::Path(None)),
+        PathOutcome::Found(path) => (Status::Ok, QueryResult::Path(Some(path))),
+        PathOutcome::Unreachable => (Status::Unreachable, QueryResult::Path(None)),
+        PathOutcome::InsideObstacle { point, nearest_free } => {
+            (Status::Inside(point, nearest_free), QueryResult::Path(None))
+        }
     }
 }

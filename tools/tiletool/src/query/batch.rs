@@ -1,4 +1,4 @@
-//! What is asked for: points on the command line and in files.
+//! Points of queries, from the command line and from files.
 
 use std::path::Path;
 
@@ -7,25 +7,25 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::RowFile;
 use delaunay_tiles::shown;
 
-/// What one query is about.
+/// The point or points of one query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Question {
     At(Point),
     Way(Point, Point),
 }
 
-/// A point, as `X,Y`.
+/// Parses a point, written as `X,Y`.
 pub fn point(text: &str) -> anyhow::Result<Point> {
     match numbers(text).as_deref() {
         Some(&[x, y]) => Ok(Point::new(x, y)),
-        _ => bail!("a point is two numbers with a comma between them, as 3.5,-4"),
+        _ => bail!("a point is two numbers separated by a comma, such as 3.5,-4"),
     }
 }
 
-/// A distance: a number that is not negative.
+/// Parses a distance: a number of at least 0.
 pub fn radius(text: &str) -> anyhow::Result<f64> {
     let radius = text.parse().ok().filter(|radius: &f64| *radius >= 0.0);
-    radius.context("a distance is a number that is not negative")
+    radius.context("a distance is a number of at least 0")
 }
 
 fn numbers(row: &str) -> Option<Vec<f64>> {
@@ -35,16 +35,13 @@ fn numbers(row: &str) -> Option<Vec<f64>> {
         .filter(|numbers| numbers.iter().all(|number| number.is_finite()))
 }
 
-/// Reads a file of points or of ways. The first row may be a header; blank rows and those that
-/// begin with # are none.
+/// Reads a file of points, or of pairs of points if `ways`. The first row may be a header. Blank
+/// rows and rows that begin with # are skipped.
 pub fn read(path: &Path, ways: bool) -> anyhow::Result<Vec<Question>> {
     let mut rows = RowFile::open(path)?;
     let (expected, hint) = match ways {
-        false => ("x,y", "a row is two numbers with a comma between them"),
-        true => (
-            "from_x,from_y,to_x,to_y",
-            "a row is four numbers with commas between them",
-        ),
+        false => ("x,y", "a row is two numbers separated by a comma"),
+        true => ("from_x,from_y,to_x,to_y", "a row is four numbers separated by commas"),
     };
     let mut questions = Vec::new();
     let mut is_first = true;
@@ -53,7 +50,7 @@ pub fn read(path: &Path, ways: bool) -> anyhow::Result<Vec<Question>> {
         let question = match (numbers(text).as_deref(), ways) {
             (Some(&[x, y]), false) => Question::At(Point::new(x, y)),
             (Some(&[x, y, to_x, to_y]), true) => Question::Way(Point::new(x, y), Point::new(to_x, to_y)),
-            // A header has no numbers at all.
+            // A header has no numbers.
             (None, _) if is_first && text.split(',').all(|cell| cell.trim().parse::<f64>().is_err()) => {
                 is_first = false;
                 continue;
@@ -74,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn points_and_distances() {
+    fn points_must_be_finite_and_distances_not_negative() {
         assert_eq!(point("-3.5, 4e2").unwrap(), Point::new(-3.5, 400.0));
         for text in ["", "1", "1,2,3", "a,b", "1,NaN", "inf,0", "1;2"] {
             assert!(point(text).is_err(), "{text}");

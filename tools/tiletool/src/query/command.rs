@@ -1,4 +1,4 @@
-//! The questions of `tiletool query`.
+//! The query commands of `tiletool query`.
 
 use clap::{Args, Subcommand};
 use delaunay_tiles::query::Mode;
@@ -9,28 +9,38 @@ use super::batch::{self, Question};
 
 #[derive(Subcommand, Clone, Debug)]
 pub enum QueryCommand {
-    /// The vertex, edge or triangle that a point lies on or in, and whether it is free
+    /// Find the vertex, edge or triangle at a point, and whether the point is free
+    #[command(after_help = "Example:\n  tiletool query locate town.tiles --at 3.5,-4")]
     Locate(AtArgs),
-    /// The nearest sites as the crow flies, or the nearest vertices
+    /// Find the nearest sites or vertices by Euclidean distance
+    #[command(after_help = "Example:\n  tiletool query nearest town.tiles --at 3.5,-4 -k 3")]
     Nearest(NearestArgs),
-    /// The nearest sites by walking distance
+    /// Find the nearest sites by walking distance
+    #[command(
+        after_help = "Examples:\n  tiletool query knn town.tiles --at 3.5,-4 -k 3\n  tiletool query knn town.tiles --batch homes.csv -k 1 --csv"
+    )]
     Knn(KnnArgs),
-    /// All sites within a walking distance, and the area
+    /// Find all sites, and optionally the area, within a walking distance
+    #[command(after_help = "Example:\n  tiletool query range town.tiles --at 7,7 --radius 500 --area --plot reach.png")]
     Range(RangeArgs),
-    /// A shortest path
+    /// Find a shortest path between two points
+    #[command(
+        after_help = "Examples:\n  tiletool query path town.tiles --from -1,2 --to 8,8 --geojson\n  tiletool query path town.tiles --from -1,2 --to 8,8 --mode within:0.05"
+    )]
     Path(PathArgs),
-    /// The nearest sites along a straight line: the intervals on which they stay the same
+    /// Find the nearest sites along a straight line, in intervals with the same sites
+    #[command(after_help = "Example:\n  tiletool query along town.tiles --from -1,2 --to 8,8 -k 3")]
     Along(AlongArgs),
 }
 
 #[derive(Args, Clone, Debug)]
 pub struct NearestArgs {
     #[command(flatten)]
-    pub places: AtArgs,
-    /// How many
-    #[arg(short, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub points: AtArgs,
+    /// Number of sites or vertices to find
+    #[arg(short, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub k: u32,
-    /// Vertices, even if there are sites
+    /// Find vertices even if the file has sites
     #[arg(long)]
     pub vertices: bool,
 }
@@ -38,9 +48,9 @@ pub struct NearestArgs {
 #[derive(Args, Clone, Debug)]
 pub struct KnnArgs {
     #[command(flatten)]
-    pub places: AtArgs,
-    /// How many
-    #[arg(short, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
+    pub points: AtArgs,
+    /// Number of sites to find
+    #[arg(short, value_name = "COUNT", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
     pub k: u32,
     #[command(flatten)]
     pub mode: ModeArgs,
@@ -51,14 +61,16 @@ pub struct KnnArgs {
 #[derive(Args, Clone, Debug)]
 pub struct RangeArgs {
     #[command(flatten)]
-    pub places: AtArgs,
-    /// How far away they are at most
+    pub points: AtArgs,
+    /// Maximum walking distance
     #[arg(long, value_name = "DISTANCE", value_parser = batch::radius)]
     pub radius: f64,
     #[command(flatten)]
     pub mode: ModeArgs,
-    /// Give the area within that distance, too, in --geojson and --plot: polygons whose arcs are lines, a ten-thousandth of the
-    /// arc's radius inside it at most
+    /// Also return the area within that distance, with --geojson or --plot
+    ///
+    /// The area consists of polygons. Arcs become straight edges, which are inside the arc by at
+    /// most a ten-thousandth of its radius.
     #[arg(long)]
     pub area: bool,
 }
@@ -77,13 +89,13 @@ pub struct PathArgs {
 pub struct AlongArgs {
     #[command(flatten)]
     pub line: WayArgs,
-    /// How many
-    #[arg(short, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    /// Number of nearest sites on each interval
+    #[arg(short, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub k: u32,
 }
 
 impl QueryCommand {
-    /// How exact the answer is to be, and whether the fast one comes first.
+    /// Returns the accuracy of the answer, and whether the fast answer is printed first.
     pub fn mode(&self) -> (Mode, bool) {
         match self {
             Self::Locate(_) | Self::Nearest(_) | Self::Along(_) => (Mode::Exact, false),
@@ -93,9 +105,9 @@ impl QueryCommand {
         }
     }
 
-    /// What is asked, of which points, and with which options.
+    /// Returns the kind of the query, its points and its common options.
     pub fn parts(&self) -> (Ask, Vec<Question>, &CommonArgs) {
-        let of = |places: &AtArgs| places.at.iter().map(|&at| Question::At(at)).collect();
+        let of = |points: &AtArgs| points.at.iter().map(|&at| Question::At(at)).collect();
         match self {
             Self::Locate(args) => (Ask::Locate, of(args), &args.common),
             Self::Nearest(args) => {
@@ -103,16 +115,16 @@ impl QueryCommand {
                     k: args.k,
                     vertices: args.vertices,
                 };
-                (ask, of(&args.places), &args.places.common)
+                (ask, of(&args.points), &args.points.common)
             }
-            Self::Knn(args) => (Ask::Knn { k: args.k }, of(&args.places), &args.places.common),
+            Self::Knn(args) => (Ask::Knn { k: args.k }, of(&args.points), &args.points.common),
             Self::Range(args) => (
                 Ask::Range {
                     radius: args.radius,
                     area: args.area,
                 },
-                of(&args.places),
-                &args.places.common,
+                of(&args.points),
+                &args.points.common,
             ),
             Self::Path(args) => (Ask::Path, args.way.ways(), &args.way.common),
             Self::Along(args) => (Ask::Along { k: args.k }, args.line.ways(), &args.line.common),

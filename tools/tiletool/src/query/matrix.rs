@@ -1,4 +1,5 @@
-//! `tiletool query matrix`: walking distances between all of some points and all of others.
+//! `tiletool query matrix`: walking distances between all points of one list and all points of
+//! another.
 
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -17,21 +18,23 @@ use serde_json::{Value, json};
 use super::answer::{Status, name};
 use super::args::{Format, FormatArgs, ReadingArgs};
 use super::batch::{self, Question};
-use super::print::say;
+use super::print::push_status;
 use super::values::{COLLECTION, COLLECTION_END, bounds, line_string, pair, position, with_distance, write_feature};
-use crate::common::{self, cell, thousands};
+use crate::common::{self, cell, counted, thousands};
 use crate::plot::{self, Overlay, PlotFile};
 
-/// So many paths fit in a picture, and in memory.
-const DRAWN: u64 = 10_000;
+/// Maximum number of paths in a picture, which also limits memory.
+const MAX_DRAWN: u64 = 10_000;
 
-/// Distances between all of some points and all of others, or all sites.
+/// Compute the walking distances between all points of two lists
 ///
-/// Pairs come in the order of the shorter list, and for each of its points in the order of the other; points are numbered from 0.
+/// The second list may be all sites of the tile file. Pairs are printed in the order of the shorter
+/// list, and for each of its points in the order of the other list. Points are numbered from 0.
+///
 /// One search serves all pairs of a point of the shorter list.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
-Example:
+Examples:
   tiletool query matrix town.tiles --from-file depots.csv --to-file homes.csv --csv
   tiletool query matrix town.tiles --batch depots.csv
   tiletool query matrix town.tiles --from-file homes.csv --sites --csv
@@ -39,32 +42,33 @@ Example:
 pub struct MatrixArgs {
     #[command(flatten)]
     reading: ReadingArgs,
-    /// The points from which, x,y in each row; a header is passed over
-    #[arg(long, value_name = "A.csv")]
+    /// CSV file of start points, with x,y in each row; a header row is skipped
+    #[arg(long, value_name = "FILE")]
     from_file: Option<PathBuf>,
-    /// The points to which
-    #[arg(long, value_name = "B.csv", requires = "from_file")]
+    /// CSV file of end points, in the same format
+    #[arg(long, value_name = "FILE", requires = "from_file")]
     to_file: Option<PathBuf>,
-    /// Points from each of which to all of them
-    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["from_file", "to_file"])]
+    /// CSV file of points that are both start and end points
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["from_file", "to_file"])]
     batch: Option<PathBuf>,
-    /// To all sites of the file
+    /// Take all sites of the tile file as end points
     #[arg(long, conflicts_with = "to_file")]
     sites: bool,
-    /// Draw what is in the way, and a path for each pair, if there are 10,000 at most
-    #[arg(long, value_name = "MAP.svg|MAP.png", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
+    /// Draw the obstacles and the path of each pair, as .svg or .png; at most 10,000 pairs
+    #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     plot: Option<PlotFile>,
     #[command(flatten)]
     format: FormatArgs,
 }
 
-/// Points, and what they are called.
-struct Ends {
+/// Points and their names.
+struct NamedPoints {
     points: Vec<Point>,
+    /// The names of sites; `None` if the points are named by their indices.
     names: Option<Vec<String>>,
 }
 
-impl Ends {
+impl NamedPoints {
     fn read(path: &Path) -> anyhow::Result<Self> {
         let questions = batch::read(path, false)?.into_iter();
         let points = questions.filter_map(|question| match question {
@@ -77,7 +81,7 @@ impl Ends {
         })
     }
 
-    /// All sites, in the order of their numbers.
+    /// Returns all sites, in the order of their numbers.
     async fn sites(reader: &TileReader) -> anyhow::Result<Self> {
         let mut sites = Vec::new();
         let mut tiles = reader.tiles();
@@ -96,10 +100,10 @@ impl Ends {
         })
     }
 
-    fn name(&self, place: usize) -> String {
+    fn name(&self, index: usize) -> String {
         match &self.names {
-            Some(names) => names[place].clone(),
-            None => place.to_string(),
+            Some(names) => names[index].clone(),
+            None => index.to_string(),
         }
     }
 }
@@ -126,45 +130,43 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
         if let Some(file) = &args.plot {
             plot::draw_query(&reader, file, &picture(args, matrix, paths)).await?;
         }
-        args.reading.report("pairs", count, began, &reader);
+        args.reading.report(&counted(count, "pair", "pairs"), began, &reader);
         Ok(())
     })
 }
 
-/// Points from which, and points to which.
+/// The start points and the end points.
 struct Matrix {
-    from: Ends,
-    to: Ends,
+    from: NamedPoints,
+    to: NamedPoints,
 }
 
 impl Matrix {
     async fn read(args: &MatrixArgs, reader: &TileReader) -> anyhow::Result<Self> {
         let from = match args.from_file.as_ref().or(args.batch.as_ref()) {
-            Some(path) => Ends::read(path)?,
-            None => bail!(
-                "no points are given; give --from-file A.csv with --to-file B.csv or --sites, or --batch FILE.csv"
-            ),
+            Some(path) => NamedPoints::read(path)?,
+            None => bail!("no points are given; give --from-file FILE with --to-file FILE or --sites, or --batch FILE"),
         };
         let to = match &args.to_file {
-            _ if args.sites => Ends::sites(reader).await?,
-            Some(path) => Ends::read(path)?,
-            None if args.batch.is_some() => Ends {
+            _ if args.sites => NamedPoints::sites(reader).await?,
+            Some(path) => NamedPoints::read(path)?,
+            None if args.batch.is_some() => NamedPoints {
                 points: from.points.clone(),
                 names: None,
             },
-            None => bail!("no points to which are given; give --to-file B.csv or --sites"),
+            None => bail!("no end points are given; give --to-file FILE or --sites"),
         };
         let pairs = from.points.len() as u64 * to.points.len() as u64;
         ensure!(
-            args.plot.is_none() || pairs <= DRAWN,
-            "--plot draws {} paths at most, and these are {}; take fewer points",
-            thousands(DRAWN),
+            args.plot.is_none() || pairs <= MAX_DRAWN,
+            "--plot draws at most {} paths, but there are {} pairs; use fewer points",
+            thousands(MAX_DRAWN),
             thousands(pairs)
         );
         Ok(Self { from, to })
     }
 
-    /// Prints all pairs; returns how many.
+    /// Prints all pairs. Returns how many.
     async fn print(
         &self,
         format: Format,
@@ -215,7 +217,7 @@ impl Matrix {
         if let Some(names) = &self.to.names {
             value["to"] = names[found.to].clone().into();
         }
-        status(found.outcome).put(&mut value);
+        status(found.outcome).add_to(&mut value);
         match found.outcome {
             DistanceOutcome::Found(distance) => with_distance(value, &distance),
             _ => value,
@@ -227,7 +229,7 @@ impl Matrix {
         let names = self.names(found);
         let [from, to] = names.each_ref().map(|name| shown::text(name));
         let mut text = format!("{from} ({}, {}) to {to} ({}, {})", a.x, a.y, b.x, b.y);
-        say(&mut text, status(found.outcome));
+        push_status(&mut text, status(found.outcome));
         if let DistanceOutcome::Found(distance) = found.outcome {
             text += &format!(": {}", distance.value);
         }
@@ -244,17 +246,18 @@ impl Matrix {
     }
 }
 
-/// The picture of all pairs.
+/// Returns the picture of all pairs.
 fn picture(args: &MatrixArgs, Matrix { from, to }: Matrix, paths: Vec<Vec<Point>>) -> Overlay {
-    let [starts, ends, found] = [from.points.len(), to.points.len(), paths.len()].map(|count| thousands(count as u64));
+    let [starts, found] = [from.points.len(), paths.len()].map(|count| thousands(count as u64));
+    let ends = counted(to.points.len() as u64, "point", "points");
     let (sites, ends_seen) = match to.names {
         Some(_) => (to.points, Vec::new()),
-        // To the same points: they are seen already.
+        // The end points are the start points, which are drawn already.
         None if args.batch.is_some() => (Vec::new(), Vec::new()),
         None => (Vec::new(), to.points),
     };
     Overlay {
-        title: format!("Shortest paths from {starts} to {ends} points  ·  {found} found"),
+        title: format!("Shortest paths from {starts} to {ends}  ·  {found} found"),
         starts: from.points,
         ends: ends_seen,
         sites,
@@ -263,7 +266,7 @@ fn picture(args: &MatrixArgs, Matrix { from, to }: Matrix, paths: Vec<Vec<Point>
     }
 }
 
-/// How a pair ended, in the words of other queries.
+/// Converts the outcome of a pair to the status of a query.
 fn status(outcome: DistanceOutcome) -> Status {
     match outcome {
         DistanceOutcome::Found(_) => Status::Ok,

@@ -1,4 +1,4 @@
-//! `tiletool query`: what is where, what is near, and how to get there.
+//! `tiletool query`: point location, nearest sites, and shortest paths among obstacles.
 
 mod along;
 pub mod answer;

@@ -1,15 +1,15 @@
-//! Answers as a picture.
+//! Pictures of answers.
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::Explored;
 
-use super::answer::{Answer, Found, Status};
+use super::answer::{Answer, QueryResult, Status};
 use super::ask::Ask;
 use super::batch::Question;
-use crate::common::thousands;
+use crate::common::{counted, thousands};
 use crate::plot::Overlay;
 
-/// Gathers answers for a picture.
+/// Collects answers for a picture.
 pub struct Picture {
     overlay: Overlay,
     answers: u64,
@@ -25,7 +25,7 @@ impl Picture {
         }
     }
 
-    /// Takes an answer.
+    /// Adds an answer.
     pub fn take(&mut self, ask: Ask, answer: &Answer) {
         self.answers += 1;
         let overlay = &mut self.overlay;
@@ -38,21 +38,21 @@ impl Picture {
         }
         let path_of = |path: &delaunay_tiles::query::Path| path.points.clone();
         match &answer.found {
-            Found::Location(_) => {}
-            Found::Near(near) => overlay.sites.extend(near.iter().map(|near| near.vertex.point)),
-            Found::Sites(sites) => {
+            QueryResult::Location(_) => {}
+            QueryResult::Near(near) => overlay.sites.extend(near.iter().map(|near| near.vertex.point)),
+            QueryResult::Sites(sites) => {
                 overlay.sites.extend(sites.iter().map(|site| site.vertex.point));
                 overlay
                     .paths
                     .extend(sites.iter().filter_map(|site| site.path.as_ref()).map(path_of));
             }
-            Found::Path(path) => overlay.paths.extend(path.iter().map(path_of)),
-            Found::Along(intervals) => {
+            QueryResult::Path(path) => overlay.paths.extend(path.iter().map(path_of)),
+            QueryResult::Along(intervals) => {
                 let mut number = 0;
                 for interval in intervals {
-                    let its = interval.sites.is_some().then_some(number);
-                    number += usize::from(its.is_some());
-                    overlay.intervals.push(([interval.from, interval.to], its));
+                    let number_if_free = interval.sites.is_some().then_some(number);
+                    number += usize::from(number_if_free.is_some());
+                    overlay.intervals.push(([interval.from, interval.to], number_if_free));
                     for site in interval.sites.iter().flatten() {
                         if !overlay.sites.contains(&site.vertex.point) {
                             overlay.sites.push(site.vertex.point);
@@ -62,25 +62,25 @@ impl Picture {
             }
         }
         overlay.areas.extend(answer.area.iter().flatten().cloned());
-        self.last = said(ask, answer);
+        self.last = title(ask, answer);
     }
 
-    /// The picture of all answers.
+    /// Returns the picture of all answers.
     pub fn finish(mut self, explored: &Explored) -> Overlay {
         self.overlay.explored = explored.triangles();
         self.overlay.title = match self.answers {
             1 => self.last,
-            answers => format!("{} queries", thousands(answers)),
+            answers => counted(answers, "query", "queries"),
         };
         let searched = self.overlay.explored.len() as u64;
         if searched > 0 {
-            self.overlay.title += &format!("  ·  {} triangles searched", thousands(searched));
+            self.overlay.title += &format!("  ·  triangles searched: {}", thousands(searched));
         }
         self.overlay
     }
 }
 
-/// A number with a few digits.
+/// Formats a number with about six significant digits, without trailing zeros.
 fn short(v: f64) -> String {
     let digits = (5 - v.abs().max(1e-9).log10().floor() as i32).clamp(0, 9) as usize;
     let text = format!("{v:.digits$}");
@@ -90,37 +90,41 @@ fn short(v: f64) -> String {
     }
 }
 
-fn place(p: Point) -> String {
+fn point_text(p: Point) -> String {
     format!("({}, {})", short(p.x), short(p.y))
 }
 
-/// What was asked and what came of it, in a line.
-fn said(ask: Ask, answer: &Answer) -> String {
+/// Returns the title of a picture: a query and its result.
+fn title(ask: Ask, answer: &Answer) -> String {
     let question = match answer.question {
-        Question::At(at) => place(at),
-        Question::Way(from, to) => format!("{} to {}", place(from), place(to)),
+        Question::At(at) => point_text(at),
+        Question::Way(from, to) => format!("{} to {}", point_text(from), point_text(to)),
     };
     let ended = match answer.status {
         Status::Ok => String::new(),
-        Status::Unreachable => "  ·  no way leads there".to_owned(),
-        Status::Inside(..) => "  ·  in an obstacle".to_owned(),
-        Status::Budget(_) => "  ·  stopped early".to_owned(),
+        Status::Unreachable => "  ·  no path exists".to_owned(),
+        Status::Inside(..) => "  ·  inside an obstacle".to_owned(),
+        Status::Budget(_) => "  ·  stopped at a limit".to_owned(),
     };
     let found = match &answer.found {
-        Found::Location(_) => String::new(),
-        Found::Near(near) => format!("  ·  {} found", near.len()),
-        Found::Sites(sites) => format!("  ·  {} sites", sites.len()),
-        Found::Path(Some(path)) => format!("  ·  length {}", short(path.distance.value)),
-        Found::Path(None) => String::new(),
-        Found::Along(intervals) => format!("  ·  {} intervals", intervals.len()),
+        QueryResult::Location(_) => String::new(),
+        QueryResult::Near(near) => format!("  ·  {} found", near.len()),
+        QueryResult::Sites(sites) => format!("  ·  {}", counted(sites.len() as u64, "site", "sites")),
+        QueryResult::Path(Some(path)) => format!("  ·  length {}", short(path.distance.value)),
+        QueryResult::Path(None) => String::new(),
+        QueryResult::Along(intervals) => format!("  ·  {}", counted(intervals.len() as u64, "interval", "intervals")),
+    };
+    let nearest = |k: u32| match k {
+        1 => "The nearest".to_owned(),
+        k => format!("The {k} nearest"),
     };
     let what = match ask {
         Ask::Locate => "Where is".to_owned(),
-        Ask::Nearest { k, .. } => format!("The {k} nearest as the crow flies to"),
-        Ask::Knn { k } => format!("The {k} nearest by walking distance from"),
+        Ask::Nearest { k, .. } => format!("{} by Euclidean distance to", nearest(k)),
+        Ask::Knn { k } => format!("{} by walking distance from", nearest(k)),
         Ask::Range { radius, .. } => format!("Within {} of", short(radius)),
         Ask::Path => "The shortest path from".to_owned(),
-        Ask::Along { k } => format!("The {k} nearest along"),
+        Ask::Along { k } => format!("{} along", nearest(k)),
     };
     format!("{what} {question}{found}{ended}")
 }

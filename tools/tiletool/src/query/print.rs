@@ -1,4 +1,4 @@
-//! Answers for people and programs.
+//! Prints answers for people and programs.
 
 use std::fmt::Write as _;
 use std::io::{self, BufWriter, Stdout, Write};
@@ -7,7 +7,7 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Bend, Distance, Near, Path, SiteFound};
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Found, Status, name, shown_name, spot};
+use super::answer::{Answer, QueryResult, Status, displayed_name, location_parts, name};
 use super::args::Format;
 use super::ask::Ask;
 use super::batch::Question;
@@ -24,7 +24,8 @@ pub struct Printer {
 }
 
 impl Printer {
-    /// Prints what comes before all answers, which may come in stages.
+    /// Creates a printer and prints what precedes all answers. `in_stages` says whether answers
+    /// come in stages.
     pub fn new(format: Format, ask: Ask, in_stages: bool) -> anyhow::Result<Self> {
         let mut out = BufWriter::new(io::stdout());
         match format {
@@ -55,18 +56,19 @@ impl Printer {
         Ok(())
     }
 
-    /// Prints one of two answers, at once. Before the first one all may go wrong, which is of no stage.
+    /// Prints one of the two answers to a question, without delay. `stage` is `None` for an error
+    /// before the first answer.
     pub fn print_stage(&mut self, answer: &Answer, stage: Option<Stage>) -> anyhow::Result<()> {
         match self.format {
             Format::Text => write!(
                 self.out,
                 "{}{}",
-                stage.map(Stage::text).unwrap_or_default(),
+                stage.map(Stage::prefix).unwrap_or_default(),
                 text(answer)
             )?,
             Format::Json => {
                 let mut object = object(answer);
-                stage.into_iter().for_each(|stage| stage.tell(&mut object));
+                stage.into_iter().for_each(|stage| stage.add_to(&mut object));
                 writeln!(self.out, "{object}")?;
             }
             Format::Csv => {
@@ -80,7 +82,7 @@ impl Printer {
                 for feature in &mut features {
                     stage
                         .into_iter()
-                        .for_each(|stage| stage.tell(&mut feature["properties"]));
+                        .for_each(|stage| stage.add_to(&mut feature["properties"]));
                 }
                 self.print_features(features)?;
             }
@@ -96,7 +98,7 @@ impl Printer {
         Ok(())
     }
 
-    /// Prints what comes behind all answers.
+    /// Prints what follows all answers.
     pub fn finish(mut self) -> anyhow::Result<()> {
         if self.format == Format::GeoJson {
             writeln!(self.out, "{COLLECTION_END}")?;
@@ -116,35 +118,38 @@ fn header(ask: Ask) -> String {
     columns.to_owned()
 }
 
-fn asked(question: Question) -> String {
+fn question_cells(question: Question) -> String {
     match question {
         Question::At(at) => pair(at),
         Question::Way(from, to) => format!("{},{}", pair(from), pair(to)),
     }
 }
 
-/// Rows of a table. A cell in quotes may have line ends in it.
+/// Returns the CSV rows of an answer. A quoted cell may contain line breaks.
 fn rows(answer: &Answer) -> Vec<String> {
-    let (asked, status) = (asked(answer.question), answer.status.name());
+    let (question_cells, status) = (question_cells(answer.question), answer.status.name());
     let mut rows = Vec::new();
     match &answer.found {
-        Found::Location(location) => {
-            let (what, mut vertices) = spot(location);
+        QueryResult::Location(location) => {
+            let (what, mut vertices) = location_parts(location);
             vertices.resize(3, String::new());
-            rows.push(format!("{asked},{status},{what},{}", vertices.join(",")));
+            rows.push(format!("{question_cells},{status},{what},{}", vertices.join(",")));
         }
-        Found::Near(all) => {
+        QueryResult::Near(all) => {
             for (near, rank) in all.iter().zip(1..) {
                 let (vertex, at) = (near.vertex.id, pair(near.vertex.point));
                 let site = cell(&name(near.site, near.id.as_deref()));
-                rows.push(format!("{asked},{rank},{vertex},{site},{at},{}", near.distance));
+                rows.push(format!(
+                    "{question_cells},{rank},{vertex},{site},{at},{}",
+                    near.distance
+                ));
             }
         }
-        Found::Sites(sites) => {
+        QueryResult::Sites(sites) => {
             for (site, rank) in sites.iter().zip(1..) {
                 let name = cell(&name(Some(site.number), site.id.as_deref()));
                 let (at, distance) = (pair(site.vertex.point), bounds(&site.distance));
-                rows.push(format!("{asked},ok,{rank},{name},{at},{distance}"));
+                rows.push(format!("{question_cells},ok,{rank},{name},{at},{distance}"));
             }
             if answer.status != Status::Ok {
                 let lower = if let Status::Budget(at_least) = answer.status {
@@ -152,23 +157,23 @@ fn rows(answer: &Answer) -> Vec<String> {
                 } else {
                     String::new()
                 };
-                rows.push(format!("{asked},{status},,,,,,{lower},"));
+                rows.push(format!("{question_cells},{status},,,,,,{lower},"));
             }
         }
-        Found::Path(path) => {
+        QueryResult::Path(path) => {
             let bounds = match (path, answer.status) {
                 (Some(path), _) => bounds(&path.distance),
                 (None, Status::Budget(at_least)) => format!(",{at_least},"),
                 (None, _) => ",,".to_owned(),
             };
-            rows.push(format!("{asked},{status},{bounds}"));
+            rows.push(format!("{question_cells},{status},{bounds}"));
         }
-        Found::Along(intervals) => {
+        QueryResult::Along(intervals) => {
             for interval in intervals {
-                rows.push(format!("{asked},{}", along::row(interval)));
+                rows.push(format!("{question_cells},{}", along::row(interval)));
             }
             if answer.status != Status::Ok {
-                rows.push(format!("{asked},,,,,,,{status},"));
+                rows.push(format!("{question_cells},,,,,,,{status},"));
             }
         }
     }
@@ -194,19 +199,19 @@ fn path_value(path: &Path) -> Value {
     })
 }
 
-/// The question and how it ended, as the head of an object.
-fn head(answer: &Answer) -> Value {
+/// Returns an object with the question and how it ended.
+fn header_object(answer: &Answer) -> Value {
     let mut value = match answer.question {
         Question::At(at) => json!({"at": position(at)}),
         Question::Way(from, to) => json!({"from": position(from), "to": position(to)}),
     };
-    answer.status.put(&mut value);
+    answer.status.add_to(&mut value);
     value
 }
 
 impl Status {
-    /// Says in an object how a query ended.
-    pub fn put(self, value: &mut Value) {
+    /// Adds to an object how a query ended.
+    pub fn add_to(self, value: &mut Value) {
         value["status"] = self.name().into();
         match self {
             Self::Inside(point, nearest) => {
@@ -219,11 +224,11 @@ impl Status {
     }
 }
 
-/// What was found, as objects, and where each is.
+/// Returns the found items as objects, each with its point and its path, if any.
 fn items<'a>(answer: &'a Answer) -> Vec<(Value, Option<Point>, Option<&'a Path>)> {
     match &answer.found {
-        Found::Location(location) => {
-            let (what, vertices) = spot(location);
+        QueryResult::Location(location) => {
+            let (what, vertices) = location_parts(location);
             let at = if let Question::At(at) = answer.question {
                 Some(at)
             } else {
@@ -231,7 +236,7 @@ fn items<'a>(answer: &'a Answer) -> Vec<(Value, Option<Point>, Option<&'a Path>)
             };
             vec![(json!({"where": what, "vertices": vertices}), at, None)]
         }
-        Found::Near(all) => {
+        QueryResult::Near(all) => {
             let item = |near: &Near| {
                 let point = near.vertex.point;
                 let site = near.site.map(|number| name(Some(number), near.id.as_deref()));
@@ -241,7 +246,7 @@ fn items<'a>(answer: &'a Answer) -> Vec<(Value, Option<Point>, Option<&'a Path>)
             };
             all.iter().map(item).collect()
         }
-        Found::Sites(sites) => {
+        QueryResult::Sites(sites) => {
             let item = |site: &'a SiteFound| {
                 let point = site.vertex.point;
                 let value = json!({"site": name(Some(site.number), site.id.as_deref()), "to": position(point)});
@@ -249,11 +254,11 @@ fn items<'a>(answer: &'a Answer) -> Vec<(Value, Option<Point>, Option<&'a Path>)
             };
             sites.iter().map(item).collect()
         }
-        Found::Path(path) => path
+        QueryResult::Path(path) => path
             .iter()
             .map(|path| (with_distance(json!({}), &path.distance), None, Some(path)))
             .collect(),
-        Found::Along(intervals) => {
+        QueryResult::Along(intervals) => {
             let item = |interval| (along::object(interval), None, None);
             intervals.iter().map(item).collect()
         }
@@ -261,7 +266,7 @@ fn items<'a>(answer: &'a Answer) -> Vec<(Value, Option<Point>, Option<&'a Path>)
 }
 
 fn object(answer: &Answer) -> Value {
-    let mut value = head(answer);
+    let mut value = header_object(answer);
     if let Some(cost) = &answer.cost {
         value["statistics"] = cost.object.clone();
     }
@@ -273,17 +278,17 @@ fn object(answer: &Answer) -> Value {
     });
     let mut items: Vec<Value> = items.collect();
     match (&answer.found, items.pop()) {
-        (Found::Location(_) | Found::Path(_), Some(Value::Object(item))) => {
+        (QueryResult::Location(_) | QueryResult::Path(_), Some(Value::Object(item))) => {
             item.into_iter().for_each(|(key, item)| value[key] = item);
         }
         (found, last) => {
             let key = match found {
-                Found::Near(_) => "nearest",
-                Found::Along(_) => "intervals",
+                QueryResult::Near(_) => "nearest",
+                QueryResult::Along(_) => "intervals",
                 _ => "sites",
             };
             items.extend(last);
-            if !matches!(found, Found::Path(_)) {
+            if !matches!(found, QueryResult::Path(_)) {
                 value[key] = items.into();
             }
         }
@@ -291,10 +296,10 @@ fn object(answer: &Answer) -> Value {
     value
 }
 
-/// Intervals and areas have a place of their own.
+/// Returns the GeoJSON features of intervals or of an area, which have geometries of their own.
 fn shapes(answer: &Answer) -> Option<Vec<Value>> {
     match (&answer.found, &answer.area) {
-        (Found::Along(intervals), _) if !intervals.is_empty() => {
+        (QueryResult::Along(intervals), _) if !intervals.is_empty() => {
             let feature = |interval| {
                 let properties = along::object(interval);
                 json!({"type": "Feature", "properties": properties, "geometry": along::geometry(interval)})
@@ -302,7 +307,7 @@ fn shapes(answer: &Answer) -> Option<Vec<Value>> {
             Some(intervals.iter().map(feature).collect())
         }
         (_, Some(polygons)) => {
-            let mut properties = head(answer);
+            let mut properties = header_object(answer);
             properties["tolerance"] = area::TOLERANCE.into();
             let feature = json!({"type": "Feature", "properties": properties, "geometry": area::geometry(polygons)});
             Some(vec![feature])
@@ -313,21 +318,21 @@ fn shapes(answer: &Answer) -> Option<Vec<Value>> {
 
 fn features(answer: &Answer) -> Vec<Value> {
     let mut features = shapes(answer).unwrap_or_default();
-    if features.is_empty() || matches!(&answer.found, Found::Sites(sites) if !sites.is_empty()) {
+    if features.is_empty() || matches!(&answer.found, QueryResult::Sites(sites) if !sites.is_empty()) {
         features.extend(items_as_features(answer));
     }
     features
 }
 
 fn items_as_features(answer: &Answer) -> Vec<Value> {
-    let head = head(answer);
+    let header_object = header_object(answer);
     let mut items = items(answer);
     if items.is_empty() {
         items.push((json!({}), None, None));
     }
     let feature = |(mut item, point, path): (Value, Option<Point>, Option<&Path>)| {
-        if let (Value::Object(item), Value::Object(head)) = (&mut item, &head) {
-            item.extend(head.clone());
+        if let (Value::Object(item), Value::Object(header_object)) = (&mut item, &header_object) {
+            item.extend(header_object.clone());
         }
         let geometry = match (path, point) {
             (Some(path), _) => line_string(path),
@@ -339,7 +344,7 @@ fn items_as_features(answer: &Answer) -> Vec<Value> {
     items.into_iter().map(feature).collect()
 }
 
-/// The bounds, if more than rounding is between them.
+/// Returns the bounds as text, if they differ by more than rounding.
 fn uncertainty(distance: &Distance) -> String {
     if distance.upper > distance.lower * (1.0 + 1e-9) {
         format!(", between {} and {}", distance.lower, distance.upper)
@@ -348,18 +353,23 @@ fn uncertainty(distance: &Distance) -> String {
     }
 }
 
-/// Says in a line of text how a query ended, if not well.
-pub fn say(text: &mut String, status: Status) {
+/// Appends to a line of text how a query ended, if it was not successful.
+pub fn push_status(text: &mut String, status: Status) {
     match status {
         Status::Ok => {}
-        Status::Unreachable => text.push_str(": no way leads there"),
+        Status::Unreachable => text.push_str(": no path exists"),
         Status::Inside(point, nearest) => {
-            _ = write!(text, ": ({}, {}) lies in an obstacle", point.x, point.y);
+            _ = write!(text, ": ({}, {}) is inside an obstacle", point.x, point.y);
             if let Some(nearest) = nearest {
                 _ = write!(text, "; the nearest free point is ({}, {})", nearest.x, nearest.y);
             }
         }
-        Status::Budget(at_least) => _ = write!(text, ": stopped early; what is not here is at least {at_least} away"),
+        Status::Budget(at_least) => {
+            _ = write!(
+                text,
+                ": stopped at a limit; what was not found is at least {at_least} away"
+            )
+        }
     }
 }
 
@@ -369,56 +379,60 @@ fn text(answer: &Answer) -> String {
         Question::Way(from, to) => format!("({}, {}) to ({}, {})", from.x, from.y, to.x, to.y),
     };
     match (answer.status, &answer.found) {
-        (Status::Budget(_), Found::Along(_)) => text.push_str(": stopped early; what comes behind is not known"),
-        (status, _) => say(&mut text, status),
+        (Status::Budget(_), QueryResult::Along(_)) => {
+            text.push_str(": stopped at a limit; the rest of the line is unknown")
+        }
+        (status, _) => push_status(&mut text, status),
     }
     match &answer.found {
-        Found::Location(location) => {
-            let (what, vertices) = spot(location);
+        QueryResult::Location(location) => {
+            let (what, vertices) = location_parts(location);
             text += &match what {
-                "outside" => ": outside the hull".to_owned(),
+                "outside" => ": outside the convex hull".to_owned(),
                 "triangle" => format!(": in triangle {}", vertices.join(" ")),
                 what => format!(": on {what} {}", vertices.join(" ")),
             };
         }
-        Found::Path(Some(path)) => {
+        QueryResult::Path(Some(path)) => {
             text += &format!(": {}{}", path.distance.value, uncertainty(&path.distance));
-            path.bends.iter().for_each(|bend| say_bend(&mut text, bend));
+            path.bends.iter().for_each(|bend| push_bend(&mut text, bend));
         }
-        Found::Near(_) | Found::Sites(_) | Found::Path(None) | Found::Along(_) => {}
+        QueryResult::Near(_) | QueryResult::Sites(_) | QueryResult::Path(None) | QueryResult::Along(_) => {}
     }
     text.push('\n');
     match &answer.found {
-        Found::Near(all) => {
+        QueryResult::Near(all) => {
             for (near, rank) in all.iter().zip(1..) {
                 let what = match near.site {
-                    Some(number) => format!("site {}", shown_name(Some(number), near.id.as_deref())),
+                    Some(number) => format!("site {}", displayed_name(Some(number), near.id.as_deref())),
                     None => format!("vertex {}", near.vertex.id),
                 };
-                say_found(&mut text, rank, near.distance, &what, near.vertex.point);
+                push_item(&mut text, rank, near.distance, &what, near.vertex.point);
                 text.push('\n');
             }
         }
-        Found::Sites(sites) => {
+        QueryResult::Sites(sites) => {
             for (site, rank) in sites.iter().zip(1..) {
-                let what = format!("site {}", shown_name(Some(site.number), site.id.as_deref()));
-                say_found(&mut text, rank, site.distance.value, &what, site.vertex.point);
+                let what = format!("site {}", displayed_name(Some(site.number), site.id.as_deref()));
+                push_item(&mut text, rank, site.distance.value, &what, site.vertex.point);
                 text += &format!("{}\n", uncertainty(&site.distance));
             }
         }
-        Found::Along(intervals) => intervals.iter().for_each(|interval| along::say(&mut text, interval)),
-        Found::Location(_) | Found::Path(_) => {}
+        QueryResult::Along(intervals) => intervals
+            .iter()
+            .for_each(|interval| along::push_interval(&mut text, interval)),
+        QueryResult::Location(_) | QueryResult::Path(_) => {}
     }
     text
 }
 
-/// Begins a line about what was found.
-fn say_found(text: &mut String, rank: u32, distance: f64, what: &str, Point { x, y }: Point) {
+/// Appends the start of a line about a found item.
+fn push_item(text: &mut String, rank: u32, distance: f64, what: &str, Point { x, y }: Point) {
     _ = write!(text, "{rank:4}  {distance:<20} {what} at ({x}, {y})");
 }
 
-/// A line about a bend of a path.
-fn say_bend(text: &mut String, bend: &Bend) {
+/// Appends a line about a bend of a path.
+fn push_bend(text: &mut String, bend: &Bend) {
     let Point { x, y } = bend.vertex.point;
     let turn = if bend.turns_left { "left" } else { "right" };
     let lines = bend.sources.iter();
@@ -426,7 +440,7 @@ fn say_bend(text: &mut String, bend: &Bend) {
         .map(|source| format!("{} {}", source.kind(), source.number()))
         .collect();
     let around = match (bend.edge_to, lines.is_empty()) {
-        (None, _) => "nothing: a shorter path goes straight on".to_owned(),
+        (None, _) => "nothing: there is a shorter path".to_owned(),
         (_, true) => "a hole".to_owned(),
         _ => lines.join(", "),
     };

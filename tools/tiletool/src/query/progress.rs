@@ -1,16 +1,16 @@
-//! Fast answers first, then the exact ones.
+//! Prints fast answers first, then the exact ones.
 
 use delaunay_tiles::query::{Progress, QueryError, QueryOptions};
 use delaunay_tiles::store::TileReader;
 use futures::{Stream, TryStreamExt};
 
-use super::answer::{Answer, Found, Status};
+use super::answer::{Answer, QueryResult, Status};
 use super::ask::{Ask, path_found};
 use super::batch::Question;
 use super::print::Printer;
 use super::stage::Stage;
 
-/// Answers a question twice, and prints each answer when it is there.
+/// Answers a question twice, and prints each answer as soon as it is known.
 pub async fn answer(
     ask: Ask,
     reader: &TileReader,
@@ -21,20 +21,26 @@ pub async fn answer(
     match (ask, question) {
         (Ask::Knn { k }, Question::At(at)) => {
             let progress = reader.nearest_sites_progressive(at, k as usize, options);
-            print_all(question, progress, |sites| (Status::Ok, Found::Sites(sites)), printer).await
+            print_all(
+                question,
+                progress,
+                |sites| (Status::Ok, QueryResult::Sites(sites)),
+                printer,
+            )
+            .await
         }
         (_, Question::Way(from, to)) => {
             let progress = reader.shortest_path_progressive(from, to, options);
             print_all(question, progress, path_found, printer).await
         }
-        _ => unreachable!("only sites and paths come twice"),
+        _ => unreachable!("only sites and paths have two stages"),
     }
 }
 
 async fn print_all<T>(
     question: Question,
     mut progress: impl Stream<Item = Result<Progress<T>, QueryError>> + Unpin,
-    found: impl Fn(T) -> (Status, Found),
+    found: impl Fn(T) -> (Status, QueryResult),
     printer: &mut Printer,
 ) -> anyhow::Result<()> {
     let mut next_is_exact = false;
@@ -45,8 +51,8 @@ async fn print_all<T>(
             Ok(Some(Progress::Exact(answer))) => (Some(Stage::Exact), found(answer)),
             Err(error) => {
                 let stage = next_is_exact.then_some(Stage::Exact);
-                // Nothing was found, but how far away all is at least may be known.
-                (stage, (Status::of(error)?, Found::nothing(question)))
+                // Nothing was found, but a lower bound of the distance may be known.
+                (stage, (Status::of(error)?, QueryResult::nothing(question)))
             }
         };
         next_is_exact = true;

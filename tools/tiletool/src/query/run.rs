@@ -1,4 +1,4 @@
-//! Asks all questions, and prints the answers in order.
+//! Runs all queries, and prints the answers in order.
 
 use std::future::Future;
 use std::sync::Arc;
@@ -22,10 +22,11 @@ use super::{matrix, progress};
 use crate::common;
 use crate::plot;
 
-/// Ask a tile file what is where, what is near, and how to get there among obstacles.
+/// Query a tile file: locations, nearest sites, and shortest paths among obstacles
 ///
-/// Walls and the rings of obstacles block the way; one may walk along them, and round the outside of all, unless the file was
-/// built with --exterior hole. Break lines do not block.
+/// Walls and the rings of obstacles block paths. Paths may run along them, and around the outside
+/// of the convex hull unless the file was built with --exterior hole. Break lines do not block
+/// paths.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = EXAMPLES)]
 pub struct QueryArgs {
@@ -41,7 +42,7 @@ enum Command {
 }
 
 const EXAMPLES: &str = "\
-Example:
+Examples:
   tiletool query knn town.tiles --at 3.5,-4 -k 3
   tiletool query path town.tiles --from -1,2 --to 8,8 --geojson
   tiletool query path town.tiles --from -1,2 --to 8,8 --mode within:0.05
@@ -49,10 +50,10 @@ Example:
   tiletool query range town.tiles --at 7,7 --radius 500 --area --plot reach.png
   tiletool query along town.tiles --from -1,2 --to 8,8 -k 3";
 
-/// Queries that are begun for each that is worked on.
-const BEGUN: usize = 16;
+/// Number of queries that are started for each one that may run.
+const STARTED_PER_SLOT: usize = 16;
 
-/// Answers queries.
+/// Runs a query command.
 pub fn run(args: QueryArgs) -> anyhow::Result<()> {
     match args.command {
         Command::Matrix(args) => matrix::run(&args),
@@ -62,7 +63,7 @@ pub fn run(args: QueryArgs) -> anyhow::Result<()> {
     }
 }
 
-/// Answers queries in some way, and prints the answers.
+/// Answers queries with `by`, and prints the answers.
 pub fn answer<F>(
     command: &QueryCommand,
     by: impl Fn(Ask, TileReader, Question, QueryOptions) -> F,
@@ -74,20 +75,23 @@ where
     common::block_on(answer_all(command, questions, by))
 }
 
-/// What is asked, if it can be answered.
+/// Returns the queries of a command.
+///
+/// # Errors
+/// Fails if no query is given, or options contradict each other.
 fn questions(command: &QueryCommand) -> anyhow::Result<Vec<Question>> {
     let (ask, mut questions, common) = command.parts();
     if let Some(path) = &common.batch {
         questions.extend(batch::read(path, matches!(ask, Ask::Path | Ask::Along { .. }))?);
     } else if questions.is_empty() {
         match ask {
-            Ask::Along { .. } => bail!("no line is given; give --from X,Y --to X,Y, or --batch FILE.csv"),
-            Ask::Path => bail!("no path is asked for; give --from X,Y --to X,Y, or --batch FILE.csv"),
-            _ => bail!("no point is asked for; give --at X,Y, or --batch FILE.csv"),
+            Ask::Along { .. } => bail!("no line is given; give --from X,Y --to X,Y, or --batch FILE"),
+            Ask::Path => bail!("no points are given; give --from X,Y --to X,Y, or --batch FILE"),
+            _ => bail!("no point is given; give --at X,Y, or --batch FILE"),
         }
     }
     if matches!(ask, Ask::Range { area: true, .. }) && common.plot.is_none() && !common.format.geojson {
-        bail!("--area is given as GeoJSON or drawn: add --geojson or --plot MAP.svg");
+        bail!("--area needs --geojson or --plot FILE");
     }
     if command.mode().1 && common.plot.is_some() {
         bail!("--plot draws one answer, and --progressive gives two; leave out one of them");
@@ -95,7 +99,7 @@ fn questions(command: &QueryCommand) -> anyhow::Result<Vec<Question>> {
     Ok(questions)
 }
 
-/// Answers in parallel, and prints in order.
+/// Answers queries in parallel, and prints the answers in order.
 async fn answer_all<F>(
     command: &QueryCommand,
     questions: Vec<Question>,
@@ -109,24 +113,26 @@ where
     let format = args.format.format();
     let mut options = args.options(format).mode(mode);
     let explored = Explored::default();
-    // For several queries a picture of what was searched would show little.
+    // The searched triangles are drawn only for a single query, because a picture of several
+    // searches would show little.
     if args.plot.is_some() && questions.len() == 1 {
         options = options.explored(&explored);
     }
     let began = Instant::now();
-    let count = questions.len();
+    let count = common::counted(questions.len() as u64, "query", "queries");
     let mut printer = Printer::new(format, ask, is_progressive)?;
     if is_progressive {
         for question in questions {
             progress::answer(ask, &reader, question, options.clone(), &mut printer).await?;
         }
         printer.finish()?;
-        args.reading.report("queries", count as u64, began, &reader);
+        args.reading.report(&count, began, &reader);
         return Ok(());
     }
     let available = std::thread::available_parallelism().map_or(1, usize::from);
     let at_once = args.threads.map_or(available, usize::from);
-    // Answers are printed in order. So that a slow one does not hold up others, more are begun than may be worked on at once.
+    // Answers are printed in order. So that a slow one does not delay others, more queries are
+    // started than may run at once.
     let slots = Arc::new(Semaphore::new(at_once));
     let answers = stream::iter(questions).map(|question| {
         let (answer, slots) = (by(ask, reader.clone(), question, options.clone()), Arc::clone(&slots));
@@ -134,9 +140,9 @@ where
             let _slot = slots.acquire().await;
             answer.await
         });
-        async move { task.await.context("a query broke down")? }
+        async move { task.await.context("a query task failed")? }
     });
-    let mut answers = answers.buffered(BEGUN * at_once);
+    let mut answers = answers.buffered(STARTED_PER_SLOT * at_once);
     let mut picture = args.plot.as_ref().map(|_| Picture::new());
     while let Some(answer) = answers.try_next().await? {
         printer.print(&answer)?;
@@ -151,6 +157,6 @@ where
     if let (Some(picture), Some(file)) = (picture, &args.plot) {
         plot::draw_query(&reader, file, &picture.finish(&explored)).await?;
     }
-    args.reading.report("queries", count as u64, began, &reader);
+    args.reading.report(&count, began, &reader);
     Ok(())
 }

@@ -1,18 +1,21 @@
-//! Which of two answers one is.
+//! The stages of a progressive answer.
 
 use delaunay_tiles::query::Cost;
 use serde_json::{Value, json};
 
-/// Which of the two answers one is.
+use crate::common::counted;
+
+/// The stage of a progressive answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stage {
-    /// The fast one, with what the exact one is expected to cost.
+    /// The fast answer, with the expected cost of the exact one.
     Fast(Cost),
+    /// The exact answer.
     Exact,
 }
 
 impl Stage {
-    /// What stands behind the other columns of a table.
+    /// The CSV columns of the stage, after all others.
     pub const HEADER: &str = "stage,exact_tiles,exact_seconds";
 
     pub fn cells(self) -> String {
@@ -22,8 +25,8 @@ impl Stage {
         }
     }
 
-    /// Puts it into an object.
-    pub fn tell(self, object: &mut Value) {
+    /// Adds the stage to an object.
+    pub fn add_to(self, object: &mut Value) {
         object["stage"] = match self {
             Self::Fast(cost) => {
                 object["exact_cost"] = json!({"tiles": cost.tiles, "seconds": cost.time.as_secs_f64()});
@@ -33,11 +36,12 @@ impl Stage {
         };
     }
 
-    pub fn text(self) -> String {
+    pub fn prefix(self) -> String {
         match self {
             Self::Fast(Cost { tiles, time }) => {
                 let seconds = time.as_secs_f64();
-                format!("fast, while the exact answer may take {tiles} tiles and {seconds:.3} s: ")
+                let tiles = counted(tiles, "tile", "tiles");
+                format!("fast (the exact answer may take {tiles} and {seconds:.3} s): ")
             }
             Self::Exact => "exact: ".to_owned(),
         }

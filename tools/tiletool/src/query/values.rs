@@ -1,4 +1,4 @@
-//! Points, distances, paths and features, as they are printed.
+//! Output formats of points, distances, paths and features.
 
 use std::io::{self, Write};
 
@@ -6,17 +6,18 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Distance, Path};
 use serde_json::{Value, json};
 
-/// What comes before all features of GeoJSON, and what behind.
+/// The text before all features of GeoJSON.
 pub const COLLECTION: &str = r#"{"type":"FeatureCollection","features":["#;
+/// The text after all features of GeoJSON.
 pub const COLLECTION_END: &str = "\n]}";
 
-/// Writes a feature behind so many.
+/// Writes a feature after `before` others.
 pub fn write_feature(out: &mut impl Write, before: u64, feature: &Value) -> io::Result<()> {
     let comma = if before == 0 { "" } else { "," };
     write!(out, "{comma}\n{feature}")
 }
 
-/// A path as the geometry of a feature.
+/// Returns a path as the geometry of a feature.
 pub fn line_string(path: &Path) -> Value {
     let points: Vec<Value> = path.points.iter().map(|&point| position(point)).collect();
     json!({"type": "LineString", "coordinates": points})

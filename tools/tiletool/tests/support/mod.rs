@@ -1,5 +1,5 @@
-//! What tests of the tool share: the tool, run in a folder, and what it says.
-#![allow(dead_code, reason = "each test uses its part")]
+//! Helpers that the tests of the tool share: they run the tool in a folder and return its output.
+#![allow(dead_code, reason = "each test uses some of the helpers")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,37 +9,37 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-/// The tool in a folder, with these arguments.
+/// Returns a command that runs the tool in a folder with these arguments.
 pub fn command(folder: &Path, args: &[&str]) -> Command {
     let mut command = Command::new(crate::PROGRAM);
     command.current_dir(folder).args(args).stdin(Stdio::null());
     command
 }
 
-/// The tool in a folder, with arguments that have blanks between them.
+/// Returns a command that runs the tool in a folder with arguments separated by spaces.
 pub fn tiletool(folder: &Path, args: &str) -> Command {
     command(folder, &args.split(' ').collect::<Vec<_>>())
 }
 
-/// Runs a command that must succeed, and gives what it prints.
+/// Runs a command that must succeed. Returns its standard output.
 #[track_caller]
 pub fn run(folder: &Path, args: &str) -> String {
     printed(tiletool(folder, args))
 }
 
-/// Runs a command that must succeed, and gives the JSON that it prints.
+/// Runs a command that must succeed. Returns the JSON that it prints.
 #[track_caller]
 pub fn json(folder: &Path, args: &str) -> Value {
     serde_json::from_str(&run(folder, args)).unwrap()
 }
 
-/// Runs a command that must fail with this exit code, and gives what it complains of.
+/// Runs a command that must fail with this exit code. Returns its standard error.
 #[track_caller]
 pub fn fails(folder: &Path, code: i32, args: &str) -> String {
     complaint(tiletool(folder, args), code)
 }
 
-/// What a command prints that must succeed.
+/// Runs a command that must succeed. Returns its standard output.
 #[track_caller]
 pub fn printed(mut command: Command) -> String {
     let output = command.output().unwrap();
@@ -47,7 +47,7 @@ pub fn printed(mut command: Command) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// What a command complains of that must fail with this exit code.
+/// Runs a command that must fail with this exit code. Returns its standard error.
 #[track_caller]
 pub fn complaint(mut command: Command, code: i32) -> String {
     let output = command.output().unwrap();
@@ -55,12 +55,12 @@ pub fn complaint(mut command: Command, code: i32) -> String {
     String::from_utf8(output.stderr).unwrap()
 }
 
-/// What a command complains of.
+/// Returns the standard error of a command.
 pub fn errors(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// Starts a command and kills it after this time, if it has not ended by then.
+/// Starts a command, and kills it after this time unless it has ended before.
 pub fn kill_after(mut command: Command, time: Duration) {
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     thread::sleep(time);
@@ -68,7 +68,7 @@ pub fn kill_after(mut command: Command, time: Duration) {
     child.wait().unwrap();
 }
 
-/// A command that the shell runs after `before`, such as `ulimit -n 15`.
+/// Returns a command in which the shell runs `before`, such as `ulimit -n 15`, and then the tool.
 pub fn after(before: &str, tool: &Command) -> Command {
     let mut command = Command::new("sh");
     command.args(["-c", &format!("{before} && exec \"$@\""), "sh"]);
@@ -82,7 +82,8 @@ pub fn after(before: &str, tool: &Command) -> Command {
     command
 }
 
-/// The library of `tools/faults` to preload, which lies beside the tests that depend on it.
+/// Returns the path of the library of `tools/faults`, to be preloaded. It is in the folder of the
+/// test program.
 pub fn faults() -> PathBuf {
     let test = std::env::current_exe().unwrap();
     let found = test.with_file_name("libfaults.so");
@@ -90,7 +91,7 @@ pub fn faults() -> PathBuf {
     found
 }
 
-/// Runs a command, which is killed and fails the test if it takes more than a minute.
+/// Runs a command. Kills it and fails the test if it takes more than a minute.
 #[track_caller]
 pub fn within_a_minute(mut command: Command) -> Output {
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
@@ -105,7 +106,7 @@ pub fn within_a_minute(mut command: Command) -> Output {
     child.wait_with_output().unwrap()
 }
 
-/// The names of what lies in a folder, sorted.
+/// Returns the sorted names of the entries of a folder.
 pub fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
     let mut names: Vec<String> = entries
@@ -115,7 +116,7 @@ pub fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// A file of the repository's test data.
+/// Returns the path of a file of the repository's test data.
 pub fn data(name: &str) -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data");
     folder.join(name).to_str().unwrap().to_owned()

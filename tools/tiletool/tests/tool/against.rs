@@ -1,4 +1,5 @@
-//! `verify` with the lines and sites of a build: what is compared, and what is said of input that is another.
+//! `verify` with the lines and sites of a build: what is compared, and the errors for different
+//! input.
 
 use std::fmt::Write;
 use std::fs;
@@ -18,7 +19,7 @@ impl Scratch {
         fs::write(self.0.path().join(name), content).unwrap();
     }
 
-    /// Runs a command that must succeed, and gives what it prints.
+    /// Runs a command that must succeed. Returns its standard output.
     #[track_caller]
     fn ok(&self, args: &str) -> String {
         crate::support::run(self.0.path(), args)
@@ -29,7 +30,7 @@ impl Scratch {
         crate::support::json(self.0.path(), &format!("{args} --json"))
     }
 
-    /// Runs a command that must fail, and gives what it complains of.
+    /// Runs a command that must fail. Returns its standard error.
     #[track_caller]
     fn fails(&self, args: &str) -> String {
         crate::support::fails(self.0.path(), 1, args)
@@ -42,7 +43,7 @@ const HOUSES: &str = r#"{"type": "FeatureCollection", "features": [
     {"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates":
         [[[4, 1], [4, 4], [7, 4], [7, 1]]]}}]}"#;
 
-/// A town of points, break lines by their records, walls, houses and shops.
+/// A town with points, break lines between records, walls, houses and shops.
 fn town() -> Scratch {
     let scratch = Scratch::new();
     let rows: String = (0..100).fold("x,y,z\n".to_owned(), |mut rows, i| {
@@ -79,20 +80,23 @@ fn a_town_is_compared_with_all_of_its_input() {
             assert_eq!(report["constraint_edges"], summary["constraint_edges"]);
             let text = scratch.ok(&args);
             assert!(
-                text.contains("All 17 segments of the input are chains of edges"),
+                text.contains("All segments of the input (17) are chains of edges"),
                 "{text}"
             );
-            assert!(text.contains("All 3 sites of the input are in it"), "{text}");
+            assert!(
+                text.contains("The file holds all sites of the input (3) and no others"),
+                "{text}"
+            );
         }
     }
-    // Nothing of this is said where nothing of it was compared.
+    // The report has no counts of segments and sites if none were compared.
     scratch.ok("build points.csv -o plain.tiles --quiet");
     let report = scratch.json("verify plain.tiles --against points.csv");
     assert!(report.get("input_segments").is_none() && report.get("input_sites").is_none());
 }
 
 #[test]
-fn other_input_is_told_by_file_and_line() {
+fn a_difference_in_the_input_is_named_by_file_and_line() {
     let scratch = town();
     scratch.ok(&format!(
         "build points.csv {LINES} --missing-z zero -o town.tiles --quiet --tile-vertices 20"
@@ -156,28 +160,21 @@ fn other_input_is_told_by_file_and_line() {
         error.contains("other.u32: pair 1 (counted from 0): break line 1 from (0, 8) to (9, 7)"),
         "{error}"
     );
-    assert!(
-        scratch
-            .fails(&lines("far.u32"))
-            .contains("there is no point of this number")
-    );
-    // What was forgotten.
+    assert!(scratch.fails(&lines("far.u32")).contains("no point has this number"));
+    // Inputs that the command line does not name.
     let error = scratch.fails(&format!("verify town.tiles {LINES}"));
     assert!(
-        error.contains("100 points too; name their files with --against"),
+        error.contains("the file was also built from 100 points; name the files of points with --against"),
         "{error}"
     );
     let error = scratch.fails("verify town.tiles --against points.csv");
-    assert!(
-        error.contains("are ends of lines, or sites; name these files too"),
-        "{error}"
-    );
+    assert!(error.contains("the file has vertices from lines or sites ("), "{error}");
     let error = scratch.fails(&format!("verify town.tiles {LINES} --against - --format text"));
     assert!(error.contains("name a file instead of -"), "{error}");
 }
 
 #[test]
-fn files_of_lines_alone_and_polygons_of_triangle() {
+fn verify_accepts_files_of_lines_alone_and_poly_files() {
     let scratch = town();
     scratch
         .ok("build --obstacles houses.geojson --sites shops.csv --site-id name -o town.tiles --missing-z zero --quiet");
@@ -208,7 +205,7 @@ fn files_of_lines_alone_and_polygons_of_triangle() {
 }
 
 #[test]
-fn lines_that_were_split_are_split_again() {
+fn verify_splits_the_lines_that_the_build_split() {
     let scratch = Scratch::new();
     scratch.write("cross.csv", "0,0,4,4.1\n4,0,0,4.1\n0,1,7,3\n");
     scratch.write("others.csv", "0,0,4,4.1\n4,0,0,4\n0,1,7,3\n");
@@ -218,7 +215,7 @@ fn lines_that_were_split_are_split_again() {
         r#"{"type":"LineString","coordinates":[[0,3,10],[7,1,20],[7,1,20],[0,2,15]]}"#,
     );
     scratch.write("gate.csv", "1.5,2,gate\n");
-    // The third point lies on the last line.
+    // The third point is on the last line.
     scratch.write("points.csv", "x,y\n1.5,2\n9,9\n3.5,2\n6,2\n");
     let all = "--segments cross.csv --walls fence.geojson --sites gate.csv";
     scratch.ok(&format!(
@@ -227,38 +224,35 @@ fn lines_that_were_split_are_split_again() {
     scratch.ok("verify --deep cross.tiles");
     let printed = scratch.ok(&format!("verify cross.tiles --against points.csv {all}"));
     assert!(
-        printed.contains("split again where they cross each other, or borders, are chains of edges"),
+        printed.contains("split where they cross each other or cell borders, are chains of edges"),
         "{printed}"
     );
     let error = scratch.fails("verify cross.tiles --against points.csv --segments cross.csv --sites gate.csv");
-    assert!(
-        error.contains("pairs of its lines crossed, and 3 of these do"),
-        "{error}"
-    );
+    assert!(error.contains("but the given lines have 3;"), "{error}");
     scratch.ok("build points.csv --segments cross.csv --crossings split --missing-z zero -o few.tiles --quiet");
     let error = scratch.fails("verify few.tiles --against points.csv --segments others.csv");
     assert!(error.contains("is no chain of edges that come from it"), "{error}");
     let error = scratch.fails("verify few.tiles --against points.csv --segments apart.csv");
     assert!(
-        error.contains("3 pairs of its lines crossed, and 0 of these do"),
+        error.contains("the build split 3 crossings, but the given lines have 0;"),
         "{error}"
     );
     let error = scratch.fails("verify few.tiles --segments cross.csv");
-    assert!(error.contains("it was built from 4 points too"), "{error}");
+    assert!(error.contains("the file was also built from 4 points"), "{error}");
 }
 
-/// More segments between records than are looked up at once.
+/// There are more segments between records than are looked up at once.
 #[test]
-fn many_pairs_in_little_memory() {
+fn many_pairs_of_records_are_verified_in_little_memory() {
     let scratch = Scratch::new();
     scratch.ok("generate grid -n 90000 -o g.f64");
     let points = fs::read(scratch.0.path().join("g.f64")).unwrap();
-    let places: Vec<[u64; 2]> = points
+    let points_bits: Vec<[u64; 2]> = points
         .chunks(16)
         .map(|p| [0, 8].map(|at| u64::from_le_bytes(p[at..at + 8].try_into().unwrap())))
         .collect();
-    let mut along: Vec<u32> = (0..places.len() as u32).collect();
-    let key = |v: u32| places[v as usize].map(f64::from_bits);
+    let mut along: Vec<u32> = (0..points_bits.len() as u32).collect();
+    let key = |v: u32| points_bits[v as usize].map(f64::from_bits);
     along.sort_by(|&a, &b| key(a).partial_cmp(&key(b)).unwrap());
     let pairs = along.windows(2).filter(|pair| key(pair[0])[0] == key(pair[1])[0]);
     let bytes: Vec<u8> = pairs.flatten().flat_map(|v| v.to_le_bytes()).collect();
@@ -270,7 +264,7 @@ fn many_pairs_in_little_memory() {
         ));
         assert_eq!(report["input_segments"], bytes.len() / 8);
         assert_eq!(report["input_points"], 90_000);
-        // Unknown where there is no /proc.
+        // Unknown on systems without /proc.
         if let (Some(peak), "12MiB") = (report["peak_memory_bytes"].as_u64(), memory) {
             assert!(peak <= 44 << 20, "{peak}");
         }

@@ -1,4 +1,4 @@
-//! Which I/O backend reads a file, and what is said of it.
+//! The I/O backend that reads a file, and what the tool says about it.
 
 use std::path::Path;
 use std::process::Command;
@@ -7,14 +7,14 @@ use crate::support::{complaint, printed};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// The tool with a backend.
+/// Returns a command that runs the tool with a backend.
 fn tiletool(folder: &Path, backend: &str, args: &str) -> Command {
     let mut command = crate::support::tiletool(folder, args);
     command.env("DELAUNAY_TILES_IO", backend);
     command
 }
 
-/// What `inspect --json` says of the backend and its choice.
+/// Returns what `inspect --json` says about the backend and why it was chosen.
 fn inspect(folder: &Path, backend: &str) -> (String, Option<String>) {
     let json: Value = serde_json::from_str(&printed(tiletool(folder, backend, "inspect p.tiles --json"))).unwrap();
     let note = json["backend_note"].as_str().map(str::to_owned);
@@ -33,7 +33,7 @@ fn scratch() -> TempDir {
 }
 
 #[test]
-fn the_environment_names_the_backend() {
+fn the_environment_variable_chooses_the_backend() {
     let scratch = scratch();
     let folder = scratch.path();
     assert_eq!(inspect(folder, "threads"), ("threads".to_owned(), None));
@@ -46,10 +46,11 @@ fn the_environment_names_the_backend() {
     }
 }
 
-/// The filter on system calls binds the thread that sets it, and the programs that it starts; so it is a thread of its own.
+/// A filter on system calls applies to the thread that sets it and to the programs that it starts.
+/// So the test runs in a thread of its own.
 #[cfg(target_os = "linux")]
 #[test]
-fn inspect_says_why_there_is_no_ring() {
+fn inspect_says_why_there_is_no_io_uring() {
     std::thread::spawn(without_a_ring).join().unwrap();
 }
 

@@ -1,10 +1,10 @@
-//! `tiletool bench read`: what it prints, on a small file.
+//! `tiletool bench read`: its output for a small file.
 
 use crate::support::{fails, json, run};
 use serde_json::Value;
 
 #[test]
-fn each_backend_beside_the_device() {
+fn bench_read_compares_each_backend_with_the_device() {
     let scratch = tempfile::tempdir().unwrap();
     let folder = scratch.path();
     run(folder, "generate uniform -n 50000 --seed 1 -o p.f64");
@@ -30,7 +30,8 @@ fn each_backend_beside_the_device() {
             assert!(backend[key].as_f64().is_some_and(|rate| rate > 0.0), "{key}: {backend}");
         }
     }
-    // Not every file system reads past the page cache; those that do are compared with.
+    // Not every file system supports direct I/O. Without it, there is no comparison with the
+    // device.
     match json["device"].as_object() {
         Some(device) => {
             assert_eq!(device["depths"].as_array().unwrap().len(), 6);
@@ -38,7 +39,7 @@ fn each_backend_beside_the_device() {
             let expected = rate(&backends[0], "gb_per_s") / device["gb_per_s"].as_f64().unwrap();
             assert!((rate(&backends[0], "ratio_to_device") - expected).abs() < 1e-9);
         }
-        None => assert!(json["note"].as_str().unwrap().contains("past the page cache")),
+        None => assert!(json["note"].as_str().unwrap().contains("bypassing the page cache")),
     }
     let table = run(folder, args);
     for part in ["medians of 2 rounds", "threads", "mmap", "cores busy", "cold: "] {
@@ -47,7 +48,7 @@ fn each_backend_beside_the_device() {
 }
 
 #[test]
-fn what_cannot_be_measured_is_told() {
+fn bench_read_rejects_missing_files_and_wrong_options() {
     let scratch = tempfile::tempdir().unwrap();
     assert!(fails(scratch.path(), 1, "bench read none.tiles").contains("none.tiles"));
     for args in [

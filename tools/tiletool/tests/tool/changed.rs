@@ -1,4 +1,5 @@
-//! Inputs that change under the tool, and inputs that keep it busy or are no files.
+//! Inputs that change while the tool reads them, inputs that take long to read, and inputs that are
+//! not regular files.
 
 use std::fs::{self, File};
 use std::io::Write;
@@ -19,8 +20,8 @@ fn start(folder: &Path, args: &str) -> Child {
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
-/// What a process says that ends within ten seconds.
-fn soon(mut child: Child) -> Output {
+/// Waits for a process, which must end within ten seconds. Returns its output.
+fn output_within_ten_seconds(mut child: Child) -> Output {
     let began = Instant::now();
     while child.try_wait().unwrap().is_none() {
         if began.elapsed() > Duration::from_secs(10) {
@@ -47,8 +48,8 @@ fn raw(count: u32) -> Vec<u8> {
         .collect()
 }
 
-/// A file that was cut off while it was read gave a tile file of what was left, and exit code 0.
-/// The tool has opened it when it waits for the FIFO, and has not read it.
+/// A file that was truncated while it was read once gave a tile file of the rest, and exit code 0.
+/// When the tool waits for the FIFO, it has opened this file but not read it.
 #[test]
 fn an_input_that_shrinks_while_it_is_read_is_an_error_and_nothing_is_published() {
     let folder = tempfile::tempdir().unwrap();
@@ -64,7 +65,7 @@ fn an_input_that_shrinks_while_it_is_read_is_an_error_and_nothing_is_published()
             .unwrap();
         fifo.write_all(b"x,y\n0.5,0.5\n").unwrap();
         drop(fifo);
-        soon(child)
+        output_within_ten_seconds(child)
     };
     fs::write(&points, raw(100_000)).unwrap();
     mkfifo(&folder.join("more.csv"));
@@ -91,7 +92,7 @@ fn an_input_that_shrinks_while_it_is_read_is_an_error_and_nothing_is_published()
 }
 
 #[test]
-fn what_is_no_regular_file_is_not_waited_for() {
+fn a_tile_path_that_is_not_a_regular_file_is_an_error_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     mkfifo(&folder.join("fifo.tiles"));
@@ -106,23 +107,30 @@ fn what_is_no_regular_file_is_not_waited_for() {
         "constrain fifo.tiles --segments lines.csv",
         "bench read fifo.tiles",
     ] {
-        refused(&soon(start(folder, args)), &["fifo.tiles", "it is a FIFO"]);
+        refused(
+            &output_within_ten_seconds(start(folder, args)),
+            &["fifo.tiles", "it is a FIFO"],
+        );
     }
     refused(
-        &soon(start(folder, "inspect /dev/zero")),
+        &output_within_ten_seconds(start(folder, "inspect /dev/zero")),
         &["/dev/zero", "it is a device"],
     );
-    refused(&soon(start(folder, "inspect .")), &["it is a folder"]);
+    refused(
+        &output_within_ten_seconds(start(folder, "inspect .")),
+        &["it is a folder"],
+    );
 }
 
-/// 1.5 GB of blank lines in a small gzip: Ctrl-C had no effect before the next row.
+/// The input has 1.5 GB of blank lines in a small gzip file. Ctrl-C once had no effect before the
+/// next row.
 #[test]
-fn a_stretch_without_rows_can_be_interrupted() {
+fn a_long_run_of_blank_lines_can_be_interrupted() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let file = File::create(folder.join("blank.csv.gz")).unwrap();
     let mut encoder = flate2::write::GzEncoder::new(file, flate2::Compression::fast());
-    // The look at the beginning comes to none of the blank lines.
+    // The detection of the format, at the beginning of the file, reads none of the blank lines.
     encoder.write_all(&b"1,2,3,4\n5,6,8,9\n".repeat(6_000)).unwrap();
     let blank = vec![b'\n'; 16 << 20];
     for _ in 0..100 {
@@ -131,7 +139,7 @@ fn a_stretch_without_rows_can_be_interrupted() {
     encoder.finish().unwrap();
     for (option, name) in [("", "points"), ("--segments ", "lines"), ("--sites ", "sites")] {
         let child = start(folder, &format!("build -o {name}.tiles {option}blank.csv.gz"));
-        // The work folder is there before anything is read.
+        // The work folder exists before anything is read.
         let partial = folder.join(format!("{name}.tiles.partial"));
         while !partial.exists() {
             thread::sleep(Duration::from_millis(5));
@@ -139,14 +147,14 @@ fn a_stretch_without_rows_can_be_interrupted() {
         thread::sleep(Duration::from_millis(500));
         let pid = rustix::process::Pid::from_child(&child);
         rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
-        refused(&soon(child), &["interrupted"]);
+        refused(&output_within_ten_seconds(child), &["interrupted"]);
         assert!(!folder.join(format!("{name}.tiles")).exists());
     }
 }
 
-/// Control characters of site ids and file names reached the terminal as they were.
+/// Control characters of site ids and file names once reached the terminal unchanged.
 #[test]
-fn no_name_and_no_id_commands_a_terminal() {
+fn control_characters_of_names_and_ids_are_escaped_in_text() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let name = "\u{1b}[2J\nerror: sites.csv";
@@ -155,7 +163,7 @@ fn no_name_and_no_id_commands_a_terminal() {
         "x,y,id\n0,0,\"a\u{1b}]0;owned\u{7}\nb\"\n1,0,c\n0,1,d\n",
     )
     .unwrap();
-    let silent = |text: &str| {
+    let assert_escaped = |text: &str| {
         let is_command = |c: char| c.is_control() && c != '\n';
         assert!(
             !text.contains(is_command) && !text.contains("\nerror: sites"),
@@ -166,16 +174,16 @@ fn no_name_and_no_id_commands_a_terminal() {
         folder,
         &["build", "--sites", name, "-o", "town\u{1b}.tiles"],
     ));
-    silent(&built);
+    assert_escaped(&built);
     let at = ["query", "nearest", "town\u{1b}.tiles", "--at", "0,0", "-k", "1"];
     let found = crate::support::printed(crate::support::command(folder, &at));
-    silent(&found);
+    assert_escaped(&found);
     assert!(found.contains(r"site a\u{1b}]0;owned\u{7}\nb at"), "{found}");
-    silent(&crate::support::printed(crate::support::command(
+    assert_escaped(&crate::support::printed(crate::support::command(
         folder,
         &["inspect", "town\u{1b}.tiles"],
     )));
-    // Programs get what it is.
+    // The output for programs has the original characters.
     let csv = crate::support::printed(crate::support::command(folder, &[&at[..], &["--csv"]].concat()));
     assert!(csv.contains("\"a\u{1b}]0;owned\u{7}\nb\""), "{csv:?}");
     fs::write(folder.join(name), "x,y\n1,\u{1b}[2J\n").unwrap();
@@ -183,16 +191,16 @@ fn no_name_and_no_id_commands_a_terminal() {
         crate::support::command(folder, &["build", "--sites", name, "-o", "b.tiles"]),
         1,
     );
-    silent(&refused);
-    silent(&crate::support::complaint(
+    assert_escaped(&refused);
+    assert_escaped(&crate::support::complaint(
         crate::support::command(folder, &["build", "--\u{1b}[2J"]),
         2,
     ));
 }
 
-/// A row of 1 GB took 2 GB of memory, and was printed whole.
+/// A row of 1 GB once took 2 GB of memory and was printed whole.
 #[test]
-fn a_row_without_end_is_an_error_of_a_few_words() {
+fn an_overlong_row_is_a_short_error() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     fs::write(folder.join("p.f64"), raw(100)).unwrap();
@@ -212,7 +220,7 @@ fn a_row_without_end_is_an_error_of_a_few_words() {
     assert!(wide.contains("wide.csv: line 2: `9,9,9") && wide.len() < 300, "{wide}");
 }
 
-/// Ends of break lines without z became pits, with a note at most.
+/// Ends of break lines without z once became pits, with a note at most.
 #[test]
 fn lines_without_z_in_terrain_are_an_error_that_names_file_and_option() {
     let folder = tempfile::tempdir().unwrap();
@@ -248,7 +256,7 @@ fn lines_without_z_in_terrain_are_an_error_that_names_file_and_option() {
         folder,
         "build ground.csv --segments lakes.csv --sites shops.csv --missing-z zero -o b.tiles --json",
     );
-    assert_eq!(built["notes"].to_string(), r#"["3 vertices have no z, and got z = 0"]"#);
+    assert_eq!(built["notes"].to_string(), r#"["3 vertices without z got z = 0"]"#);
     run(
         folder,
         "verify --deep b.tiles --against ground.csv --segments lakes.csv --sites shops.csv",

@@ -1,4 +1,5 @@
-//! The tool as its user meets it: build, verify and digest from files and pipes, mistakes, interruptions.
+//! The tool from the command line: build, verify and digest with files and pipes, mistakes, and
+//! interruptions.
 
 use std::fs;
 use std::io::Write;
@@ -10,7 +11,7 @@ use crate::support::{complaint, data, errors, names, printed};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A scratch folder to run the tool in.
+/// A temporary folder in which the tool runs.
 struct Scratch(TempDir);
 
 impl Scratch {
@@ -30,7 +31,7 @@ impl Scratch {
         crate::support::command(self.0.path(), args)
     }
 
-    /// Runs a command that must succeed, and gives what it prints.
+    /// Runs a command that must succeed. Returns its standard output.
     #[track_caller]
     fn ok(&self, args: &[&str]) -> String {
         printed(self.command(args))
@@ -41,7 +42,7 @@ impl Scratch {
         serde_json::from_str(&self.ok(args)).unwrap()
     }
 
-    /// Runs a command that must fail with this exit code, and gives what it complains of.
+    /// Runs a command that must fail with this exit code. Returns its standard error.
     #[track_caller]
     fn fails(&self, code: i32, args: &[&str]) -> String {
         complaint(self.command(args), code)
@@ -53,7 +54,7 @@ impl Scratch {
 }
 
 #[test]
-fn indonesia_from_geojson_to_a_proven_file() {
+fn indonesia_is_built_from_geojson_and_verified() {
     let scratch = Scratch::new();
     let coast = data("indonesia/indonesia_ne10m.geojson");
     let summary = scratch.json(&["build", &coast, "-o", "i.tiles", "--tile-vertices", "1000", "--json"]);
@@ -66,7 +67,7 @@ fn indonesia_from_geojson_to_a_proven_file() {
     assert_eq!(summary["tiles"], 24);
     assert!(summary["notes"][0].as_str().unwrap().contains("339 polygons"));
     let levels = summary["levels"].as_array().unwrap();
-    assert_eq!(levels.last().unwrap()["seam_vertices"], 0, "the root hands nothing up");
+    assert_eq!(levels.last().unwrap()["seam_vertices"], 0, "the root passes nothing up");
     for key in ["seconds", "peak_memory_bytes", "bytes_per_vertex", "file_bytes"] {
         assert!(summary[key].as_f64().unwrap() > 0.0, "{key}");
     }
@@ -120,7 +121,7 @@ fn segments_become_chains_of_edges() {
     assert!(text.contains("constrained Delaunay triangulation"), "{text}");
     assert!(scratch.ok(&["inspect", "one.tiles"]).contains("23 541 edges"));
 
-    // Pairs of record numbers are the same as rows of ends.
+    // Pairs of record numbers give the same result as rows of ends.
     scratch.write("p.csv", "x,y\n0,0\n4,0\n4,4\n0,4\n1,2\n");
     scratch.write("s.csv", "x1,y1,x2,y2\n0,0,4,4\n4,0,4,4\n");
     scratch.write("s.u32", [0u32, 2, 1, 2].map(u32::to_le_bytes).concat());
@@ -169,7 +170,7 @@ fn segments_become_chains_of_edges() {
 }
 
 #[test]
-fn lidar_goes_through_with_z_and_filters() {
+fn lidar_is_built_with_z_and_filters() {
     let scratch = Scratch::new();
     for file in ["autzen.las", "autzen.laz", "autzen.copc.laz"] {
         let survey = data(&format!("las/{file}"));
@@ -185,14 +186,14 @@ fn lidar_goes_through_with_z_and_filters() {
         ground["points"].as_u64().unwrap() + ground["filtered"].as_u64().unwrap(),
         all["points"].as_u64().unwrap()
     );
-    // The same records left out, the file agrees with its input; with all of them, it does not.
+    // With the same filter, the file agrees with its input. Without the filter, it does not.
     scratch.ok(&["verify", "ground.tiles", "--against", &survey, "--class", "2"]);
     let error = scratch.fails(1, &["verify", "ground.tiles", "--against", &survey]);
     assert!(error.contains("is not in the file"), "{error}");
 }
 
 #[test]
-fn points_come_through_a_pipe() {
+fn points_are_read_from_a_pipe() {
     let scratch = Scratch::new();
     let mut child = scratch
         .command(&["build", "-", "--format", "text", "-o", "p.tiles", "--json"])
@@ -211,7 +212,7 @@ fn points_come_through_a_pipe() {
 }
 
 #[test]
-fn generated_points_are_built_whatever_the_tiles() {
+fn the_digest_does_not_depend_on_the_tile_size() {
     let scratch = Scratch::new();
     scratch.ok(&["generate", "kuzmin", "-n", "5000", "--seed", "3", "-o", "k.f64"]);
     let mut digests = Vec::new();
@@ -264,7 +265,7 @@ fn several_inputs_make_one_set_and_duplicates_follow_the_rule() {
 }
 
 #[test]
-fn files_without_triangles_serve_every_command() {
+fn every_command_accepts_files_without_triangles() {
     let scratch = Scratch::new();
     for (name, rows, vertices) in [
         ("none", "", 0),
@@ -289,7 +290,7 @@ fn files_without_triangles_serve_every_command() {
 }
 
 #[test]
-fn mistakes_get_a_plain_answer() {
+fn a_mistake_is_an_error_that_names_its_cause() {
     let scratch = Scratch::new();
     scratch.write("good.csv", "x,y\n1,2\n3,5\n2,9\n");
     scratch.write("bad.csv", "x,y\n1,2\n3,NaN\n5,oops\n");
@@ -337,12 +338,12 @@ fn mistakes_get_a_plain_answer() {
     assert_eq!(
         fs::read(scratch.path("good.csv")).unwrap().len(),
         16,
-        "the input is as it was"
+        "the input changed"
     );
 }
 
 #[test]
-fn nobody_need_listen() {
+fn a_closed_standard_error_does_not_change_the_exit_code() {
     let scratch = Scratch::new();
     for (args, code) in [("generate uniform -n 9 -o points.f64", 0), ("inspect none.tiles", 1)] {
         let (reader, writer) = std::io::pipe().unwrap();
@@ -359,7 +360,7 @@ fn a_damaged_tile_is_named() {
     scratch.ok(&["generate", "grid", "-n", "400", "-o", "g.f64"]);
     scratch.ok(&["build", "g.f64", "-o", "g.tiles", "--tile-vertices", "64", "--quiet"]);
     let mut bytes = fs::read(scratch.path("g.tiles")).unwrap();
-    // The first core lies behind the superblocks, the next one 4096 bytes on at least.
+    // The first core follows the superblocks, and the next core starts at least 4096 bytes later.
     bytes[8192 + 300] ^= 16;
     scratch.write("broken.tiles", &bytes);
     let error = scratch.fails(1, &["verify", "broken.tiles"]);
@@ -372,7 +373,7 @@ fn a_damaged_tile_is_named() {
 }
 
 #[test]
-fn an_interrupted_build_leaves_nothing() {
+fn an_interrupted_build_leaves_no_files() {
     let scratch = Scratch::new();
     let mut child = scratch
         .command(&["build", "-", "--format", "text", "-o", "i.tiles"])
@@ -380,7 +381,8 @@ fn an_interrupted_build_leaves_nothing() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // It has begun when its work folder is there; then it waits for more input, which never comes.
+    // The build has started when its work folder exists. Then it waits for more input, which never
+    // comes.
     let mut stdin = child.stdin.take().unwrap();
     let row: Vec<u8> = (0..100_000)
         .flat_map(|i| format!("{i} {}\n", i * 7 % 1000).into_bytes())
@@ -390,7 +392,8 @@ fn an_interrupted_build_leaves_nothing() {
     while !scratch.path("i.tiles.partial").exists() && began.elapsed() < Duration::from_secs(20) {
         std::thread::sleep(Duration::from_millis(10));
     }
-    // The handler is set up when the build is polled, right after the folder was made.
+    // The handler of Ctrl-C is installed when the build is first polled, right after the folder was
+    // created.
     std::thread::sleep(Duration::from_millis(300));
     let kill = Command::new("kill")
         .args(["-INT", &child.id().to_string()])

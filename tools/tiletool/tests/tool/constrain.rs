@@ -1,11 +1,13 @@
-//! `tiletool constrain` and `compact`, as their user meets them: what they make, mistakes, and kills at any moment.
+//! `tiletool constrain` and `compact` from the command line: their results, mistakes, and kills at
+//! any moment.
 
 use std::fs;
 use std::time::Instant;
 
 use crate::support::{data, fails, json, kill_after, run, tiletool};
 
-/// Islands as holes of a file of their corners, and of one that knew them from the start.
+/// Returns a folder with a file of the islands' corners, and a file built with the islands as
+/// holes.
 fn islands() -> tempfile::TempDir {
     let scratch = tempfile::tempdir().unwrap();
     fs::copy(
@@ -43,14 +45,14 @@ fn islands_become_holes_of_a_file_of_points() {
 }
 
 #[test]
-fn mistakes() {
+fn a_mistake_is_an_error_and_leaves_the_file_unchanged() {
     let scratch = islands();
     let folder = scratch.path();
     let before = fs::read(folder.join("points.tiles")).unwrap();
     fs::write(folder.join("off.csv"), "95,5,96,5\n").unwrap();
     fs::write(folder.join("empty.csv"), "").unwrap();
     for (args, says) in [
-        ("constrain points.tiles", "there are no lines"),
+        ("constrain points.tiles", "no lines are given"),
         ("constrain points.tiles --segments off.csv", "off.csv"),
         ("constrain points.tiles --segments off.csv", "outside the hull"),
         ("constrain points.tiles --segments empty.csv", "no lines in these files"),
@@ -66,7 +68,7 @@ fn mistakes() {
 }
 
 #[test]
-fn an_edit_that_is_killed_at_any_moment_happened_or_not() {
+fn an_edit_killed_at_any_moment_is_applied_completely_or_not_at_all() {
     let scratch = islands();
     let folder = scratch.path();
     let (points, whole) = (run(folder, "digest points.tiles"), run(folder, "digest whole.tiles"));
@@ -77,7 +79,7 @@ fn an_edit_that_is_killed_at_any_moment_happened_or_not() {
     let mut seen = [0; 2];
     for kill in 0..25 {
         fs::write(folder.join("points.tiles"), &before).unwrap();
-        // Once more after a kill: what that left is in nobody's way.
+        // A second kill follows. What the first one left must not disturb it.
         for moment in [kill as f64 / 22.0, 0.5] {
             let edit = tiletool(folder, "constrain points.tiles --obstacles islands.geojson --quiet");
             kill_after(edit, took.mul_f64(moment));
@@ -93,7 +95,7 @@ fn an_edit_that_is_killed_at_any_moment_happened_or_not() {
     assert!(seen[0] > 0, "{seen:?}");
 }
 
-/// A folder with these files.
+/// Returns a folder with these files.
 fn folder_with(files: &[(&str, &str)]) -> tempfile::TempDir {
     let scratch = tempfile::tempdir().unwrap();
     for (name, text) in files {
@@ -102,11 +104,12 @@ fn folder_with(files: &[(&str, &str)]) -> tempfile::TempDir {
     scratch
 }
 
-/// `verify` called files wrong that `constrain` had changed. An edit numbered the ends of its lines from the number of vertices on,
-/// whereas a build counts two records for each segment; and `verify` read all break lines before all walls, whichever had been
-/// added first. Now an edit continues the numbers of the file, and `verify` follows the order in which lines were added.
+/// `verify` once rejected files that `constrain` had changed. An edit numbered the ends of its
+/// lines from the number of vertices on, but a build counts two records for each segment. And
+/// `verify` read all break lines before all walls, whichever had been added first. Now an edit
+/// continues the numbers of the file, and `verify` follows the order in which lines were added.
 #[test]
-fn verify_with_all_inputs_accepts_what_edits_made() {
+fn verify_with_all_inputs_accepts_an_edited_file() {
     let files = [
         ("p.csv", "0,0\n9,0\n0,9\n9,9\n2,1\n"),
         ("b.csv", "0,0,2,1\n"),
@@ -120,15 +123,16 @@ fn verify_with_all_inputs_accepts_what_edits_made() {
         ),
         ("sites.csv", "8,8,a\n0.5,8,b\n"),
     ];
-    // A build, the edits after it, and how all of it is given to `verify`, which names files of a kind in the order of time.
+    // A build, the edits after it, and the options of `verify`, which name the files of each kind
+    // in the order in which they were added.
     for (build, edits, verify) in [
-        // A segment whose ends are points counts two records all the same.
+        // A segment whose ends are points also counts two records.
         (
             "--segments b.csv",
             ["--segments n.csv"].as_slice(),
             "--segments b.csv --segments n.csv",
         ),
-        // Break lines after walls.
+        // Break lines that were added after walls.
         (
             "--walls wall.csv",
             &["--segments seg.csv"],
@@ -139,7 +143,7 @@ fn verify_with_all_inputs_accepts_what_edits_made() {
             &["--segments seg.csv"],
             "--segments seg.csv --walls wall.csv",
         ),
-        // Sites, lines that were split, and edits of several kinds, one after the other.
+        // Sites, split lines, and edits of several kinds, one after the other.
         (
             "--segments cross.csv --crossings split --sites sites.csv",
             &[
@@ -160,15 +164,16 @@ fn verify_with_all_inputs_accepts_what_edits_made() {
         run(folder, &verify);
         run(folder, "compact x.tiles");
         run(folder, &verify);
-        // What was not added is no input of it.
+        // A file that was not added is rejected.
         let error = fails(folder, 1, &format!("{verify} --segments wall.csv"));
         assert!(error.contains("--segments names"), "{error}");
     }
 }
 
-/// The points come from a .poly file, whose segments are walls of the build; the walls of an edit come behind them.
+/// The points come from a .poly file, whose segments are walls of the build. The walls of an edit
+/// follow them.
 #[test]
-fn verify_accepts_edits_of_a_file_whose_walls_came_with_its_points() {
+fn verify_accepts_edits_of_a_file_built_from_a_poly_file() {
     let scratch = folder_with(&[("wall.csv", "0.5,0.5,1.5,1.5\n"), ("first.csv", "1,0.5,1.5,0.5\n")]);
     let folder = scratch.path();
     let poly = "5 2 0 0\n1 0 0\n2 4 0\n3 4 4\n4 0 4\n5 2 2\n2 0\n1 1 2\n2 3 4\n0\n";

@@ -1,4 +1,4 @@
-//! `tiletool export` from end to end: what it prints, and what it leaves behind.
+//! `tiletool export` from the command line: its output, and the files that it leaves.
 
 use std::fs;
 use std::path::Path;
@@ -15,7 +15,7 @@ fn ends(folder: &Path, args: &str, code: i32, expected: &str) {
     assert!(error.contains(expected), "{args}: {error}");
 }
 
-/// A folder with `a.tiles`: a square and its centre.
+/// Returns a folder with `a.tiles`: a square and its centre.
 fn scratch() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("a.xyz"), "0 0\n4 0\n0 4\n4 4\n2 2\n").unwrap();
@@ -24,7 +24,7 @@ fn scratch() -> TempDir {
 }
 
 #[test]
-fn outputs_are_replaced() {
+fn an_export_replaces_its_outputs() {
     let folder = scratch();
     let folder = folder.path();
     fs::write(folder.join("out.ply"), "old").unwrap();
@@ -55,7 +55,7 @@ fn outputs_are_replaced() {
 }
 
 #[test]
-fn the_summary_for_programs() {
+fn the_json_summary_has_counts_files_and_bytes() {
     let folder = scratch();
     let mut summary = json(folder.path(), "export a.tiles -o b.node --json");
     let peak = summary.as_object_mut().unwrap().remove("peak_memory_bytes").unwrap();
@@ -67,7 +67,7 @@ fn the_summary_for_programs() {
 }
 
 #[test]
-fn standard_output() {
+fn an_export_to_standard_output_equals_the_file() {
     let folder = scratch();
     let folder = folder.path();
     for format in ["ply", "obj", "geojson"] {
@@ -81,7 +81,7 @@ fn standard_output() {
 }
 
 #[test]
-fn failures_leave_nothing() {
+fn a_failed_export_leaves_all_files_unchanged() {
     let folder = scratch();
     let folder = folder.path();
     fs::create_dir(folder.join("folder.ply")).unwrap();
@@ -101,7 +101,7 @@ fn failures_leave_nothing() {
     fails(folder, "export a.tiles -o a.tiles --format ply", "the tile file itself");
     fails(folder, "export a.tiles -o ../ --format ply", "is a folder");
     assert_eq!(names(folder), before);
-    // A tile is damaged: what stood there stays.
+    // With a damaged tile, the existing output stays unchanged.
     let mut bytes = fs::read(folder.join("a.tiles")).unwrap();
     bytes[8192 + 60] ^= 1;
     fs::write(folder.join("a.tiles"), bytes).unwrap();
@@ -119,7 +119,7 @@ fn failures_leave_nothing() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn links_and_devices() {
+fn an_export_follows_links_and_writes_to_devices() {
     let folder = scratch();
     let folder = folder.path();
     fails(folder, "export a.tiles -o /dev/full --format ply", "No space left");

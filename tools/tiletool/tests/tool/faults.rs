@@ -1,6 +1,8 @@
-//! Each call that the tool makes for I/O goes wrong once, in each way: what comes of it is the old file, the new one, or an error.
+//! Each I/O call of the tool fails once in each way. The result must be the old file, the new file,
+//! or an error.
 //!
-//! The calls are those of the C library, which `tools/faults` stands in for. What asks the kernel itself (advice, rings) is not among them.
+//! The calls are those of the C library, which `tools/faults` intercepts. Calls directly to the
+//! kernel (advice, io_uring) are not among them.
 
 #![cfg(target_os = "linux")]
 
@@ -10,12 +12,13 @@ use std::process::Output;
 
 use crate::support::{errors, faults, run, tiletool};
 
-/// Most runs with calls that go wrong in one way; of more calls every few are tried.
-const MOST: u64 = 40;
+/// Maximum number of runs for each kind of fault. If there are more calls, they are sampled at
+/// equal steps.
+const MAX_RUNS: u64 = 40;
 
 const WAYS: [&str; 6] = ["eio", "enospc", "eintr", "short", "torn", "delay"];
 
-/// A command of the tool in a folder.
+/// A command of the tool in a folder, with counts of its runs.
 struct Trial {
     folder: tempfile::TempDir,
     args: &'static str,
@@ -39,7 +42,8 @@ impl Trial {
         self.folder.path()
     }
 
-    /// Runs it once; the number of calls, and whether one went wrong.
+    /// Runs the command with a fault at call number `at`. Returns its output, the number of calls,
+    /// and whether the fault happened.
     fn once(&self, at: u64, way: &str) -> (Output, u64, bool) {
         let report = self.path().join("report");
         let mut command = tiletool(self.path(), self.args);
@@ -51,41 +55,42 @@ impl Trial {
             .env("DELAUNAY_TILES_IO", "threads")
             .output()
             .unwrap();
-        let told = fs::read_to_string(report).unwrap();
-        let (calls, is_done) = told.trim().split_once(' ').unwrap();
+        let report_text = fs::read_to_string(report).unwrap();
+        let (calls, is_done) = report_text.trim().split_once(' ').unwrap();
         (output, calls.parse().unwrap(), is_done == "1")
     }
 
-    /// Runs it with each call going wrong in each way. `prepare` makes the folder what it was before; `check` gets what a run
-    /// printed, and whether it succeeded.
+    /// Runs the command with a fault at each call, in each way. `prepare` restores the folder
+    /// before each run. `check` gets the output of the run, and whether it succeeded.
     fn all(&mut self, prepare: impl Fn(&Path), check: impl Fn(&Path, &Output, bool, &str)) {
         prepare(self.path());
         let (output, calls, _) = self.once(0, "eio");
         assert!(output.status.success(), "{}", errors(&output));
         assert!(calls > 5, "{}: {calls} calls", self.args);
         for way in WAYS {
-            let step = calls.div_ceil(MOST).max(1) as usize;
-            // What comes last matters most.
+            let step = calls.div_ceil(MAX_RUNS).max(1) as usize;
+            // The last calls matter most, so sampling starts there.
             for at in (1..=calls).rev().step_by(step) {
                 prepare(self.path());
                 let (output, _, is_done) = self.once(at, way);
-                let story = format!("{}, call {at} of {calls}, {way}: {}", self.args, errors(&output));
+                let context = format!("{}, call {at} of {calls}, {way}: {}", self.args, errors(&output));
                 assert!(
-                    !story.contains("panicked") && !story.contains("internal error"),
-                    "{story}"
+                    !context.contains("panicked") && !context.contains("internal error"),
+                    "{context}"
                 );
                 let succeeded = match output.status.code() {
                     Some(0) => true,
                     Some(1) => false,
-                    _ => panic!("{story}: {}", output.status),
+                    _ => panic!("{context}: {}", output.status),
                 };
-                assert!(succeeded || !errors(&output).trim().is_empty(), "{story}");
-                // An interrupted call is made again, the rest of a short one follows, and a slow one is waited for.
+                assert!(succeeded || !errors(&output).trim().is_empty(), "{context}");
+                // An interrupted call is repeated, a short one is continued, and a slow one is
+                // waited for.
                 assert!(
                     succeeded || is_done && ["eio", "enospc", "torn"].contains(&way),
-                    "{story}"
+                    "{context}"
                 );
-                check(self.path(), &output, succeeded, &story);
+                check(self.path(), &output, succeeded, &context);
                 self.tried += u64::from(is_done);
                 self.failed += u64::from(!succeeded);
             }
@@ -98,11 +103,11 @@ impl Trial {
     }
 }
 
-/// Points, walls among them, and a shop.
+/// Writes points, walls between them, and sites.
 fn write_town(folder: &Path) {
     let points = (0..1600).map(|i| format!("{},{}\n", i % 40, f64::from(i / 40) + f64::from(i % 7) / 16.0));
     fs::write(folder.join("points.csv"), points.collect::<String>()).unwrap();
-    // Rows of points that are exactly in line.
+    // Rows of points that are exactly collinear.
     let walls = (1..5).map(|i| format!("0,{0},35,{0}\n", 7 * i));
     fs::write(folder.join("walls.csv"), walls.collect::<String>()).unwrap();
     fs::write(folder.join("sites.csv"), "3,30,baker\n20,20,miller\n").unwrap();
@@ -112,13 +117,14 @@ fn renew_now(folder: &Path) {
     fs::copy(folder.join("old.tiles"), folder.join("now.tiles")).unwrap();
 }
 
-/// Whether a file has the digest of another one.
+/// Returns whether two files have the same digest.
 fn is_like(folder: &Path, file: &str, other: &str) -> bool {
     run(folder, &format!("digest {file}")) == run(folder, &format!("digest {other}"))
 }
 
-/// Builds in place of an old file: one or the other is there, whole.
-fn builds(args: &'static str) {
+/// Builds in place of an old file. Afterwards, either the old file or the new one must exist
+/// completely.
+fn test_build(args: &'static str) {
     let mut trial = Trial::new(args, |folder| {
         write_town(folder);
         fs::write(folder.join("old.tiles"), "what was there before").unwrap();
@@ -131,30 +137,30 @@ fn builds(args: &'static str) {
         let _ = fs::remove_dir_all(folder.join("new.tiles.partial"));
         fs::copy(folder.join("old.tiles"), folder.join("new.tiles")).unwrap();
     };
-    trial.all(renew, |folder, _, succeeded, story| {
+    trial.all(renew, |folder, _, succeeded, context| {
         let found = fs::read(folder.join("new.tiles")).unwrap();
         let is_old = found == b"what was there before";
-        // After the file got its name, its folder may still fail to reach the disk.
-        assert!(found == expected || !succeeded && is_old, "{story}");
+        // After the file got its name, writing its folder to the disk may still fail.
+        assert!(found == expected || !succeeded && is_old, "{context}");
     });
 }
 
 #[test]
-fn a_build_in_memory() {
-    builds(
+fn io_faults_in_a_build_leave_the_old_or_the_new_file() {
+    test_build(
         "build points.csv --walls walls.csv --sites sites.csv -o new.tiles --force --tile-vertices 300 --threads 2 --quiet",
     );
 }
 
 #[test]
-fn a_build_that_spills() {
-    builds(
+fn io_faults_in_a_spilling_build_leave_the_old_or_the_new_file() {
+    test_build(
         "build points.csv --walls walls.csv -o new.tiles --force --tile-vertices 60 --threads 1 --memory 100KiB --quiet",
     );
 }
 
 #[test]
-fn an_edit() {
+fn io_faults_in_an_edit_leave_the_old_or_the_new_file() {
     let mut trial = Trial::new("constrain now.tiles --walls walls.csv --quiet", |folder| {
         write_town(folder);
         run(folder, "build points.csv -o old.tiles --tile-vertices 200 --quiet");
@@ -163,17 +169,17 @@ fn an_edit() {
             "build points.csv --walls walls.csv -o new.tiles --tile-vertices 200 --quiet",
         );
     });
-    trial.all(renew_now, |folder, _, succeeded, story| {
+    trial.all(renew_now, |folder, _, succeeded, context| {
         let is_new = is_like(folder, "now.tiles", "new.tiles");
         assert!(
             is_new || !succeeded && is_like(folder, "now.tiles", "old.tiles"),
-            "{story}"
+            "{context}"
         );
     });
 }
 
 #[test]
-fn compacting() {
+fn io_faults_in_compacting_leave_the_old_or_the_new_file() {
     let mut trial = Trial::new("compact now.tiles", |folder| {
         write_town(folder);
         run(folder, "build points.csv -o old.tiles --tile-vertices 200 --quiet");
@@ -181,16 +187,16 @@ fn compacting() {
         fs::copy(folder.join("old.tiles"), folder.join("new.tiles")).unwrap();
         run(folder, "compact new.tiles");
     });
-    trial.all(renew_now, |folder, _, succeeded, story| {
+    trial.all(renew_now, |folder, _, succeeded, context| {
         let found = fs::read(folder.join("now.tiles")).unwrap();
         let is_new = found == fs::read(folder.join("new.tiles")).unwrap();
         let is_old = found == fs::read(folder.join("old.tiles")).unwrap();
-        assert!(is_new || !succeeded && is_old, "{story}");
+        assert!(is_new || !succeeded && is_old, "{context}");
     });
 }
 
 #[test]
-fn queries() {
+fn io_faults_in_queries_give_the_same_answer_or_an_error() {
     for args in [
         "query knn town.tiles --at 3.5,29.25 -k 2 --csv",
         "query path town.tiles --from 1.5,1.5 --to 1.5,34 --certify --csv",
@@ -206,9 +212,9 @@ fn queries() {
         let expected = run(trial.path(), args);
         trial.all(
             |_| (),
-            |_, output, succeeded, story| {
+            |_, output, succeeded, context| {
                 let found = String::from_utf8_lossy(&output.stdout);
-                assert!(!succeeded || found == expected, "{story}: {found}");
+                assert!(!succeeded || found == expected, "{context}: {found}");
             },
         );
     }

@@ -1,4 +1,5 @@
-//! Obstacles that are inside out, from the command line: named, or covered, and never what frees other ground.
+//! Obstacles that are inside out, from the command line: they are reported or covered, and never
+//! make other covered areas free.
 
 use std::fs;
 use std::path::Path;
@@ -9,28 +10,29 @@ fn obstacles(folder: &Path, name: &str) {
     fs::copy(data(&format!("obstacles/{name}")), folder.join(name)).unwrap();
 }
 
-/// The status of a path within a lobe that runs round the wrong way, under another polygon.
+/// Returns the status of a path within a lobe that has the wrong direction, under another polygon.
 fn status_in_lobe(folder: &Path, file: &str) -> String {
     let path = json(folder, &format!("query path {file} --from 4.5,2.5 --to 4.5,3.5 --json"));
     path["status"].as_str().unwrap().to_owned()
 }
 
-/// A lobe of one polygon ran round the wrong way under another polygon: +1 - 1 = 0, and paths led through it, without a word.
+/// A lobe of one polygon once had the wrong direction under another polygon: +1 - 1 = 0, and paths
+/// led through it without any message.
 #[test]
 fn a_polygon_that_is_inside_out_under_another_one_is_named() {
     let scratch = tempfile::tempdir().unwrap();
     let folder = scratch.path();
-    let told = "feature 0 (counted from 0) is inside out at (3, 3): a hole of it lies outside of it";
+    let message = "feature 0 (counted from 0) is inside out at (3, 3): one of its holes is outside the polygon";
     for name in ["bow_touch.geojson", "bow_touch_alone.geojson"] {
         obstacles(folder, name);
         let error = fails(folder, 1, &format!("build --obstacles {name} -o t.tiles --quiet"));
-        assert!(error.starts_with(&format!("error: {name}: {told}")), "{error}");
+        assert!(error.starts_with(&format!("error: {name}: {message}")), "{error}");
         assert_eq!(
             names(folder).iter().filter(|name| name.starts_with("t.tiles")).count(),
             0
         );
     }
-    // Rings that cross are told of as crossings.
+    // Rings that cross are reported as crossings.
     obstacles(folder, "bow.geojson");
     let error = fails(folder, 1, "build --obstacles bow.geojson -o t.tiles --quiet");
     assert!(
@@ -40,7 +42,7 @@ fn a_polygon_that_is_inside_out_under_another_one_is_named() {
 }
 
 #[test]
-fn lines_that_are_split_leave_no_obstacle_free() {
+fn with_split_lines_every_obstacle_is_covered() {
     let scratch = tempfile::tempdir().unwrap();
     let folder = scratch.path();
     for (name, is_split) in [("bow_touch.geojson", false), ("bow.geojson", true)] {
@@ -51,9 +53,12 @@ fn lines_that_are_split_leave_no_obstacle_free() {
         );
         assert_eq!(built["inverted_regions"], 1, "{name}");
         let note = built["notes"][0].as_str().unwrap();
-        assert!(note.starts_with("1 part of a polygon is inside out, "), "{note}");
         assert!(
-            note.contains(&format!("the first is of {name}: feature 0 (counted from 0) at ")),
+            note.starts_with("1 part of a polygon is inside out, because "),
+            "{note}"
+        );
+        assert!(
+            note.contains(&format!("the first is in {name}: feature 0 (counted from 0) at ")),
             "{note}"
         );
         if !is_split {
@@ -61,7 +66,7 @@ fn lines_that_are_split_leave_no_obstacle_free() {
         }
         run(folder, &format!("verify --deep t.tiles --obstacles {name}"));
     }
-    // The polygon alone makes another file than both.
+    // The polygon alone gives a different file than both polygons.
     obstacles(folder, "bow_touch_alone.geojson");
     run(
         folder,

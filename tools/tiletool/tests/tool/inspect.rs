@@ -1,4 +1,4 @@
-//! `tiletool inspect`, run as a program.
+//! `tiletool inspect` from the command line.
 
 use std::collections::HashSet;
 use std::fs;
@@ -11,7 +11,7 @@ use resvg::usvg::{Options, Tree};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A folder with a tile file in it.
+/// A folder with a tile file.
 struct Case {
     folder: TempDir,
     file: PathBuf,
@@ -22,7 +22,7 @@ fn text_of(path: &Path) -> &str {
 }
 
 impl Case {
-    /// Builds tiles of at most `tile_vertices` of these lines of text.
+    /// Builds a tile file from these lines of text, with at most `tile_vertices` vertices per tile.
     fn build(lines: &[String], tile_vertices: usize) -> Self {
         let folder = TempDir::new().unwrap();
         let (input, file) = (folder.path().join("points.txt"), folder.path().join("map.tiles"));
@@ -41,7 +41,7 @@ impl Case {
         Self { folder, file }
     }
 
-    /// 30 × 20 points of a grid that is bent a little, with a z, and one of them twice.
+    /// Builds 30 × 20 points of a slightly bent grid, with z. One point occurs twice.
     fn grid() -> Self {
         let points = (0..600).map(|i| (f64::from(i % 30), f64::from(i / 30)));
         let points = points.map(|(x, y)| format!("{} {} {}", 100.0 + x + y * y / 50.0, y, x * y));
@@ -69,7 +69,8 @@ impl Case {
         serde_json::from_str(&self.text(&[&["--json"], options].concat())).unwrap()
     }
 
-    /// Draws both kinds of map, checks that they are valid, and returns the SVG and the number of colours of the PNG.
+    /// Draws maps in both formats and checks that they are valid. Returns the SVG and the number of
+    /// colours of the PNG.
     fn maps(&self) -> (String, usize) {
         let [svg, png] = ["map.svg", "map.png"].map(|name| self.in_folder(name));
         let drawn = self.json(&["--plot", text_of(&svg)])["plot"].clone();
@@ -96,7 +97,7 @@ impl Case {
 }
 
 #[test]
-fn the_summary_as_json() {
+fn the_json_summary_describes_the_file() {
     let case = Case::grid();
     let json = case.json(&[]);
     for (key, value) in [
@@ -125,9 +126,9 @@ fn the_summary_as_json() {
         number("triangles")
     );
     assert!(number("border_triangles") > 0 && number("tile_count") >= 10);
-    let spread = ["min", "lower_quartile", "median", "upper_quartile", "max"];
-    let spread = spread.map(|key| json["vertices_per_tile"][key].as_u64().unwrap());
-    assert!(spread.is_sorted() && spread[0] > 0 && spread[4] <= 64);
+    let quartiles = ["min", "lower_quartile", "median", "upper_quartile", "max"];
+    let quartiles = quartiles.map(|key| json["vertices_per_tile"][key].as_u64().unwrap());
+    assert!(quartiles.is_sorted() && quartiles[0] > 0 && quartiles[4] <= 64);
     let parts = ["core", "border", "directory", "other"];
     let bytes: u64 = parts.iter().map(|part| number(&format!("{part}_bytes"))).sum();
     assert_eq!(bytes, number("file_bytes"));
@@ -149,7 +150,7 @@ fn the_summary_as_json() {
 }
 
 #[test]
-fn the_summary_for_people() {
+fn the_text_summary_describes_the_file() {
     let text = Case::grid().text(&[]);
     for part in [
         "points.txt  601 records",
@@ -164,7 +165,7 @@ fn the_summary_for_people() {
 }
 
 #[test]
-fn a_row_for_each_tile() {
+fn tiles_prints_one_row_per_tile() {
     let case = Case::grid();
     let json = case.json(&["--tiles"]);
     let tiles = json["tiles"].as_array().unwrap();
@@ -186,10 +187,10 @@ fn a_row_for_each_tile() {
 }
 
 #[test]
-fn one_tile_in_full() {
+fn tile_prints_all_vertices_and_triangles_of_a_tile() {
     let case = Case::grid();
     let json = case.json(&["--tile", "3"]);
-    assert_eq!(json["vertices"], 600, "the summary comes with it");
+    assert_eq!(json["vertices"], 600, "the summary is missing");
     let tile = &json["tile"];
     assert_eq!(tile["id"], 3);
     let vertices = tile["vertex_list"].as_array().unwrap();
@@ -197,13 +198,13 @@ fn one_tile_in_full() {
     assert_eq!(vertices.len() as u64, tile["vertices"]);
     for (index, vertex) in vertices.iter().enumerate() {
         assert_eq!(vertex["index"], index);
-        // The record tells which point of the grid it was.
+        // The record number determines the point of the grid.
         let record = vertex["record"].as_u64().unwrap();
         let (x, y) = ((record % 30) as f64, (record / 30) as f64);
         assert_eq!(vertex["y"], y);
         assert_eq!(vertex["z"], x * y);
-        let side = |key: &str| tile["cell"][key].as_f64();
-        assert!(side("min_y").is_none_or(|side| side < y) && side("max_y").is_none_or(|side| y <= side));
+        let bound = |key: &str| tile["cell"][key].as_f64();
+        assert!(bound("min_y").is_none_or(|bound| bound < y) && bound("max_y").is_none_or(|bound| y <= bound));
     }
     let count = |key: &str, value: Value| triangles.iter().filter(|t| t[key] == value).count() as u64;
     assert_eq!(count("part", "core".into()), tile["core_triangles"]);
@@ -213,7 +214,7 @@ fn one_tile_in_full() {
         let corners = triangle["corners"].as_array().unwrap();
         assert!(
             corners.iter().any(|corner| corner[0] == 3),
-            "no corner is the tile's own"
+            "no corner belongs to the tile"
         );
         for neighbour in triangle["neighbours"].as_array().unwrap() {
             let Some(number) = neighbour.as_u64() else {
@@ -248,7 +249,8 @@ fn a_small_file_is_drawn_whole() {
 
 #[test]
 fn a_large_file_is_thinned() {
-    // Evenly spread: multiples of powers of the plastic number's inverse, modulo 1.
+    // The points are evenly distributed: multiples of powers of the plastic number's inverse,
+    // modulo 1.
     let points = (1..=32_000u32).map(|i| [0.754_877_666, 0.569_840_291].map(|step| (f64::from(i) * step).fract()));
     let lines: Vec<_> = points.map(|[x, y]| format!("{x} {y}")).collect();
     let case = Case::build(&lines, 64);
@@ -263,7 +265,7 @@ fn a_large_file_is_thinned() {
 }
 
 #[test]
-fn degenerate_files_work_with_every_option() {
+fn every_option_works_with_degenerate_files() {
     let line = |f: fn(f64) -> (f64, f64)| (0..200).map(|i| f(f64::from(i))).collect::<Vec<_>>();
     for (name, points) in [
         ("none", Vec::new()),
@@ -304,7 +306,7 @@ fn degenerate_files_work_with_every_option() {
 }
 
 #[test]
-fn errors_say_what_is_wrong() {
+fn an_error_names_its_cause() {
     let case = Case::grid();
     let map = case.in_folder("map.svg");
     let failed = |command: Command, code: i32, parts: &[&str]| {
@@ -347,7 +349,7 @@ fn errors_say_what_is_wrong() {
 }
 
 #[test]
-fn damage_is_an_error_and_no_map() {
+fn a_damaged_file_is_an_error_and_gives_no_map() {
     let case = Case::grid();
     let sound = fs::read(&case.file).unwrap();
     let map = case.in_folder("map.svg");
@@ -361,7 +363,7 @@ fn damage_is_an_error_and_no_map() {
             .command(&["--tile", "1", "--plot", text_of(&map)])
             .output()
             .unwrap();
-        // Padding does not matter, nor does one of the two superblocks.
+        // Damage of padding or of one of the two superblocks has no effect.
         if output.status.success() {
             assert!(map.exists());
             continue;

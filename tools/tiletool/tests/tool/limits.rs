@@ -1,7 +1,8 @@
-//! `--memory` under a hard limit that is 16 MiB larger: by a cgroup where one may be made, otherwise by a watcher.
+//! `--memory` under a hard limit that is 16 MiB larger. The limit is set by a cgroup if one can be
+//! created, otherwise by a watching process.
 //!
-//! With glibc's default arenas, lists that doubled, and mappings of huge pages that nobody counted, these commands had up to 140 MiB
-//! resident with `--memory 64MiB`, and were killed.
+//! With glibc's default arenas, lists that doubled, and mappings of huge pages that were not
+//! counted, these commands once had up to 140 MiB resident with `--memory 64MiB`, and were killed.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -11,9 +12,10 @@ use limited::cases::{self, Runner, Sizes};
 
 const MEBIBYTE: u64 = 1 << 20;
 const MEMORY: u64 = 64 * MEBIBYTE;
-const MORE: u64 = 16 * MEBIBYTE;
+const MARGIN: u64 = 16 * MEBIBYTE;
 
-/// Enough that points go to disk, lines are put off, and a file is larger than the memory.
+/// Sizes at which points are spilled to disk, lines are deferred, and a file is larger than the
+/// memory.
 const SIZES: Sizes = Sizes {
     points: 1_500_000,
     alpha: 0.5,
@@ -29,7 +31,7 @@ const SIZES: Sizes = Sizes {
 fn commands_keep_to_their_memory_under_a_hard_limit() {
     let (folder, limit, stop) = (
         tempfile::tempdir().unwrap(),
-        Limit::new(MEMORY + MORE),
+        Limit::new(MEMORY + MARGIN),
         AtomicBool::new(false),
     );
     let tool = Path::new(crate::PROGRAM);
@@ -44,14 +46,14 @@ fn commands_keep_to_their_memory_under_a_hard_limit() {
         let took = runner.run(case, MEMORY, &[]).unwrap();
         let fault = cases::fault(&took, u64::MAX);
         assert_eq!(fault, None, "{}, with {}", case.name, limit.describe());
-        // The code of a program that was made for tests is larger than it should be, so it is left out.
+        // A test build's code is larger than that of a release build, so it is not counted.
         let Some(peak) = took.own_peak else {
             eprintln!(
-                "the system does not tell how much memory a process has: {} is not measured",
+                "the system does not report the memory of a process: {} is not measured",
                 case.name
             );
             continue;
         };
-        assert!(peak <= MEMORY + MORE, "{}: {} MiB", case.name, peak / MEBIBYTE);
+        assert!(peak <= MEMORY + MARGIN, "{}: {} MiB", case.name, peak / MEBIBYTE);
     }
 }

@@ -1,4 +1,5 @@
-//! `tiletool build` with lines, obstacles and sites, as its user meets it: what each option makes, and mistakes.
+//! `tiletool build` with lines, obstacles and sites from the command line: the result of each
+//! option, and mistakes.
 
 use std::fs;
 
@@ -6,7 +7,7 @@ use crate::support::{errors, names, tiletool};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A folder to run the tool in.
+/// A folder in which the tool runs.
 struct Scratch(TempDir);
 
 impl Scratch {
@@ -18,7 +19,7 @@ impl Scratch {
         Self(folder)
     }
 
-    /// Runs a command that must succeed, and gives what it prints.
+    /// Runs a command that must succeed. Returns its standard output.
     #[track_caller]
     fn ok(&self, args: &str) -> String {
         crate::support::run(self.0.path(), args)
@@ -28,14 +29,15 @@ impl Scratch {
         crate::support::json(self.0.path(), args)
     }
 
-    /// Builds `t.tiles`, proves it, and gives the summaries of the build and of the file.
+    /// Builds and verifies `t.tiles`. Returns the summaries of the build and of the file.
     fn build(&self, args: &str) -> [Value; 2] {
         let built = self.json(&format!("build {args} -o t.tiles --force --json"));
         self.ok("verify --deep t.tiles");
         [built, self.json("inspect t.tiles --json")]
     }
 
-    /// Runs a command that must fail with this exit code and leave nothing behind, and gives what it complains of.
+    /// Runs a command that must fail with this exit code and leave no new files. Returns its
+    /// standard error.
     fn fails(&self, code: i32, args: &str) -> String {
         let before = names(self.0.path());
         let output = tiletool(self.0.path(), args).output().unwrap();
@@ -69,27 +71,27 @@ const HOUSES: &str = r#"{"type":"FeatureCollection","features":[
 /// The diagonals of two squares, and a line by itself.
 const CROSSES: &str = "0,0,2,2\n2,0,0,2\n0,6,6,6\n3,3,5,5\n3,5,5,3\n";
 
-/// A good triangle, and a polygon that crosses itself.
+/// A valid triangle, and a polygon that crosses itself.
 const BOW: &str = r#"{"type":"FeatureCollection","features":[
     {"type":"Feature","geometry":{"type":"Polygon","coordinates":[[[0,9],[1,9],[0,10],[0,9]]]}},
     {"type":"Feature","geometry":{"type":"Polygon","coordinates":[[[20,0],[28,4],[28,0],[20,12],[20,0]]]}}]}"#;
 
-/// A good triangle, and a square whose hole lies beside it.
+/// A valid triangle, and a square whose hole is beside it.
 const BESIDE: &str = r#"{"type":"FeatureCollection","features":[
     {"type":"Feature","geometry":{"type":"Polygon","coordinates":[[[0,9],[1,9],[0,10],[0,9]]]}},
     {"type":"Feature","geometry":{"type":"Polygon","coordinates":[
         [[0,0],[4,0],[4,4],[0,4],[0,0]],[[6,1],[6,3],[8,3],[8,1],[6,1]]]}}]}"#;
 
-/// A polygon without area: its two sides come in both directions each.
+/// A polygon without area: each of its two sides occurs in both directions.
 const FLAT: &str = r#"{"type":"Polygon","coordinates":[[[5,1],[7,1],[5,1]]]}"#;
 
-/// Two of three at one place.
+/// Three shops, two of them at the same position.
 const SHOPS: &str = r#"{"type":"FeatureCollection","features":[
     {"type":"Feature","properties":{"name":"baker"},"geometry":{"type":"Point","coordinates":[0.5,0.25]}},
     {"type":"Feature","properties":{"name":"cobbler"},"geometry":{"type":"Point","coordinates":[4,0]}},
     {"type":"Feature","properties":{"name":"miller"},"geometry":{"type":"Point","coordinates":[4,0]}}]}"#;
 
-/// A square with a square in it, which has a hole point.
+/// A square with an inner square, which has a hole point.
 const COURT: &str = "8 2 0 0\n1 0 0\n2 9 0\n3 9 9\n4 0 9\n5 3 3\n6 6 3\n7 6 6\n8 3 6\n\
     8 0\n1 1 2\n2 2 3\n3 3 4\n4 4 1\n5 5 6\n6 6 7\n7 7 8\n8 8 5\n1\n1 4 4\n";
 
@@ -113,11 +115,11 @@ fn town() -> Scratch {
 }
 
 #[test]
-fn break_lines_and_walls() {
+fn break_lines_and_walls_become_constraint_edges() {
     let town = town();
     for (option, kind) in [("--segments", "break line"), ("--walls", "wall")] {
         let [built, shown] = town.build(&format!("grid.csv {option} path.csv {option} fence.csv"));
-        // The path lies on the hull, and through an end of the fence, which parts the grid.
+        // The path is on the hull and passes through an end of the fence, which divides the grid.
         let counts = [
             ("segments", 3),
             ("constraint_edges", 6 + 7 + 1),
@@ -166,15 +168,15 @@ fn obstacles_are_holes() {
     assert_eq!(shown["exterior_is_hole"], false);
     let digest = town.ok("digest t.tiles");
     assert!(digest.contains("hole"), "{digest}");
-    // By itself, and for people.
+    // Without points, and as text for people.
     let printed = town.ok("build --obstacles houses.geojson -o t.tiles --force");
     assert!(
-        printed.contains("regions 3, of which 2 are holes, with 4 triangles"),
+        printed.contains("regions  3, including 2 holes with 4 triangles"),
         "{printed}"
     );
     let printed = town.ok("inspect t.tiles --regions");
     assert!(
-        printed.contains("of these 2 holes, area 5.00000, 4 triangles"),
+        printed.contains("including 2 holes, area 5.00000, 4 triangles"),
         "{printed}"
     );
 }
@@ -182,7 +184,8 @@ fn obstacles_are_holes() {
 #[test]
 fn the_exterior_is_kept_or_a_hole() {
     let town = town();
-    // The court is a hole by its hole point, and the ring around it is free; all of the hull is walls.
+    // The court is a hole because of its hole point, and the ring around it is free. The whole hull
+    // consists of walls.
     let [built, _] = town.build("court.poly --exterior keep");
     let counts = [("segments", 8), ("points", 8), ("regions", 2), ("hole_regions", 1)];
     assert_has(&built, &counts);
@@ -193,14 +196,14 @@ fn the_exterior_is_kept_or_a_hole() {
     assert_eq!(town.ok("digest t.tiles"), keep);
     assert_eq!(shown["lines"][0]["name"], "court.poly");
     assert_eq!(shown["lines"][0]["kind"], "wall");
-    // With a point outside there is an exterior.
+    // A point outside the walls creates an exterior.
     fs::write(town.0.path().join("far.csv"), "20,20\n").unwrap();
     for (exterior, holes) in [("keep", 1), ("hole", 2)] {
         let [built, shown] = town.build(&format!("court.poly far.csv --exterior {exterior}"));
         assert_has(&built, &[("regions", 3), ("hole_regions", holes)]);
         assert_eq!(shown["exterior_is_hole"], exterior == "hole");
     }
-    // Without any line everything reaches the hull.
+    // Without lines, the only region reaches the hull.
     let [built, _] = town.build("grid.csv --exterior hole");
     assert_has(&built, &[("regions", 1), ("hole_regions", 1), ("hole_triangles", 72)]);
 }
@@ -211,7 +214,7 @@ fn sites_keep_their_ids() {
     let [built, shown] = town.build("grid.csv --sites shops.geojson --site-id name");
     assert_has(&built, &[("sites", 3), ("ends", 1), ("vertices", 50), ("segments", 0)]);
     assert_has(&shown, &[("site_count", 3), ("region_count", 0)]);
-    // By default they are the numbers of the records.
+    // By default, the ids are the record numbers.
     let [built, _] = town.build("grid.csv --sites shops.geojson --obstacles houses.geojson");
     assert_has(&built, &[("sites", 3), ("hole_regions", 2)]);
     let error = town.fails(
@@ -279,14 +282,15 @@ fn lines_that_cross_are_named() {
         assert_eq!(found.lines().collect::<Vec<_>>(), lines, "{args}");
         assert!(hint.contains("--crossings split"), "{hint}");
     }
-    // As many as a person reads.
+    // At most ten crossings are listed.
     let comb: String = (1..=11).map(|x| format!("{x},0,{x},9\n")).collect();
     fs::write(town.0.path().join("comb.csv"), comb + "0,5,12,5\n").unwrap();
     let error = town.fails(1, "build --walls comb.csv -o no.tiles --quiet");
     assert!(error.starts_with("error: 11 pairs of segments cross:\n"), "{error}");
     assert_eq!(error.matches("comb.csv: row 11").count(), 10, "{error}");
     assert!(error.contains("\n  and others\n"), "{error}");
-    // Two sides in both directions cross the path four times at one place, and there is nothing else to be told.
+    // Two sides, each in both directions, cross the path four times at the same position, and this
+    // is the only crossing to report.
     let error = town.fails(1, "build --walls path.csv --obstacles flat.geojson -o no.tiles --quiet");
     assert!(error.starts_with("error: 4 pairs of segments cross:\n"), "{error}");
     assert_eq!(error.lines().count(), 3, "{error}");
@@ -303,7 +307,8 @@ fn lines_that_cross_are_split() {
             1,
             8 + 3 + 6,
         ),
-        // Of the house both walls and the fence are cut in two and three, the path where the fence ends.
+        // The fence and both walls of the house are split where they cross, and the path is split
+        // at the end of the fence.
         (
             "--segments path.csv --segments fence.csv --obstacles houses.geojson",
             2 + 1 + 8,
@@ -321,13 +326,14 @@ fn lines_that_cross_are_split() {
         assert_has(&built, &counts);
         assert_has(&shown, &[("crossings", crossings), ("constraint_edges", edges)]);
     }
-    // A polygon that is inside out is named, or covers all the same.
+    // A polygon that is inside out is an error, or still covers with --crossings split.
     let error = town.fails(
         1,
         "build --obstacles houses.geojson --obstacles beside.geojson -o no.tiles --quiet",
     );
     assert!(
-        error.starts_with("error: beside.geojson: feature 1 (counted from 0) is inside out at (6, 1): a hole of it"),
+        error
+            .starts_with("error: beside.geojson: feature 1 (counted from 0) is inside out at (6, 1): one of its holes"),
         "{error}"
     );
     assert!(
@@ -341,10 +347,10 @@ fn lines_that_cross_are_split() {
     );
     assert_eq!(
         built["notes"][0],
-        "1 part of a polygon is inside out, since rings are nested wrongly or cross, and covered all the same; the first is of \
+        "1 part of a polygon is inside out, because rings are nested wrongly or cross, and still covered; the first is in \
          beside.geojson: feature 1 (counted from 0) at (6, 1)"
     );
-    // Where nothing crosses it makes no difference.
+    // If nothing crosses, --crossings split makes no difference.
     let [built, _] = town.build("grid.csv --obstacles houses.geojson --crossings split");
     assert_has(&built, &[("crossings", 0), ("ends", 0)]);
     let split = town.ok("digest t.tiles");
@@ -353,14 +359,14 @@ fn lines_that_cross_are_split() {
 }
 
 #[test]
-fn segments_of_a_poly_count_its_own_points() {
+fn segments_of_a_poly_file_refer_to_its_own_points() {
     let town = town();
     let error = town.fails(1, "build grid.csv court.poly -o no.tiles --quiet");
     assert!(
         error.contains("court.poly: give .poly files before all other inputs"),
         "{error}"
     );
-    // Two of them, the second 20 to the right, and points behind.
+    // Two .poly files, the second shifted by 20 to the right, and points after them.
     let shifted: String = COURT
         .lines()
         .enumerate()
@@ -386,7 +392,7 @@ fn segments_of_a_poly_count_its_own_points() {
 }
 
 #[test]
-fn mistakes_get_a_plain_answer() {
+fn wrong_options_and_files_are_errors_that_name_them() {
     let town = town();
     for (code, args, parts) in [
         (

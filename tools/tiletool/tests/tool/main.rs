@@ -1,4 +1,4 @@
-//! The tool as its user meets it. All tests run it in processes of their own.
+//! Tests of the tool from the command line. Each test runs it in separate processes.
 
 #![allow(clippy::too_many_lines)]
 
@@ -23,5 +23,5 @@ mod query;
 mod refusals;
 mod resume;
 
-/// What the tests run.
+/// The program that the tests run.
 const PROGRAM: &str = env!("CARGO_BIN_EXE_tiletool");

@@ -1,4 +1,5 @@
-//! `--memory` of the commands that read tile files: little of it gives the same results as plenty, and is kept to.
+//! `--memory` of the commands that read tile files: the results do not depend on it, and the peak
+//! stays near it.
 
 use std::fs;
 use std::path::Path;
@@ -9,12 +10,13 @@ use tempfile::TempDir;
 
 const MEBIBYTE: u64 = 1 << 20;
 
-/// What a command says, in JSON.
+/// Returns the JSON output of a command.
 fn json(folder: &Path, args: &str) -> Value {
     crate::support::json(folder, &format!("{args} --json"))
 }
 
-/// A folder with `p.f64`, points with z, and `p.tiles`, whose tiles have this many vertices.
+/// Returns a folder with `p.f64`, which has points with z, and `p.tiles`, whose tiles have this
+/// many vertices.
 fn scratch(points: u32, tile_vertices: u32) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     json(
@@ -28,7 +30,7 @@ fn scratch(points: u32, tile_vertices: u32) -> TempDir {
     folder
 }
 
-/// The result without what may differ.
+/// Returns the result without the values that may differ.
 fn result(mut value: Value) -> Value {
     let object = value.as_object_mut().unwrap();
     object.remove("peak_memory_bytes");
@@ -73,7 +75,7 @@ fn results_do_not_depend_on_the_memory() {
 }
 
 #[test]
-fn the_first_point_that_is_missing_is_the_same_however_they_are_parted() {
+fn the_first_missing_point_does_not_depend_on_the_memory() {
     let scratch = scratch(150_000, 1000);
     let folder = scratch.path();
     let mut points = fs::read(folder.join("p.f64")).unwrap();
@@ -88,9 +90,9 @@ fn the_first_point_that_is_missing_is_the_same_however_they_are_parted() {
     }
 }
 
-/// The file is larger than all that each command may take. Sizes are those of a file whose tiles are as large as by default.
+/// The file is larger than the memory of each command. Its tiles have the default size.
 #[test]
-fn peaks_keep_to_the_memory() {
+fn peak_memory_stays_near_the_limit() {
     const MEMORY: u64 = 32 * MEBIBYTE;
     let scratch = scratch(1_200_000, 65_536);
     let folder = scratch.path();
@@ -105,7 +107,7 @@ fn peaks_keep_to_the_memory() {
     ] {
         let output = json(folder, &format!("{args} --memory 32MiB"));
         let peak = output.get("plot").unwrap_or(&output)["peak_memory_bytes"].as_u64();
-        // Unknown where there is no /proc.
+        // Unknown on systems without /proc.
         if let Some(peak) = peak {
             assert!(peak <= MEMORY + 32 * MEBIBYTE, "{args}: {} MiB", peak / MEBIBYTE);
         }
@@ -113,7 +115,7 @@ fn peaks_keep_to_the_memory() {
 }
 
 #[test]
-fn too_little_memory_is_said_with_what_it_takes() {
+fn too_little_memory_is_an_error_that_names_the_need() {
     let scratch = scratch(60_000, 30_000);
     let folder = scratch.path();
     let before: Vec<_> = fs::read_dir(folder).unwrap().collect();
@@ -136,18 +138,18 @@ fn too_little_memory_is_said_with_what_it_takes() {
 }
 
 #[test]
-fn who_gets_how_much_memory_is_told_on_request() {
+fn verbose_prints_how_memory_is_divided() {
     let scratch = tempfile::tempdir().unwrap();
     let folder = scratch.path();
     json(folder, "generate uniform -n 200000 --seed 1 -o p.f64");
-    let told = |flags: &str, memory: &str| {
+    let log = |flags: &str, memory: &str| {
         let args = format!("build p.f64 -o {memory}.tiles --force --threads 1 --memory {memory} {flags}");
         let output = tiletool(folder, args.trim_end()).output().unwrap();
         assert!(output.status.success(), "{args}");
         String::from_utf8(output.stderr).unwrap()
     };
     for (memory, of_runs) in [("64MiB", "runs 8"), ("256MiB", "runs 32")] {
-        let text = told("-v", memory);
+        let text = log("-v", memory);
         let line = text
             .lines()
             .find(|line| line.contains("MiB in all"))
@@ -159,5 +161,5 @@ fn who_gets_how_much_memory_is_told_on_request() {
             "{text}"
         );
     }
-    assert!(!told("", "64MiB").contains("MiB in all"));
+    assert!(!log("", "64MiB").contains("MiB in all"));
 }

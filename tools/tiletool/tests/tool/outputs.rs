@@ -1,7 +1,9 @@
-//! Where commands write: what is no file is never replaced, links are followed, and what killed runs left is removed.
+//! Outputs of commands: only regular files are replaced, links are followed, and files that killed
+//! runs left are removed.
 //!
-//! `-o /dev/null --force` replaced the device when root ran it, and likewise pipes and links; `constrain` followed links, which `build`
-//! replaced. Killed runs left `.compact-…partial` and `….ply.…partial` for ever, 1.1 GB in 15 rounds.
+//! `-o /dev/null --force` once replaced the device if root ran it, and likewise pipes and links.
+//! `constrain` followed links, which `build` replaced. Killed runs left `.compact-…partial` and
+//! `….ply.…partial` for ever, 1.1 GB in 15 rounds.
 
 use std::fs::{self, File};
 use std::os::unix::fs::{FileTypeExt, symlink};
@@ -19,7 +21,7 @@ fn prepare(folder: &Path) {
     run(folder, "build p.csv -o t.tiles --quiet --tile-vertices 100");
 }
 
-/// Commands that make a file of a name with this suffix.
+/// Commands that write a file whose name has this suffix.
 const WRITERS: [(&str, &str); 7] = [
     ("build p.csv --force --quiet -o", "tiles"),
     ("compact t.tiles --force -o", "tiles"),
@@ -31,7 +33,7 @@ const WRITERS: [(&str, &str); 7] = [
 ];
 
 #[test]
-fn what_is_no_file_is_never_replaced() {
+fn folders_sockets_pipes_and_devices_are_never_replaced() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     prepare(path);
@@ -46,7 +48,7 @@ fn what_is_no_file_is_never_replaced() {
     fs::create_dir(path.join("folder")).unwrap();
     let _socket = UnixListener::bind(path.join("socket")).unwrap();
     assert!(made("mkfifo", &["pipe"]));
-    // Only root may make one.
+    // Only root can create a device.
     let has_device = made("mknod", &["device", "c", "1", "3"]);
     let others = ["folder", "socket", "pipe"]
         .into_iter()
@@ -54,7 +56,7 @@ fn what_is_no_file_is_never_replaced() {
     for other in others {
         let before = fs::symlink_metadata(path.join(other)).unwrap().file_type();
         for (args, suffix) in WRITERS {
-            // An export and raw points are written into pipes and devices as they are.
+            // An export and raw points are written directly to pipes and devices.
             let is_stream = args.starts_with("export") || args.starts_with("generate");
             if is_stream && (before.is_fifo() || before.is_char_device()) {
                 continue;
@@ -87,7 +89,7 @@ fn what_is_no_file_is_never_replaced() {
 }
 
 #[test]
-fn all_commands_follow_links_and_the_link_stays() {
+fn all_commands_write_through_links_and_keep_them() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     prepare(path);
@@ -96,7 +98,7 @@ fn all_commands_follow_links_and_the_link_stays() {
         let [link, target] = [format!("link.{suffix}"), format!("far/target.{suffix}")].map(|name| path.join(name));
         symlink(path.join(format!("middle.{suffix}")), &link).unwrap();
         symlink(format!("far/target.{suffix}"), path.join(format!("middle.{suffix}"))).unwrap();
-        // First the links lead to nothing, then to a file.
+        // At first the target of the links does not exist, then it is a file.
         for before in ["nothing", "a file"] {
             if before == "a file" {
                 fs::write(&target, "what was there before").unwrap();
@@ -126,7 +128,7 @@ fn all_commands_follow_links_and_the_link_stays() {
 }
 
 #[test]
-fn the_next_run_removes_what_a_killed_one_left() {
+fn the_next_run_removes_the_files_of_a_killed_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     prepare(path);
@@ -139,7 +141,7 @@ fn the_next_run_removes_what_a_killed_one_left() {
         match args.starts_with("build") {
             true => {
                 fs::create_dir(&partial).unwrap();
-                // A build whose lines were put off is compacted there.
+                // A build with deferred lines is compacted in its work folder.
                 for left in ["lock", "tiles", ".tiles.partial", "run-3"] {
                     fs::write(partial.join(left), "left").unwrap();
                 }
@@ -150,11 +152,11 @@ fn the_next_run_removes_what_a_killed_one_left() {
         assert!(!partial.exists(), "{args}");
         assert!(
             fs::metadata(path.join(&name)).unwrap().len() < 300_000,
-            "{args}: it ends in what was left"
+            "{args}: the file ends with old bytes"
         );
         fs::remove_file(path.join(&name)).unwrap();
     }
-    // And one that really is killed.
+    // A run that is really killed.
     kill_after(
         tiletool(path, "generate uniform -n 1G -o out.f64"),
         Duration::from_millis(300),
@@ -183,7 +185,7 @@ fn two_runs_do_not_write_the_same_output_at_once() {
 }
 
 #[test]
-fn a_build_removes_what_a_killed_one_spilled_elsewhere() {
+fn a_build_removes_the_spilled_files_of_a_killed_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     run(path, "generate uniform -n 400k -o p.f64");

@@ -1,4 +1,4 @@
-//! `tiletool query` as its user meets it.
+//! `tiletool query` from the command line.
 
 use std::fs;
 use std::path::PathBuf;
@@ -7,7 +7,8 @@ use crate::support::{command, complaint, printed};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-/// A folder with a town: a square of 8 by 8 with an obstacle in the middle, a closed wall, and sites.
+/// A folder with a town: a square of 8 by 8 with an obstacle in the middle, a closed wall, and
+/// sites.
 struct Town(TempDir);
 
 impl Town {
@@ -46,7 +47,8 @@ impl Town {
         self.0.path().join(name)
     }
 
-    /// What a command prints, or complains of, if it ends with this code.
+    /// Runs a command that must end with this exit code. Returns its standard output, or its
+    /// standard error if the code is not 0.
     #[track_caller]
     fn run(&self, code: i32, args: &[&str]) -> String {
         let command = command(self.0.path(), args);
@@ -66,7 +68,7 @@ impl Town {
 }
 
 #[test]
-fn paths() {
+fn a_path_is_shortest_and_names_its_bends() {
     let town = Town::new();
     let path = town.json("path", &["--from", "-2,0", "--to", "1.5,0", "--certify"]);
     let length = 2f64.sqrt() + 2.0 + 1.25f64.sqrt();
@@ -99,7 +101,7 @@ fn paths() {
 }
 
 #[test]
-fn ways_of_a_batch_come_in_order() {
+fn answers_of_a_batch_are_in_the_order_of_its_rows() {
     let town = Town::new();
     let mut rows = String::from("from_x,from_y,to_x,to_y\n");
     for i in 0..50 {
@@ -133,7 +135,7 @@ fn ways_of_a_batch_come_in_order() {
 }
 
 #[test]
-fn sites() {
+fn sites_are_ordered_by_walking_distance() {
     let town = Town::new();
     let found = town.json("knn", &["--at", "-4,-3"]);
     let names: Vec<&str> = found["sites"]
@@ -170,7 +172,7 @@ fn sites() {
 }
 
 #[test]
-fn places() {
+fn locate_and_nearest_find_elements_and_sites() {
     let town = Town::new();
     assert_eq!(
         town.query("locate", &["--at", "-4,4"])
@@ -206,7 +208,7 @@ fn places() {
 }
 
 #[test]
-fn mistakes() {
+fn mistakes_in_queries_are_errors_that_name_them() {
     let town = Town::new();
     town.write("bad.csv", "x,y\n1,2\n3;4\n");
     town.write("text.tiles", "no tiles");
@@ -231,7 +233,11 @@ fn mistakes() {
         (1, &["knn", "none.tiles", "--at", "0,3"], "none.tiles"),
         (1, &["knn", "text.tiles", "--at", "0,3"], "text.tiles"),
         (1, &["knn", "town.tiles", "--at", "1e300,3"], "is no point"),
-        (2, &["knn", "town.tiles", "--at", "1,2,3"], "two numbers with a comma"),
+        (
+            2,
+            &["knn", "town.tiles", "--at", "1,2,3"],
+            "two numbers separated by a comma",
+        ),
         (2, &["knn", "town.tiles", "--at", "1,2", "-k", "0"], "0"),
         (2, &["range", "town.tiles", "--at", "1,2"], "--radius"),
         (2, &["range", "town.tiles", "--at", "1,2", "--radius", "-1"], "--radius"),
@@ -248,7 +254,7 @@ fn mistakes() {
 }
 
 #[test]
-fn matrices() {
+fn a_matrix_has_the_distance_of_each_pair() {
     let town = Town::new();
     town.write("a.csv", "x,y\n-4,-4\n0,0\n4,4\n");
     town.write("b.csv", "-4,4\n-2.5,2.5\n");
@@ -289,7 +295,7 @@ fn matrices() {
     assert_eq!(sites.lines().count(), 12);
     assert!(
         sites.starts_with("0 (-4, -4) to baker (0, 3): ")
-            && sites.contains("2 (4, 4) to inner (-2.5, 2.5): no way leads"),
+            && sites.contains("2 (4, 4) to inner (-2.5, 2.5): no path exists"),
         "{sites}"
     );
     let shapes = town.query(
@@ -351,7 +357,7 @@ fn matrices() {
 }
 
 #[test]
-fn along_a_line() {
+fn along_gives_the_nearest_sites_of_each_interval() {
     let town = Town::new();
     let line = ["--from", "-4,0", "--to", "4,0", "-k", "1"];
     let table = town.query("along", &[&line[..], &["--csv"]].concat());
@@ -362,7 +368,7 @@ fn along_a_line() {
     );
     let (first, last) = (&rows[1], &rows[rows.len() - 1]);
     assert_eq!((first[4], last[5]), ("0", "1"));
-    // Obstacles lie between -1 and 1, and between 2 and 3.
+    // There are obstacles between -1 and 1, and between 2 and 3.
     let inside: Vec<_> = rows.iter().filter(|row| row[10] == "inside_obstacle").collect();
     assert_eq!(inside.len(), 2);
     assert_eq!(
@@ -377,11 +383,11 @@ fn along_a_line() {
     assert_eq!(intervals[0]["sites"].as_array().map(Vec::len), Some(1));
     let drawn: Value = serde_json::from_str(&town.query("along", &[&line[..], &["--geojson"]].concat())).unwrap();
     assert_eq!(drawn["features"][0]["geometry"]["coordinates"][0], json!([-4.0, 0.0]));
-    assert!(town.query("along", &line).contains("in an obstacle"));
+    assert!(town.query("along", &line).contains("inside an obstacle"));
     town.run(1, &["query", "along", "town.tiles"]);
 }
 
-/// Twice the area of a ring, positive if it runs counter-clockwise.
+/// Returns twice the area of a ring, positive if it is counter-clockwise.
 fn doubled_area(ring: &Value) -> f64 {
     let at = |point: &Value, axis: usize| point[axis].as_f64().unwrap();
     let points = ring.as_array().unwrap();
@@ -393,9 +399,9 @@ fn doubled_area(ring: &Value) -> f64 {
 }
 
 #[test]
-fn areas() {
+fn areas_are_polygons_inside_the_true_area() {
     let town = Town::new();
-    // Round the obstacle in the middle and back to itself: a ring with a hole.
+    // The area goes round the obstacle in the middle and meets itself: a ring with a hole.
     let args = ["--at", "0,2", "--radius", "4.5", "--area", "--geojson"];
     let drawn: Value = serde_json::from_str(&town.query("range", &args)).unwrap();
     let area = &drawn["features"][0];
@@ -407,7 +413,7 @@ fn areas() {
     let rings = polygons[0].as_array().unwrap();
     assert!(doubled_area(&rings[0]) > 0.0 && rings[1..].iter().all(|ring| doubled_area(ring) < 0.0));
     assert!(drawn["features"].as_array().unwrap().len() > 1);
-    // In the open, a disc inside the true one.
+    // Without obstacles, the area is a polygon inside the true disc.
     let args = ["--at", "3.5,0", "--radius", "0.25", "--area", "--geojson"];
     let disc: Value = serde_json::from_str(&town.query("range", &args)).unwrap();
     let ring = &disc["features"][0]["geometry"]["coordinates"][0][0];
@@ -420,7 +426,7 @@ fn areas() {
 }
 
 #[test]
-fn pictures() {
+fn plots_show_what_was_found() {
     let town = Town::new();
     town.write("places.csv", "-4,0\n4,0\n");
     for (what, args) in [
@@ -467,7 +473,7 @@ fn pictures() {
 }
 
 #[test]
-fn modes_and_stages() {
+fn modes_bound_the_distance_and_progressive_answers_have_two_stages() {
     let town = Town::new();
     let ends = ["--from", "-2,0", "--to", "1.5,0"];
     let length = 2f64.sqrt() + 2.0 + 1.25f64.sqrt();
@@ -513,7 +519,7 @@ fn modes_and_stages() {
     assert_eq!([rows[0][8], rows[1][8], rows[2][8]], ["stage", "fast", "exact"]);
     let text = town.query("path", &[&ends[..], &["--progressive"]].concat());
     assert!(
-        text.starts_with("fast, while the exact answer may take 1 tiles") && text.contains("\nexact: "),
+        text.starts_with("fast (the exact answer may take 1 tile and ") && text.contains("\nexact: "),
         "{text}"
     );
     let drawn = town.query("knn", &["--at", "-2,0", "-k", "2", "--progressive", "--geojson"]);
@@ -530,5 +536,5 @@ fn modes_and_stages() {
         "{limited}"
     );
     let inside = town.query("knn", &["--at", "0,0", "--progressive"]);
-    assert!(inside.contains("lies in an obstacle"), "{inside}");
+    assert!(inside.contains("is inside an obstacle"), "{inside}");
 }

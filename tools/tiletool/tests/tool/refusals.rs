@@ -1,9 +1,10 @@
-//! Commands where the system refuses threads, open files, memory or longer files. Each does what it would do otherwise, or ends with
-//! exit code 1 and one line.
+//! Commands when the system refuses threads, open files, memory or longer files. Each command gives
+//! its usual result, or ends with exit code 1 and one line.
 //!
-//! With a limit of three threads in a container commands hung for ever after a panic, since the runtime queued work for threads that were
-//! never started. With two, four or five they panicked. With 6 to 9 open files they panicked, with 15 they did not fall back from a ring
-//! to threads, and with little address space they aborted.
+//! With a limit of three threads in a container, commands once hung for ever after a panic, because
+//! the runtime queued work for threads that were never started. With two, four or five threads they
+//! panicked. With 6 to 9 open files they panicked, and with 15 they did not fall back from an
+//! io_uring to threads. With a small address space they aborted.
 
 #![cfg(target_os = "linux")]
 
@@ -13,7 +14,7 @@ use std::process::Command;
 
 use crate::support::{after, errors, faults, names, run, tiletool, within_a_minute};
 
-/// Of the commands the first one writes nothing in the folder.
+/// The commands to run. The first one writes no files in the folder.
 const COMMANDS: [&str; 6] = [
     "digest t.tiles",
     "query knn t.tiles --at 3,3 --at 7,2 -k 3 --csv",
@@ -30,7 +31,7 @@ fn prepare(folder: &Path) {
     run(folder, "build p.csv -o t.tiles --quiet --tile-vertices 100");
 }
 
-/// Runs all commands with each limit. Returns how often each limit was heeded with an error.
+/// Runs all commands with each limit. Returns for each limit how many commands ended with an error.
 fn all_or_nothing<L: Copy + std::fmt::Debug>(limits: &[L], limited: impl Fn(Command, L) -> Command) -> Vec<usize> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
@@ -43,39 +44,42 @@ fn all_or_nothing<L: Copy + std::fmt::Debug>(limits: &[L], limited: impl Fn(Comm
         for (&limit, refused) in limits.iter().zip(&mut refused) {
             let _ = fs::remove_file(path.join("out.ply"));
             let output = within_a_minute(limited(tiletool(path, args), limit));
-            let story = format!("{args}, limit {limit:?}: {}: {}", output.status, errors(&output));
+            let context = format!("{args}, limit {limit:?}: {}: {}", output.status, errors(&output));
             match output.status.code() {
-                Some(0) => assert_eq!(String::from_utf8_lossy(&output.stdout), expected, "{story}"),
+                Some(0) => assert_eq!(String::from_utf8_lossy(&output.stdout), expected, "{context}"),
                 Some(1) => {
                     let errors = errors(&output);
-                    assert!(errors.starts_with("error: ") && errors.lines().count() == 1, "{story}");
-                    assert!(!errors.contains("internal error"), "{story}");
-                    assert!(!path.join("out.ply").exists(), "{story}");
+                    assert!(
+                        errors.starts_with("error: ") && errors.lines().count() == 1,
+                        "{context}"
+                    );
+                    assert!(!errors.contains("internal error"), "{context}");
+                    assert!(!path.join("out.ply").exists(), "{context}");
                     *refused += 1;
                 }
-                _ => panic!("{story}"),
+                _ => panic!("{context}"),
             }
         }
         run(path, args);
-        assert_eq!(names(path), good, "{args}: files stay behind");
+        assert_eq!(names(path), good, "{args}: files are left");
     }
     refused
 }
 
 #[test]
-fn without_enough_threads_commands_do_with_those_they_get_or_say_so() {
+fn with_few_threads_commands_succeed_or_end_with_an_error() {
     let limits: Vec<u64> = (0..=14).collect();
     let refused = all_or_nothing(&limits, |mut tool, threads| {
         tool.env("LD_PRELOAD", faults())
             .env("FAULTS_THREADS", threads.to_string());
         tool
     });
-    assert_eq!(refused[0], COMMANDS.len(), "no command does without a thread");
+    assert_eq!(refused[0], COMMANDS.len(), "every command needs a thread");
     assert_eq!(refused[5..], [0; 10], "five threads are enough");
 }
 
 #[test]
-fn with_few_open_files_commands_read_by_threads_or_say_so() {
+fn with_few_open_files_commands_succeed_or_end_with_an_error() {
     let limits: Vec<u64> = (4..=40).collect();
     let refused = all_or_nothing(&limits, |tool, files| after(&format!("ulimit -n {files}"), &tool));
     assert_eq!(refused[..3], [COMMANDS.len(); 3]);
@@ -84,8 +88,8 @@ fn with_few_open_files_commands_read_by_threads_or_say_so() {
 }
 
 #[test]
-fn refused_memory_is_an_error_and_no_abort() {
-    // In kibibytes. With less than the first the program is not loaded.
+fn refused_memory_is_an_error_and_not_an_abort() {
+    // Limits in kibibytes. With less than the first one, the program cannot be loaded.
     let limits: Vec<u64> = (28..60).step_by(3).chain([80, 120, 200]).map(|mib| mib << 10).collect();
     for option in ["v", "d"] {
         all_or_nothing(&limits, |tool, kib| after(&format!("ulimit -{option} {kib}"), &tool));
@@ -93,7 +97,7 @@ fn refused_memory_is_an_error_and_no_abort() {
 }
 
 #[test]
-fn a_file_that_may_not_grow_is_an_error_and_no_signal() {
+fn a_limit_on_file_size_is_an_error_and_not_a_signal() {
     let refused = all_or_nothing(&[0, 1, 8, 30, 100_000], |tool, blocks| {
         after(&format!("ulimit -f {blocks}"), &tool)
     });
@@ -101,7 +105,7 @@ fn a_file_that_may_not_grow_is_an_error_and_no_signal() {
 }
 
 #[test]
-fn processor_time_that_is_over_is_an_error_and_no_signal() {
+fn a_limit_on_processor_time_is_an_error_and_not_a_signal() {
     let folder = tempfile::tempdir().unwrap();
     let mut generate = tiletool(folder.path(), "generate uniform -n 1G -o out.f64");
     let mut child = generate.stderr(std::process::Stdio::piped()).spawn().unwrap();

@@ -1,4 +1,5 @@
-//! `tiletool build --resume`: builds that are killed, interrupted or out of room go on, and give the same triangles.
+//! `tiletool build --resume`: builds that are killed, interrupted or out of disk space can be
+//! resumed, and give the same triangles.
 
 use std::fs;
 use std::path::Path;
@@ -14,7 +15,7 @@ fn start(folder: &Path, args: &str) -> Child {
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
-/// 400 000 points need 8 MB; in 6 MB they are spilled.
+/// 400 000 points need 8 MB, so with 6 MB they are spilled.
 const BUILD: &str = "build p.f64 -o p.tiles --memory 6MB --tile-vertices 4000 --threads 2";
 
 fn scratch() -> tempfile::TempDir {
@@ -23,7 +24,8 @@ fn scratch() -> tempfile::TempDir {
     folder
 }
 
-/// Waits until the journal of the build of `p.tiles` in a folder has an entry. False: the build ended before.
+/// Waits until the journal of the build of `p.tiles` in a folder has an entry. Returns false if the
+/// build ended before.
 fn wait_for_a_block(folder: &Path, child: &mut Child) -> bool {
     let journal = folder.join("p.tiles.partial/journal");
     while child.try_wait().unwrap().is_none() {
@@ -36,7 +38,7 @@ fn wait_for_a_block(folder: &Path, child: &mut Child) -> bool {
 }
 
 #[test]
-fn a_build_that_is_killed_at_any_moment_goes_on() {
+fn a_build_killed_at_any_moment_resumes_to_the_same_bytes() {
     let scratch = scratch();
     let folder = scratch.path();
     run(folder, "build p.f64 -o whole.tiles --memory 1GB --tile-vertices 4000");
@@ -57,7 +59,7 @@ fn a_build_that_is_killed_at_any_moment_goes_on() {
     let (mut kills, mut resumed_blocks) = (0, 0);
     while kills < 50 {
         fs::remove_file(folder.join("p.tiles")).unwrap();
-        // Up to three kills before a build is left alone.
+        // The build is killed up to three times before it may finish.
         for _ in 0..3 {
             kill_after(tiletool(folder, &format!("{BUILD} --resume --quiet")), moment());
             kills += 1;
@@ -78,11 +80,11 @@ fn a_build_that_is_killed_at_any_moment_goes_on() {
         );
     }
     assert_eq!(run(folder, "digest p.tiles"), digest);
-    assert!(resumed_blocks > 0, "no build went on from a finished block");
+    assert!(resumed_blocks > 0, "no build resumed from a finished block");
 }
 
 #[test]
-fn ctrl_c_keeps_the_work_and_says_how_to_go_on() {
+fn ctrl_c_keeps_the_work_and_says_how_to_resume() {
     let scratch = scratch();
     let folder = scratch.path();
     let mut child = start(folder, BUILD);
@@ -92,15 +94,18 @@ fn ctrl_c_keeps_the_work_and_says_how_to_go_on() {
     }
     let output = child.wait_with_output().unwrap();
     if output.status.success() {
-        println!("it was done before it could be interrupted");
+        println!("the build ended before it could be interrupted");
         return;
     }
     assert_eq!(output.status.code(), Some(1));
-    let said = errors(&output);
-    assert!(said.contains("p.tiles.partial") && said.contains("--resume"), "{said}");
+    let message = errors(&output);
+    assert!(
+        message.contains("p.tiles.partial") && message.contains("--resume"),
+        "{message}"
+    );
     assert!(!folder.join("p.tiles").exists());
 
-    // Other options, another input.
+    // Other options or another input are rejected.
     let other = fails(
         folder,
         1,
@@ -127,9 +132,9 @@ fn standard_input_cannot_be_resumed() {
     assert_eq!(names(folder.path()), [""; 0]);
 }
 
-/// A disk that fills up while blocks are conquered, where this process may mount one.
+/// The disk fills up while blocks are triangulated, if this process may mount one.
 #[test]
-fn a_build_that_runs_out_of_room_goes_on_when_there_is_more() {
+fn a_build_that_ran_out_of_disk_space_can_be_resumed() {
     let scratch = scratch();
     let folder = scratch.path();
     let disk = folder.join("disk");
@@ -148,10 +153,10 @@ fn a_build_that_runs_out_of_room_goes_on_when_there_is_more() {
     let build = BUILD.replace("-o p.tiles", "-o disk/p.tiles");
     let mut child = start(folder, &build);
     wait_for_a_block(&disk, &mut child);
-    // As another program would that needs the disk too.
+    // This acts as another program that fills the disk.
     let fill = fs::write(disk.join("other"), vec![1u8; 40 << 20]);
     let output = child.wait_with_output().unwrap();
-    let said = errors(&output);
+    let message = errors(&output);
     let kept = disk.join("p.tiles.partial").exists();
     fs::remove_file(disk.join("other")).unwrap();
     let resumed = tiletool(folder, &format!("{build} --resume --json")).output().unwrap();
@@ -160,9 +165,9 @@ fn a_build_that_runs_out_of_room_goes_on_when_there_is_more() {
         .unwrap();
     assert!(mount(&["umount"]));
     assert!(fill.is_err(), "the disk was not full");
-    assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(kept && said.contains("--resume"), "{said}");
-    assert!(said.contains("No space left"), "{said}");
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(kept && message.contains("--resume"), "{message}");
+    assert!(message.contains("No space left"), "{message}");
     assert!(resumed.status.success(), "{}", errors(&resumed));
     let summary: Value = serde_json::from_slice(&resumed.stdout).unwrap();
     assert!(summary["resumed_blocks"].as_u64().unwrap() > 0);

@@ -1,4 +1,5 @@
-//! Tiles in parts: what is formatted at once, so that no text is larger than a mebibyte, however large the tile.
+//! Parts of tiles. A part is formatted at once, so that no text exceeds a mebibyte, however large
+//! the tile is.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -9,41 +10,43 @@ use super::numbering::Numbering;
 use crate::geometry::{TriangleId, VertexIndex};
 use crate::store::{ReadError, TileInPass, VertexId};
 
-/// Vertices, triangles or edges of a part.
+/// The number of vertices, triangles or edges in a part.
 const PART: u32 = 2048;
 
-/// Bytes of what is made of a part, at most: no vertex and no triangle has more than 512 in any format.
-pub(super) const PIECE_BYTES: u64 = 512 * PART as u64;
+/// The limit on the bytes of a formatted part: no vertex and no triangle takes more than 512 bytes
+/// in any format.
+pub(super) const CHUNK_BYTES: u64 = 512 * PART as u64;
 
-/// What tiles are cut by.
+/// The elements by which tiles are cut into parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Cut {
+pub(super) enum CutBy {
     Vertices,
     Triangles,
-    /// By the constraint edges that belong to the tile.
+    /// The constraint edges that belong to the tile.
     Edges,
 }
 
-/// Some vertices, triangles or edges of a tile.
-pub(super) struct Part {
+/// Some of the vertices, triangles or edges of a tile.
+pub(super) struct TilePart {
     pub(super) tile: Arc<TileInPass>,
-    /// Their numbers in the tile.
+    /// The indices of the elements in the tile.
     pub(super) range: Range<u32>,
-    /// How many of the triangles or edges are to be written; 0 if the tile is cut by vertices.
+    /// The number of triangles or edges to be written; 0 if the tile is cut by vertices.
     pub(super) triangles: u32,
-    /// How many triangles were written before these, of all tiles.
+    /// The number of triangles written before these, over all tiles.
     pub(super) written_before: u64,
-    /// Whether it is the last of its tile.
+    /// Whether this is the last part of its tile.
     pub(super) is_last: bool,
-    /// The z of corners that other tiles own, if the format asks for them.
+    /// The z of corners that other tiles own, if the format needs them.
     pub(super) foreign_z: Arc<ForeignZ>,
 }
 
-/// The z of vertices of other tiles, by tile.
+/// The z of vertices of other tiles, ordered by tile.
 pub(super) type ForeignZ = BTreeMap<VertexId, f64>;
 
-impl Part {
-    /// Hands out the triangles that are written: their corners, and their vertices' numbers.
+impl TilePart {
+    /// Calls `take` with the corners, and the numbers of the corners, of each triangle that is
+    /// written.
     pub(super) fn for_each_triangle(
         &self,
         numbering: &Numbering,
@@ -65,7 +68,7 @@ impl Part {
         Ok(())
     }
 
-    /// The vertices, and their numbers through the file.
+    /// Returns the vertices, with their numbers over the whole file.
     pub(super) fn vertices(&self, numbering: &Numbering) -> impl Iterator<Item = (VertexIndex, u64)> + use<> {
         let start = numbering.start(&self.tile);
         let vertices = self.range.clone();
@@ -74,28 +77,28 @@ impl Part {
 }
 
 impl Numbering {
-    /// The parts of a tile, at least one. Those of triangles are an error if not as many triangles belong to
-    /// it as the directory says.
+    /// Cuts a tile into parts, at least one. If it is cut by triangles, fails unless the number of
+    /// triangles that it owns is that of the directory.
     pub(super) fn cut(
         &self,
         tile: &Arc<TileInPass>,
-        cut: Cut,
+        cut: CutBy,
         foreign_z: &Arc<ForeignZ>,
-    ) -> Result<Vec<Part>, ReadError> {
+    ) -> Result<Vec<TilePart>, ReadError> {
         let count = match cut {
-            Cut::Vertices => tile.vertex_count(),
-            Cut::Triangles => tile.triangle_count(),
-            Cut::Edges => tile.owned_constraints().count() as u32,
+            CutBy::Vertices => tile.vertex_count(),
+            CutBy::Triangles => tile.triangle_count(),
+            CutBy::Edges => tile.owned_constraints().count() as u32,
         };
         let mut owned = 0;
         let mut parts = Vec::new();
         for start in (0..count.max(1)).step_by(PART as usize) {
             let range = start..count.min(start.saturating_add(PART));
             let mut triangles = match cut {
-                Cut::Edges => range.end - range.start,
-                Cut::Vertices | Cut::Triangles => 0,
+                CutBy::Edges => range.end - range.start,
+                CutBy::Vertices | CutBy::Triangles => 0,
             };
-            if cut == Cut::Triangles {
+            if cut == CutBy::Triangles {
                 let core = tile.core_triangle_count().clamp(range.start, range.end);
                 let of_part =
                     core - range.start + (core..range.end).filter(|&t| tile.owns(TriangleId(t))).count() as u32;
@@ -105,7 +108,7 @@ impl Numbering {
                     false => of_part,
                 };
             }
-            parts.push(Part {
+            parts.push(TilePart {
                 tile: Arc::clone(tile),
                 is_last: range.end == count,
                 range,
@@ -115,8 +118,8 @@ impl Numbering {
             });
         }
         let expected = self.reader().directory().tiles[tile.id().0 as usize].owned_triangles;
-        if cut == Cut::Triangles && owned != expected {
-            let reason = format!("{owned} triangles belong to it, and {expected} by the directory");
+        if cut == CutBy::Triangles && owned != expected {
+            let reason = format!("it owns {owned} triangles, but the directory says {expected}");
             return Err(self.reader().damaged(tile.id(), reason));
         }
         Ok(parts)

@@ -1,31 +1,31 @@
-//! What an operation took.
+//! Measurements of operations: bytes, time and processor time.
 
 use std::time::{Duration, Instant};
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// What an operation took.
+/// The bytes, time and processor time of an operation.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Took {
+pub(super) struct Measurement {
     pub(super) bytes: u64,
     pub(super) seconds: f64,
     /// Processor time of all threads.
     pub(super) cpu_seconds: f64,
 }
 
-impl Took {
-    /// Bytes by the second, in units of 10⁹.
+impl Measurement {
+    /// Returns bytes per second, in units of 10⁹.
     pub(super) fn rate(&self) -> f64 {
         self.bytes as f64 / 1e9 / self.seconds
     }
 
-    /// Bytes by the second of processor time, in units of 10⁹.
+    /// Returns bytes per second of processor time, in units of 10⁹.
     pub(super) fn rate_per_core(&self) -> f64 {
         self.bytes as f64 / 1e9 / self.cpu_seconds
     }
 }
 
-/// A clock for wall and processors.
+/// A clock of elapsed time and processor time.
 pub(super) struct Clock {
     wall: Instant,
     cpu: Duration,
@@ -39,8 +39,8 @@ impl Clock {
         }
     }
 
-    pub(super) fn took(&self, bytes: u64) -> Took {
-        Took {
+    pub(super) fn measure(&self, bytes: u64) -> Measurement {
+        Measurement {
             bytes,
             seconds: self.wall.elapsed().as_secs_f64(),
             cpu_seconds: (cpu_time() - self.cpu).as_secs_f64(),
@@ -48,13 +48,14 @@ impl Clock {
     }
 }
 
-/// Processor time of all threads of the process so far.
+/// Returns the processor time of all threads of the process so far.
 fn cpu_time() -> Duration {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
 }
 
-/// The one in the middle, by a key; of an even number the lower of two. There must be one.
+/// Returns the middle value by `key`; of an even number of values, the lower of the two. `values`
+/// must not be empty.
 pub(super) fn median<T: Copy>(values: &[T], key: impl Fn(&T) -> f64) -> T {
     let mut sorted = values.to_vec();
     sorted.sort_by(|a, b| key(a).total_cmp(&key(b)));
@@ -66,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn medians_are_in_the_middle() {
+    fn the_median_is_the_middle_value() {
         for (values, middle) in [(vec![3.0], 3.0), (vec![2.0, 1.0], 1.0), (vec![9.0, 1.0, 5.0], 5.0)] {
             assert_eq!(median(&values, |&v| v), middle);
         }

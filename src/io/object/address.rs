@@ -1,4 +1,4 @@
-//! From an address to a store and a path in it.
+//! Resolving an address to a store and a path in it.
 
 use std::io;
 use std::sync::Arc;
@@ -11,15 +11,15 @@ use object_store::{BackoffConfig, ClientOptions, ObjectStore, RetryConfig};
 
 use crate::io::object::guard::Guard;
 
-/// How often a request that failed is made again, if the server is to blame.
+/// How often a failed request is repeated if the server is at fault.
 const RETRIES: usize = 3;
 
-/// The store that an address names, and where in it. A request that takes longer than this is given
-/// up, and not made again.
-pub(super) fn find(url: &str, timeout: Duration) -> io::Result<(Arc<dyn ObjectStore>, Path)> {
+/// Returns the store that an address names, and the path in it. A request that takes longer than
+/// `timeout` fails and is not repeated.
+pub(super) fn resolve(url: &str, timeout: Duration) -> io::Result<(Arc<dyn ObjectStore>, Path)> {
     let invalid = |reason: String| io::Error::new(io::ErrorKind::InvalidInput, format!("{url}: {reason}"));
     let Some((scheme, rest)) = url.split_once("://") else {
-        return Err(invalid("this is no address".to_owned()));
+        return Err(invalid("this is not an address".to_owned()));
     };
     if rest.contains(['?', '#']) {
         return Err(invalid("addresses with ? or # cannot be read".to_owned()));
@@ -35,7 +35,7 @@ pub(super) fn find(url: &str, timeout: Duration) -> io::Result<(Arc<dyn ObjectSt
         max_retries: RETRIES,
         retry_timeout: timeout,
     };
-    // A server that is asked by https must not lead to one that is not.
+    // A server that is addressed by https must not redirect to http.
     let client = ClientOptions::new()
         .with_allow_http(scheme == "http")
         .with_timeout(timeout);
@@ -71,15 +71,15 @@ mod tests {
             ("https://example.org/town.tiles", "town.tiles"),
             ("s3://maps/of/town.tiles", "of/town.tiles"),
         ] {
-            assert_eq!(find(url, SOON).unwrap().1.as_ref(), path);
+            assert_eq!(resolve(url, SOON).unwrap().1.as_ref(), path);
         }
         for (url, part) in [
-            ("town.tiles", "no address"),
+            ("town.tiles", "not an address"),
             ("ftp://example.org/town.tiles", "none of http, https and s3"),
             ("http://example.org/town.tiles?key=1", "?"),
             ("http://example.org/a//b", "empty"),
         ] {
-            let error = find(url, SOON).unwrap_err().to_string();
+            let error = resolve(url, SOON).unwrap_err().to_string();
             assert!(error.contains(url) && error.contains(part), "{error}");
         }
     }

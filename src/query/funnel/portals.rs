@@ -1,13 +1,15 @@
-//! The shortest way through a sleeve of triangles: the funnel algorithm (Lee and Preparata, "Euclidean shortest paths in the presence of
-//! rectilinear barriers", Networks 14, 1984; Chazelle 1982).
+//! The shortest path within a sleeve of triangles: the funnel algorithm (Lee and Preparata,
+//! "Euclidean shortest paths in the presence of rectilinear barriers", Networks 14, 1984; Chazelle
+//! 1982).
 //!
-//! In: where the way starts and ends, and the edges that it crosses in between, its *portals*. Out: the vertices at which it bends. All turns are
-//! of input points, so they are exact.
+//! The input is the start and the end of the path, and the edges that it crosses in between, its
+//! *portals*. The output is the vertices at which it bends. All turns are turns of input points, so
+//! they are exact.
 //!
 //! ```text
-//!           l1 ──── l2        the funnel from apex a to portal l2–r2: the left chain a l1 l2 turns left only, the right one a r2
-//!          ╱  ╲    ╱ │        right only. A point beyond the other chain moves the apex along that.
-//!         a    ╲  ╱  │
+//!           l1 ──── l2    The funnel from apex a to portal l2–r2. The left chain a l1 l2 turns
+//!          ╱  ╲    ╱ │    left only, the right chain a r2 turns right only. A point beyond the
+//!         a    ╲  ╱  │    other chain moves the apex along that chain.
 //!          ╲────r1───r2
 //! ```
 
@@ -15,20 +17,20 @@ use crate::geometry::Orientation::{Clockwise, CounterClockwise};
 use crate::geometry::{Orientation, orient2d};
 use crate::query::answer::WayPoint;
 
-/// An edge that a way crosses, with its ends as seen on the right and on the left.
+/// An edge that a path crosses, with its ends as seen on the right and on the left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Portal {
     pub(crate) right: WayPoint,
     pub(crate) left: WayPoint,
 }
 
-/// What is seen of the last portal: two chains from the apex on, which comes first in both.
+/// The funnel to the last portal: two chains that both start at the apex, and the path up to there.
 struct Funnel {
     chains: [Vec<WayPoint>; 2],
     way: Vec<WayPoint>,
 }
 
-/// The chains' places, and how each turns.
+/// The indices of the chains, and the direction in which each turns.
 const RIGHT: usize = 0;
 const LEFT: usize = 1;
 const TURNS: [Orientation; 2] = [Clockwise, CounterClockwise];
@@ -49,7 +51,7 @@ impl Funnel {
         if let [apex] = self.chains[side][..] {
             let mut apex = apex;
             while let [_, first, ..] = self.chains[other][..] {
-                // Beyond the other chain's first leg.
+                // The point is beyond the first leg of the other chain.
                 if orient2d(apex.0, first.0, point.0) != TURNS[other] {
                     break;
                 }
@@ -65,10 +67,10 @@ impl Funnel {
     }
 }
 
-/// The shortest way from one point to another through portals.
-pub(crate) fn pull(from: WayPoint, portals: &[Portal], to: WayPoint) -> Vec<WayPoint> {
+/// Returns the shortest path from `from` to `to` through portals.
+pub(crate) fn shortest_through(from: WayPoint, portals: &[Portal], to: WayPoint) -> Vec<WayPoint> {
     let touches = |portal: &Portal, point: WayPoint| portal.right.0 == point.0 || portal.left.0 == point.0;
-    // Who stands in a portal need not go through it.
+    // A portal with an end at the point itself need not be crossed.
     let first = portals.iter().position(|portal| !touches(portal, from));
     let portals = &portals[first.unwrap_or(portals.len())..];
     let last = portals.iter().rposition(|portal| !touches(portal, to));
@@ -90,8 +92,8 @@ pub(crate) fn pull(from: WayPoint, portals: &[Portal], to: WayPoint) -> Vec<WayP
     funnel.way
 }
 
-/// Portals without those that are passed there and back.
-pub(crate) fn reduced(portals: Vec<Portal>) -> Vec<Portal> {
+/// Returns the portals without pairs that are crossed back and forth.
+pub(crate) fn without_detours(portals: Vec<Portal>) -> Vec<Portal> {
     let mut kept: Vec<Portal> = Vec::with_capacity(portals.len());
     for portal in portals {
         let is_back = |last: &Portal| last.right.0 == portal.left.0 && last.left.0 == portal.right.0;
@@ -121,12 +123,12 @@ mod tests {
                 left: at(left.0, left.1),
             })
             .collect();
-        let way = pull(from, &portals, to).into_iter();
+        let way = shortest_through(from, &portals, to).into_iter();
         way.map(|(point, _)| (point.x, point.y)).collect()
     }
 
     #[test]
-    fn ways_through_portals() {
+    fn shortest_paths_bend_at_the_ends_of_portals() {
         let (from, to) = (at(0.0, 0.0), at(10.0, 0.0));
         assert_eq!(through(from, &[], to), [(0.0, 0.0), (10.0, 0.0)]);
         assert_eq!(
@@ -143,7 +145,7 @@ mod tests {
             through(from, &[[(2.0, 0.0), (2.0, 3.0)], [(6.0, -3.0), (6.0, 0.0)]], to),
             [(0.0, 0.0), (10.0, 0.0)]
         );
-        // Round a vertex by more than a half-turn, each portal an edge of it.
+        // Round a vertex by more than a half-turn, where each portal is an edge at it.
         let around = [
             [(0.0, 0.0), (0.0, 4.0)],
             [(0.0, 0.0), (-4.0, 0.0)],
@@ -156,13 +158,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_passed_there_and_back_is_not_passed() {
+    fn portals_crossed_back_and_forth_are_removed() {
         let portal = |a, b| Portal { right: a, left: b };
         let [a, b, c] = [at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)];
         assert_eq!(
-            reduced(vec![portal(a, b), portal(c, b), portal(b, c), portal(b, a)]),
+            without_detours(vec![portal(a, b), portal(c, b), portal(b, c), portal(b, a)]),
             []
         );
-        assert_eq!(reduced(vec![portal(a, b), portal(c, b)]).len(), 2);
+        assert_eq!(without_detours(vec![portal(a, b), portal(c, b)]).len(), 2);
     }
 }

@@ -1,14 +1,14 @@
-//! A wave on its way.
+//! The state of a wavefront.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
 use std::hash::BuildHasherDefault;
 
-use super::found::{Found, Ready, What};
+use super::found::{FoundTarget, Ready, Target};
 use super::goal::Goal;
-use super::parts::{Part, Shape, Side};
 use super::queue::Queue;
 use super::reached::Reached;
+use super::regions::{HalfPlane, RegionShape, VisibleRegion};
 use super::roots::{Root, SeenVertices};
 use super::task::Task;
 use super::waiting::Waiting;
@@ -17,55 +17,55 @@ use crate::geometry::Point;
 use crate::query::free_space::Mark;
 use crate::store::{TileId, VertexId};
 
-/// Triangles that one step passes through at most, more or less.
+/// The approximate maximum number of triangles that one step passes.
 pub(super) const PAUSE: u32 = 1 << 12;
 
-/// A wave on its way.
+/// The state of a wavefront.
 #[derive(Debug)]
-pub(crate) struct Wave {
+pub(crate) struct Wavefront {
     pub(super) source: Point,
     pub(super) outside_is_free: bool,
     pub(super) goal: Goal,
-    /// The only place to be found, which the wave hurries to.
+    /// The goal, if it is a single query point; the search is directed towards it.
     pub(super) towards: Option<Point>,
-    /// Nothing farther away is wanted.
+    /// Targets that are farther away are not wanted.
     pub(super) limit: f64,
     pub(super) queue: Queue,
     pub(super) waiting: Waiting,
-    /// Whether cones that wait next to each other are joined.
+    /// Whether adjacent waiting windows are joined.
     pub(super) joins: bool,
-    /// Triangles that it went through before this step.
+    /// The number of triangles passed before this step.
     pub(super) passed: u64,
     pub(super) roots: Vec<Root>,
     pub(super) seen: SeenVertices,
-    /// What it knows of the tile that it is in, and of those where it was.
+    /// The knowledge of the current tile; `elsewhere` has that of tiles visited before.
     pub(super) here: Reached,
-    pub(super) here_is: Option<TileId>,
+    pub(super) current_tile: Option<TileId>,
     pub(super) elsewhere: HashMap<TileId, Reached, BuildHasherDefault<Mix>>,
     pub(super) ready: BinaryHeap<Reverse<Ready>>,
-    /// The numbers of what was told.
-    pub(super) told: HashSet<u64, BuildHasherDefault<Mix>>,
-    /// Triangles that this step may still pass.
+    /// The numbers of the targets that were reported.
+    pub(super) reported: HashSet<u64, BuildHasherDefault<Mix>>,
+    /// The number of triangles that this step may still pass.
     pub(super) pause: u32,
-    /// What was seen, if someone asks for it.
-    pub(super) parts: Option<Vec<Part>>,
-    /// What of the outside the source was seen to see already.
-    pub(super) beside: Option<Side>,
+    /// The regions that were seen, if they are kept.
+    pub(super) regions: Option<Vec<VisibleRegion>>,
+    /// The half-plane outside the hull that the source was found to see already.
+    pub(super) seen_half_plane: Option<HalfPlane>,
 }
 
-impl Wave {
-    /// A length that all ways to what was not told yet have at least.
+impl Wavefront {
+    /// Returns a lower bound of the lengths of all paths to targets that were not reported yet.
     pub(crate) fn front(&self) -> f64 {
         let ready = self.ready.peek().map(|ready| f64::from_bits(ready.0.key.0));
         ready.map_or(self.queue.front(), |ready| ready.min(self.queue.front()))
     }
 
-    /// How many points it spread from: no way has more legs than that and one.
+    /// Returns the number of roots. No path has more legs than that number plus one.
     pub(crate) fn root_count(&self) -> usize {
         self.roots.len()
     }
 
-    /// The vertices and points on the way to a root, the source first.
+    /// Returns the points on the path to a root, the source first, with their vertices.
     pub(crate) fn way(&self, root: u32) -> Vec<(Point, Option<VertexId>)> {
         let mut way = Vec::new();
         let mut at = Some(root);
@@ -77,24 +77,25 @@ impl Wave {
         way
     }
 
-    /// The vertex that a root is, unless it is the source.
+    /// Returns the vertex of a root; `None` for a source that is not a vertex.
     pub(crate) fn root_vertex(&self, root: u32) -> Option<VertexId> {
         self.roots.get(root as usize).and_then(|root| root.vertex)
     }
 
-    /// The vertices that it came to.
+    /// Returns the vertices that were reached.
     #[cfg(feature = "baselines")]
     pub(crate) fn reached(&self) -> impl Iterator<Item = VertexId> {
         let reached = self.seen.iter().filter(|(_, seen)| seen.mark.is_some());
         reached.map(|(&vertex, _)| vertex)
     }
 
-    /// Lets it stay in a tile for longer, up to where that is ahead of others by so much: it has come to a tile again that was read before.
+    /// Lets the wavefront stay in a tile for longer, with a lead of at most `most`. Called when a
+    /// tile has to be read again.
     pub(crate) fn lead(&mut self, most: f64) {
         self.queue.lead(most);
     }
 
-    /// The tiles that it will most likely need after this one, the likeliest first.
+    /// Returns the tiles that will most likely be needed after `after`, the likeliest first.
     pub(crate) fn ahead(&self, after: TileId) -> Vec<TileId> {
         let mut soon: Vec<(f64, TileId)> = self.queue.top().filter(|&(_, tile)| tile != after).collect();
         soon.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -113,55 +114,55 @@ impl Wave {
         }
     }
 
-    pub(super) fn tell(&mut self, what: What, number: u64, length: f64, root: u32) {
-        if self.told.contains(&number) {
+    pub(super) fn report(&mut self, target: Target, number: u64, length: f64, root: u32) {
+        if self.reported.contains(&number) {
             return;
         }
         self.ready.push(Reverse(Ready {
             key: (length.to_bits(), number),
-            value: Found { what, length, root },
+            value: FoundTarget { target, length, root },
         }));
     }
 
-    pub(super) fn tell_place(&mut self, goal: u32, length: f64, root: u32) {
-        self.tell(What::Place(goal), goal.into(), length, root);
+    pub(super) fn report_point(&mut self, goal: u32, length: f64, root: u32) {
+        self.report(Target::Point(goal), goal.into(), length, root);
     }
 
-    /// Whether a vertex of this mark is one of those that are looked for.
-    pub(super) fn is_told_of(&self, mark: Mark) -> bool {
+    /// Returns whether vertices with this mark are targets.
+    pub(super) fn is_reported(&self, mark: Mark) -> bool {
         match self.goal {
             Goal::Sites => mark.has_site(),
-            Goal::Places(_) => false,
+            Goal::Points(_) => false,
             Goal::Vertices => true,
         }
     }
 
-    /// Keeps parts from now on.
-    pub(crate) fn keep_parts(&mut self) {
-        self.parts.get_or_insert_default();
+    /// Keeps regions from now on.
+    pub(crate) fn keep_regions(&mut self) {
+        self.regions.get_or_insert_default();
     }
 
-    /// The parts seen since they were taken last.
-    pub(crate) fn parts(&self) -> &[Part] {
-        self.parts.as_deref().unwrap_or_default()
+    /// Returns the regions seen since they were last taken.
+    pub(crate) fn regions(&self) -> &[VisibleRegion] {
+        self.regions.as_deref().unwrap_or_default()
     }
 
-    /// Takes the parts seen since this was asked last.
-    pub(crate) fn take_parts(&mut self) -> Vec<Part> {
-        self.parts.as_mut().map(std::mem::take).unwrap_or_default()
+    /// Takes the regions seen since they were last taken.
+    pub(crate) fn take_regions(&mut self) -> Vec<VisibleRegion> {
+        self.regions.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
-    /// Where a root is, and how long the way to it is.
+    /// Returns the position of a root, and the length of the path to it.
     pub(crate) fn root_at(&self, root: u32) -> (Point, f64) {
         let root = &self.roots[root as usize];
         (root.point, root.length)
     }
 
-    /// Keeps a part, if parts are asked for.
+    /// Keeps a region, if regions are kept.
     #[inline]
-    pub(crate) fn keep(&mut self, root: u32, shape: Shape) {
-        if let Some(parts) = &mut self.parts {
-            parts.push(Part { root, shape });
+    pub(crate) fn keep(&mut self, root: u32, shape: RegionShape) {
+        if let Some(regions) = &mut self.regions {
+            regions.push(VisibleRegion { root, shape });
         }
     }
 }

@@ -1,21 +1,23 @@
-//! What a root sees through a side, and from below how far that is.
+//! What a root sees through an edge, and a lower bound of how far that is.
 //!
-//! A cone is a root and the two vertices on its bounding rays, so that every turn is one of three input points. Only the
-//! estimates, which decide about the order of work and not about what is found, use computed points.
+//! A window is a root and the two vertices on its bounding rays, so every turn is a turn of three
+//! input points. Only the estimates use computed points. They decide the order of work, not its
+//! result.
 
 use crate::geometry::Point;
 use crate::query::answer::distance;
 
-/// What is seen from a root between the rays through two vertices.
+/// What a root sees between the rays through two vertices: right, then left.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Cone {
+pub(crate) struct Window {
     pub(crate) root: Point,
     pub(crate) right: Point,
     pub(crate) left: Point,
 }
 
-/// The error of a crossing of ray and side, relative to the distance of the side's far end, is at most this, where the two
-/// meet at an angle whose sine is not below [`SLANT`]: a determinant of differences is right to 4 ulp of its products.
+/// The maximum error of the crossing of a ray and an edge, relative to the distance of the edge's
+/// far end, if the sine of the angle between the two is at least [`SLANT`]. A determinant of
+/// differences is correct to 4 ulp of its products.
 const ERROR: f64 = 2e-11;
 const SLANT: f64 = 1e-4;
 
@@ -29,14 +31,15 @@ pub(crate) fn minus(a: Point, b: Point) -> Point {
     Point::new(a.x - b.x, a.y - b.y)
 }
 
-/// The sum of the magnitudes of the coordinates: at least the length.
+/// Returns the sum of the magnitudes of the coordinates, which is at least the length.
 #[inline]
 fn size(v: Point) -> f64 {
     v.x.abs() + v.y.abs()
 }
 
-impl Cone {
-    /// Where the cone crosses a side, whose ends are seen on its right and on its left, beyond or on its rays.
+impl Window {
+    /// Returns the crossing of the window and an edge. The ends of the edge are seen on the right
+    /// and on the left of the window, beyond its rays or on them.
     #[inline]
     pub(crate) fn crossing(&self, right: Point, left: Point) -> Crossing {
         let ends = [right, left].map(|end| minus(end, self.root));
@@ -61,7 +64,8 @@ impl Cone {
         }
     }
 
-    /// Where the ray through a vertex crosses a side, seen from the root; where that is not to be told well, the side's end, which is farther out.
+    /// Returns the point, relative to the root, where the ray through a vertex crosses an edge. If
+    /// the crossing is ill-conditioned, returns the end of the edge, which is farther out.
     #[inline]
     fn hit(&self, via: Point, end: Point, other: Point, other_end: Point, side: Point) -> Point {
         if via == other {
@@ -77,20 +81,21 @@ impl Cone {
     }
 }
 
-/// Where a cone crosses a side, as seen from the root; what is on the right comes first.
+/// The crossing of a window and an edge, relative to the root. What is on the right comes first.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossing {
-    /// Where the rays cross it, and how far that is.
+    /// The points where the rays cross the edge, and their distances.
     pub(crate) rays: [Point; 2],
     pub(crate) lengths: [f64; 2],
-    /// Its ends.
+    /// The ends of the edge.
     pub(crate) ends: [Point; 2],
-    /// More than lengths by way of where the rays cross may be wrong by.
+    /// An upper bound of the error of lengths by way of the crossings of the rays.
     pub(crate) slack: f64,
 }
 
 impl Crossing {
-    /// At most the length of a shortest way from the root through the crossing, to the goal, as seen from the root, if there is one.
+    /// Returns a lower bound of the length of a shortest path from the root through the crossing,
+    /// and on to `goal` if there is one. `goal` is relative to the root.
     #[inline]
     pub(crate) fn estimate(&self, goal: Option<Point>) -> f64 {
         let [right, left] = self.rays;
@@ -98,7 +103,7 @@ impl Crossing {
             None => to_segment(right, left),
             Some(goal) => {
                 let mut goal = goal;
-                // What is on the root's side is reached as its mirror image would be.
+                // A goal on the root's side of the edge is as far as its mirror image.
                 let side = minus(self.ends[1], self.ends[0]);
                 let off = cross(side, minus(goal, self.ends[0]));
                 if off > 0.0 {
@@ -118,7 +123,7 @@ impl Crossing {
     }
 }
 
-/// The distance of a segment from the origin.
+/// Returns the distance of a segment from the origin.
 fn to_segment(a: Point, b: Point) -> f64 {
     let d = minus(b, a);
     let square = d.x * d.x + d.y * d.y;

@@ -1,36 +1,41 @@
-//! The wave, measured as the others are.
+//! The wavefront, measured like the other methods.
 
 use foldhash::{HashSet, HashSetExt};
 
-use super::asked::Wanted;
+use super::context::Wanted;
 use super::obstacles::edges_at;
 use super::statistics::{Clock, Measured, Statistics};
 use crate::geometry::Point;
 use crate::query::answer::{Distance, PathOutcome, SiteFound};
-use crate::query::free_space::{Ground, Place};
+use crate::query::free_space::{FreeSpace, QueryPoint};
 use crate::query::request::{QueryError, QueryOptions, Tiles};
-use crate::query::wavefront::{Goal, Places, Run, What};
+use crate::query::wavefront::{Goal, QueryPoints, Target, WavefrontRun};
 use crate::store::{TileReader, VertexId};
 
-/// What a run has cost.
-async fn cost(reader: &TileReader, run: &Run, clock: Clock, candidates: usize) -> Result<Statistics, QueryError> {
+/// Returns the cost of a run.
+async fn cost(
+    reader: &TileReader,
+    run: &WavefrontRun,
+    clock: Clock,
+    candidates: usize,
+) -> Result<Statistics, QueryError> {
     let mut statistics = Statistics {
         candidates: candidates as u64,
-        nodes_swept: run.wave.root_count() as u64,
+        nodes_swept: run.wavefront.root_count() as u64,
         rounds: 1,
         tiles: run.tiles.count(),
         times: clock.times,
         ..Statistics::default()
     };
-    // Looked up behind the clock's back, tile by tile: the wave itself has no use for it.
-    let mut reached: Vec<VertexId> = run.wave.reached().collect();
+    // These lookups are not timed, because the wavefront itself does not need them.
+    let mut reached: Vec<VertexId> = run.wavefront.reached().collect();
     reached.sort_unstable();
     let mut edges = HashSet::new();
     for of_tile in reached.chunk_by(|a, b| a.tile == b.tile) {
         let tile = reader.tile(of_tile[0].tile).await?;
-        let ground = Ground::of(&run.tiles, &tile);
+        let space = FreeSpace::of(&run.tiles, &tile);
         for vertex in of_tile {
-            let found = edges_at(ground, vertex.index, |edge| {
+            let found = edges_at(space, vertex.index, |edge| {
                 edges.insert(edge.key());
             });
             found.map_err(|reason| run.tiles.damaged(vertex.tile, reason))?;
@@ -40,7 +45,7 @@ async fn cost(reader: &TileReader, run: &Run, clock: Clock, candidates: usize) -
     Ok(statistics)
 }
 
-/// The nearest sites, or those within a radius.
+/// Returns the nearest sites, or those within a radius.
 pub(super) async fn sites(
     reader: &TileReader,
     at: Point,
@@ -48,7 +53,7 @@ pub(super) async fn sites(
     options: QueryOptions,
 ) -> Result<Measured<Vec<SiteFound>>, QueryError> {
     let mut clock = Clock::start();
-    let mut run = Run::from_point(reader, at, Goal::Sites, wanted.limit(), options).await?;
+    let mut run = WavefrontRun::from_point(reader, at, Goal::Sites, wanted.limit(), options).await?;
     clock.lap("locate");
     let (mut answer, mut at_least) = (Vec::new(), None);
     while answer.len() < wanted.count() {
@@ -61,7 +66,7 @@ pub(super) async fn sites(
             }
             Err(error) => return Err(error),
         };
-        let What::Site { number, id, vertex } = found.what.clone() else {
+        let Target::Site { number, id, vertex } = found.target.clone() else {
             continue;
         };
         let mut site = SiteFound {
@@ -73,7 +78,7 @@ pub(super) async fn sites(
         };
         if run.options.paths {
             clock.lap("wave");
-            match run.path(&found, &Place::at(vertex)).await {
+            match run.path(&found, &QueryPoint::at(vertex)).await {
                 Err(QueryError::OutOfBudget { .. }) => {
                     at_least = Some(site.distance.lower);
                     break;
@@ -93,18 +98,18 @@ pub(super) async fn sites(
     })
 }
 
-/// The shortest path to a target.
+/// Returns the shortest path to a target.
 pub(super) async fn path(
     reader: &TileReader,
-    places: [Place; 2],
+    ends: [QueryPoint; 2],
     tiles: Tiles,
     clock: Clock,
     options: QueryOptions,
 ) -> Result<Measured<PathOutcome>, QueryError> {
     let mut clock = clock;
-    let [from, to] = places;
-    let goal = Goal::Places(Places::new([&to]));
-    let mut run = Run::start(tiles, from, goal, f64::INFINITY, options).await?;
+    let [from, to] = ends;
+    let goal = Goal::Points(QueryPoints::new([&to]));
+    let mut run = WavefrontRun::start(tiles, from, goal, f64::INFINITY, options).await?;
     let found = run.next().await?;
     clock.lap("wave");
     let answer = match found {

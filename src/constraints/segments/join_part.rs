@@ -1,71 +1,73 @@
-//! A part of the ends that wait for points: those that came one after the other, as many as memory has room for.
+//! A part of the ends that wait for points: consecutive ends, as many as memory has room for.
 //!
-//! In: their record numbers, in order of the ends. Out: their places.
+//! In: their record numbers, in the order of the ends. Out: their positions.
 //!
 //! ```text
-//! records ─▶ (record, end) sorted ─▶ chunks ─┐ as points come, one pass along
-//! points  ───────────────────────────────────┴─▶ (end, place) ─▶ chunks ─▶ place of each end, in memory
+//! records ─▶ (record, end) sorted ─▶ chunks ─┐ as points arrive, one pass along
+//! points  ───────────────────────────────────┴─▶ (end, position) ─▶ chunks ─▶ positions in memory
 //! ```
 //!
-//! Within a part the number of an end has few bits, so it fits into a word beside the record, which sorts fast.
+//! Within a part, the number of an end has few bits. So it fits into a word beside the record,
+//! which sorts fast.
 
 use std::io;
 
 use crate::constraints::segments::chunk_store::{Chunk, ChunkStore, damaged};
-use crate::constraints::segments::found::Found;
+use crate::constraints::segments::found_ends::FoundEnds;
 use crate::constraints::segments::lookup::Lookup;
 use crate::constraints::segments::radix::sort_by_bits;
 use crate::geometry::Point;
 
-/// The most ends of a part, as a power of two.
+/// Base-2 logarithm of the largest number of ends of a part.
 pub(crate) const END_BITS: u32 = 20;
-/// Bytes of a pair where it fits a word, and where it does not.
+/// Bytes of a pair that fits into a word, and of one that does not.
 const NARROW: usize = 8;
 const WIDE: usize = 12;
 
-/// Ends that wait for points.
+/// A part of the ends that wait for points.
 #[derive(Debug)]
-pub(crate) struct Part {
+pub(crate) struct JoinPart {
     ends: u32,
-    /// Whether records are too far apart for pairs to fit a word.
+    /// Whether records are too far apart for pairs to fit into a word.
     is_wide: bool,
     /// The highest record.
     last: u64,
     pairs: Vec<PairChunk>,
     cursor: Cursor,
-    found: Found,
+    found: FoundEnds,
 }
 
 /// Pairs in order of their records.
 #[derive(Debug)]
 struct PairChunk {
-    /// The lowest record, which the others are counted from.
+    /// The smallest record. The others are stored relative to it.
     first: u64,
     chunk: Chunk,
 }
 
-/// The first pair with a record that is higher than all that points were seen of.
+/// The first pair with a record that is larger than all those whose points were seen.
 #[derive(Debug, Default)]
 struct Cursor {
     chunk: usize,
     pair: usize,
     seen: Option<u64>,
-    /// The chunk in the buffer.
+    /// The chunk in `buffer`.
     loaded: Option<usize>,
     buffer: Vec<u8>,
 }
 
-/// Bytes that a part may take while points come.
+/// Limits of a part while points arrive.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PartLimits {
-    /// Of ends that were found, before they go to a chunk.
+    /// Bytes of found ends before they go to a chunk.
     pub(crate) found: usize,
     /// Whether a chunk of pairs may stay between batches.
     pub(crate) keeps_pairs: bool,
 }
 
-impl Part {
-    /// A part of the ends that wait for these records, which are at least one; chunks of pairs take about so many bytes.
+impl JoinPart {
+    /// Makes a part of the ends that wait for `records`, of which there must be at least one.
+    /// Chunks of pairs take about `chunk_bytes` bytes. Empties `records`.
     pub(crate) fn new(records: &mut Vec<u64>, chunk_bytes: usize, store: &mut ChunkStore) -> io::Result<Self> {
         let first = records.iter().copied().min().unwrap_or(0);
         let last = records.iter().copied().max().unwrap_or(0);
@@ -76,7 +78,7 @@ impl Part {
             last,
             pairs: Vec::new(),
             cursor: Cursor::default(),
-            found: Found::default(),
+            found: FoundEnds::default(),
         };
         let mut bytes = Vec::with_capacity(chunk_bytes + WIDE);
         if part.is_wide {
@@ -115,12 +117,12 @@ impl Part {
         Ok(())
     }
 
-    /// How many ends there are.
+    /// Returns the number of ends.
     pub(crate) fn ends(&self) -> u32 {
         self.ends
     }
 
-    /// Bytes in memory, but for those of chunks that the store keeps there.
+    /// Returns the bytes in memory, except those of chunks that the store keeps there.
     pub(crate) fn byte_size(&self) -> usize {
         size_of::<Self>()
             + self.pairs.capacity() * size_of::<PairChunk>()
@@ -177,25 +179,25 @@ impl Part {
         Ok(())
     }
 
-    /// Points have come: gives back the memory that only they needed.
+    /// Frees the memory that only arriving points need.
     pub(crate) fn rest(&mut self) {
         self.cursor.rest();
     }
 
-    /// Puts the place of each end where the points were before. An error of the second kind is the lowest end that was not
-    /// found, and its record.
+    /// Writes the position of each end to `positions`, whose contents it replaces. The inner error
+    /// is the smallest end that was not found, and its record.
     ///
-    /// If it is for the last time, chunks are given up.
-    pub(crate) fn places(
+    /// If `is_last`, frees the chunks.
+    pub(crate) fn positions(
         &mut self,
         is_last: bool,
         store: &mut ChunkStore,
-        places: &mut Vec<Point>,
+        positions: &mut Vec<Point>,
     ) -> io::Result<Result<(), (u32, u64)>> {
         let mut visited = Vec::new();
         let found = self
             .found
-            .places(self.ends, store, places, |extent| visited.push(extent))?;
+            .positions(self.ends, store, positions, |extent| visited.push(extent))?;
         if let Err(end) = found {
             return Ok(Err((end, self.record_of(end, store)?)));
         }
@@ -208,7 +210,7 @@ impl Part {
         Ok(Ok(()))
     }
 
-    /// The record that an end waits for.
+    /// Returns the record that an end waits for.
     fn record_of(&self, end: u32, store: &ChunkStore) -> io::Result<u64> {
         let mut bytes = Vec::new();
         for PairChunk { first, chunk } in &self.pairs {
@@ -223,7 +225,8 @@ impl Part {
 }
 
 impl Cursor {
-    /// Goes to the first pair with at least this record, or to a lower one that points were not seen of.
+    /// Moves to the first pair with a record of at least `record`, or to an earlier pair for which
+    /// no points were seen.
     fn seek(&mut self, record: u64, pairs: &[PairChunk]) {
         let goes_on = self.seen.is_none_or(|seen| seen < record);
         let is_far = pairs.get(self.chunk + 1).is_some_and(|next| next.first < record);
@@ -239,7 +242,7 @@ impl Cursor {
     }
 }
 
-/// The pairs of a chunk: by how much the record is higher than the first one, and the end.
+/// The pairs of a chunk: the record minus the chunk's first record, and the end.
 #[derive(Clone, Copy)]
 enum Pairs<'a> {
     Narrow(&'a [[u8; NARROW]]),

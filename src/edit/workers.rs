@@ -1,4 +1,4 @@
-//! Threads that put tiles together.
+//! Threads that decode and encode tiles.
 
 use std::io;
 use std::sync::{Arc, mpsc};
@@ -10,14 +10,15 @@ use crate::io::start_thread;
 
 type Job = Box<dyn FnOnce() + Send>;
 
-/// Threads for what takes a while, as many as the system gives, beside the runtime's workers: few, so that the allocator keeps what goes for what comes next, and not
-/// some for each of many threads.
-pub(crate) struct Desk {
+/// Threads for longer computations, at most as many as the system grants, besides the runtime's
+/// workers. They are few, so that the allocator reuses freed memory instead of keeping some for
+/// each of many threads.
+pub(crate) struct Workers {
     jobs: mpsc::Sender<Job>,
     pub(crate) threads: usize,
 }
 
-impl Desk {
+impl Workers {
     pub(crate) fn new(threads: usize) -> io::Result<Self> {
         let (jobs, work) = mpsc::channel::<Job>();
         let work = Arc::new(parking_lot::Mutex::new(work));
@@ -36,15 +37,15 @@ impl Desk {
         })
     }
 
-    pub(crate) async fn computed<T: Send + 'static>(
+    pub(crate) async fn run<T: Send + 'static>(
         &self,
         compute: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, EditError> {
         let (reply, computed) = oneshot::channel();
-        // If nobody waits for the answer any more, nobody needs it. If the thread is gone, there is none.
+        // If the receiver is gone, the result is not needed. If the thread is gone, there is none.
         let _ = self.jobs.send(Box::new(move || drop(reply.send(compute()))));
         computed
             .await
-            .map_err(|_| EditError::Internal("a tile could not be put together".to_owned()))
+            .map_err(|_| EditError::Internal("a tile could not be computed".to_owned()))
     }
 }

@@ -1,19 +1,19 @@
-//! A question on its way to an answer.
+//! The state that the steps of a method share.
 
 use foldhash::{HashSet, HashSetExt};
 
 use super::statistics::{Clock, Statistics};
 use crate::query::edges::BreakLines;
-use crate::query::free_space::Place;
+use crate::query::free_space::QueryPoint;
 use crate::query::request::{QueryError, QueryOptions, Tiles};
 use crate::store::{TileReader, VertexId};
 
-/// Which sites are wanted.
+/// The sites that are wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Wanted {
-    /// So many, the nearest.
+    /// This many nearest sites.
     Nearest(usize),
-    /// Those within a distance.
+    /// The sites within a distance.
     Within(f64),
 }
 
@@ -33,20 +33,26 @@ impl Wanted {
     }
 }
 
-/// A question on its way.
-pub(super) struct Asked {
+/// The state that the steps of a method share.
+pub(super) struct QueryContext {
     pub(super) reader: TileReader,
     pub(super) options: QueryOptions,
     pub(super) tiles: Tiles,
-    pub(super) source: Place,
+    pub(super) source: QueryPoint,
     pub(super) clock: Clock,
     pub(super) statistics: Statistics,
-    /// Obstacle edges that were looked at, where they are not counted otherwise.
+    /// Obstacle edges that were examined, if they are not counted otherwise.
     pub(super) considered: HashSet<[VertexId; 2]>,
 }
 
-impl Asked {
-    pub(super) fn new(reader: &TileReader, options: &QueryOptions, tiles: Tiles, source: Place, clock: Clock) -> Self {
+impl QueryContext {
+    pub(super) fn new(
+        reader: &TileReader,
+        options: &QueryOptions,
+        tiles: Tiles,
+        source: QueryPoint,
+        clock: Clock,
+    ) -> Self {
         Self {
             reader: reader.clone(),
             options: options.clone(),
@@ -58,22 +64,22 @@ impl Asked {
         }
     }
 
-    /// Refuses files with break lines.
+    /// Fails if the file states that it has break lines.
     pub(super) fn refuse_break_lines(&self) -> Result<(), QueryError> {
         match BreakLines::of(self.tiles.metadata()) {
             BreakLines::Yes => Err(self.tiles.break_lines()),
-            // Those that a file does not tell of are met.
+            // Break lines that the file does not state are found on the way.
             BreakLines::No | BreakLines::Unknown => Ok(()),
         }
     }
 
-    /// Lets others have their turn, and fails if the time is over.
+    /// Yields to other tasks, and fails if the time limit is reached.
     pub(super) async fn pause(&self) -> Result<(), QueryError> {
         tokio::task::yield_now().await;
         self.tiles.check_time()
     }
 
-    /// Gives the tiles away for a while.
+    /// Lends the tiles to another search.
     pub(super) fn lend_tiles(&mut self) -> Tiles {
         std::mem::replace(&mut self.tiles, Tiles::new(&self.reader, &self.options))
     }

@@ -1,18 +1,19 @@
-//! Where a point, an end of a segment or a site lies: what every format checks of coordinates.
+//! The coordinates of a point, of an end of a segment or of a site, with the checks that every
+//! format makes.
 
 use crate::geometry::Point;
 use crate::input::flaw::Flaw;
 
-/// A place: valid and normalized.
+/// A valid and normalized point, with its elevation if it has one.
 #[derive(Clone, Copy)]
-pub struct Spot {
+pub struct PointZ {
     pub point: Point,
-    /// Its elevation, if it has one: finite.
+    /// The elevation, if there is one; finite.
     pub z: Option<f64>,
 }
 
-impl Spot {
-    /// A place, or what is wrong with it.
+impl PointZ {
+    /// Checks and normalizes coordinates.
     #[inline]
     pub fn new(x: f64, y: f64, z: Option<f64>) -> Result<Self, Flaw> {
         let point = Point::new(x, y);
@@ -26,7 +27,7 @@ impl Spot {
     }
 }
 
-/// What is wrong with coordinates of which at least one is not valid.
+/// Returns what is wrong with coordinates of which at least one is invalid.
 #[cold]
 fn flaw(x: f64, y: f64, z: Option<f64>) -> Flaw {
     let (axis, value) = if !Point::new(x, 0.0).is_valid() {

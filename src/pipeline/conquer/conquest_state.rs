@@ -1,4 +1,4 @@
-//! What tasks have found so far, and what they must keep to.
+//! The results of tasks so far, and the limits of conquest.
 
 use std::time::{Duration, Instant};
 
@@ -8,13 +8,13 @@ use crate::pipeline::conquer::constrain::refusal::Crossed;
 use crate::pipeline::conquer::growth::SeamGrowth;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::missing_z::FoundWithoutZ;
-use crate::pipeline::records::{BlockFound, Nexts};
+use crate::pipeline::records::{BlockState, Nexts};
 use crate::pipeline::summary::LevelSummary;
 
-/// What conquest must keep to, and what it knows of its input.
+/// The limits of conquest, and the known size of its input.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ConquestLimits {
-    /// All points.
+    /// Number of all points.
     pub(crate) points: u64,
     /// Bytes that blocks may take, as long as there are any.
     pub(crate) block_bytes: u64,
@@ -22,40 +22,42 @@ pub(crate) struct ConquestLimits {
     pub(crate) has_journal: bool,
 }
 
-/// What tasks have found so far.
+/// The results of tasks so far.
 #[derive(Default)]
-pub(crate) struct Found {
+pub(crate) struct ConquestState {
     /// The blocks that were divided, in order.
-    pub(crate) blocks: Vec<BlockFound>,
+    pub(crate) blocks: Vec<BlockState>,
     /// Levels of nodes above the blocks.
     pub(crate) levels: Vec<LevelSummary>,
-    /// Why there is no going on.
+    /// The error that ended the work.
     pub(crate) failed: Option<BuildError>,
-    /// Where they are an error: the first record on an earlier one, after that, and their place.
+    /// If duplicates are an error: the first duplicate record, preceded by the smallest record
+    /// number at its position, and that position.
     pub(crate) first_duplicate: Option<([u64; 2], Point)>,
     pub(crate) growth: SeamGrowth,
-    /// Points of the leaves that are done.
+    /// Number of points of the leaves that are done.
     pub(crate) points_done: u64,
     /// Segments that cross.
     pub(crate) crossings: FirstCrossings,
-    /// Vertices that have no z where others have: an error, or those that got 0.
+    /// Vertices without z when others have z: either an error, or those that got 0.
     pub(crate) without_z: FoundWithoutZ,
-    /// Whether it is an error.
+    /// Whether vertices without z are an error.
     pub(crate) lacks_z: bool,
-    /// Two of them that one insertion met.
+    /// Two segments that cross, met by an insertion.
     pub(crate) crossed: Option<Crossed>,
-    /// Without triangles: of tiles, the vertex of another one that an edge leads to.
+    /// For collinear input: for a tile, the vertex of another tile to which an edge of it leads.
     pub(crate) next_on_line: Nexts,
-    /// Tiles, and components of theirs that seeds lie in.
+    /// Pairs of a tile and a component of its core that contains a seed.
     pub(crate) seeded: Vec<(u32, u32)>,
     /// When the first block was divided.
     pub(crate) conquer_began: Option<Instant>,
-    /// The time that threads waited for the writing of tiles.
+    /// Time that threads waited for tiles to be written, summed over the threads.
     pub(crate) waited_to_write: Duration,
 }
 
-impl Found {
-    /// Whether there is no file to come, and blocks are looked at only for what is wrong with the input.
+impl ConquestState {
+    /// Returns whether the input was found invalid, so that the remaining blocks are only examined
+    /// for errors.
     pub(crate) fn has_refused(&self) -> bool {
         self.first_duplicate.is_some() || self.crossed.is_some() || self.crossings.count() > 0 || self.lacks_z
     }

@@ -1,0 +1,124 @@
+//! Which half-edges of a tile are on constraints and walls, and the sources of these edges.
+
+use bytes::Bytes;
+use flatbuffers::Vector;
+
+use crate::store::format::damage::Damage;
+use crate::store::format::edge_source::EdgeSource;
+use crate::store::format::generated::tile as schema;
+use crate::store::format::packed::{Packed, partition_point};
+
+/// Bits of the half-edges of a core or a border: which are on constraints, and which of those are
+/// on walls.
+#[derive(Clone)]
+pub(crate) struct HalfEdgeBits {
+    /// Empty if no bit is set, like `walls`.
+    constraints: Bytes,
+    walls: Bytes,
+}
+
+impl HalfEdgeBits {
+    /// Opens the bits of `half_edges` half-edges in a verified buffer.
+    pub(crate) fn open(
+        buffer: &Bytes,
+        constraints: Option<Vector<'_, u8>>,
+        walls: Option<Vector<'_, u8>>,
+        half_edges: usize,
+    ) -> Result<Self, Damage> {
+        let open = |bits: Option<Vector<'_, u8>>| bits.map_or_else(Bytes::new, |bits| buffer.slice_ref(bits.bytes()));
+        let this = Self {
+            constraints: open(constraints),
+            walls: open(walls),
+        };
+        let expected = half_edges.div_ceil(8);
+        for (what, bits) in [("constraints", &this.constraints), ("walls", &this.walls)] {
+            if !bits.is_empty() && bits.len() != expected {
+                return Err(Damage::new(format!(
+                    "there are {} bytes of {what}, not {expected}",
+                    bits.len()
+                )));
+            }
+        }
+        let constraints = this.constraints.iter().chain(std::iter::repeat(&0));
+        if this.walls.iter().zip(constraints).any(|(wall, one)| wall & !one != 0) {
+            return Err(Damage::new("a wall is no constraint"));
+        }
+        Ok(this)
+    }
+
+    pub(crate) fn is_constraint(&self, half_edge: usize) -> bool {
+        is_set(&self.constraints, half_edge)
+    }
+
+    pub(crate) fn is_wall(&self, half_edge: usize) -> bool {
+        is_set(&self.walls, half_edge)
+    }
+
+    /// Returns whether any half-edge may be on a constraint.
+    pub(crate) fn any(&self) -> bool {
+        !self.constraints.is_empty()
+    }
+
+    pub(crate) fn byte_size(&self) -> usize {
+        self.constraints.len() + self.walls.len()
+    }
+}
+
+/// Returns whether a bit is set. Bits beyond the end are not set.
+pub(crate) fn is_set(bits: &[u8], index: usize) -> bool {
+    bits.get(index / 8).is_some_and(|byte| byte >> (index % 8) & 1 == 1)
+}
+
+/// The sources of edges. The key of an edge is the number of one of its half-edges; in a file
+/// without triangles, it is the index of the edge.
+#[derive(Clone)]
+pub(crate) struct EdgeSources {
+    keys: Packed,
+    sources: Packed,
+}
+
+impl EdgeSources {
+    /// Opens the sources in a verified buffer. Keys must be below `limit`.
+    pub(crate) fn open(
+        buffer: &Bytes,
+        keys: Option<schema::Packed<'_>>,
+        sources: Option<schema::Packed<'_>>,
+        limit: usize,
+    ) -> Result<Option<Self>, Damage> {
+        let (keys, sources) = match (keys, sources) {
+            (None, None) => return Ok(None),
+            (Some(keys), Some(sources)) => (Packed::open(buffer, keys)?, Packed::open(buffer, sources)?),
+            _ => return Err(Damage::new("edges lack their sources, or sources their edges")),
+        };
+        if keys.len() != sources.len() {
+            return Err(Damage::new(format!(
+                "{} edges have {} sources",
+                keys.len(),
+                sources.len()
+            )));
+        }
+        if !keys.iter().zip(sources.iter()).is_sorted() || keys.iter().any(|key| key >= limit as u64) {
+            return Err(Damage::new("an edge with a source is out of range or out of order"));
+        }
+        Ok(Some(Self { keys, sources }))
+    }
+
+    /// Returns the sources of the edge with this key.
+    pub(crate) fn of(&self, key: u32) -> impl Iterator<Item = EdgeSource> {
+        let key = u64::from(key);
+        let first = partition_point(self.keys.len(), |index| self.keys.get(index) < key);
+        (first..self.keys.len())
+            .take_while(move |&index| self.keys.get(index) == key)
+            .map(|index| EdgeSource::from_bits(self.sources.get(index)))
+    }
+
+    /// Returns the number of edges that have sources.
+    pub(crate) fn edge_count(&self) -> usize {
+        let starts = (0..self.keys.len()).filter(|&i| i == 0 || self.keys.get(i - 1) != self.keys.get(i));
+        starts.count()
+    }
+
+    pub(crate) fn byte_size(&self) -> usize {
+        self.keys.byte_size() + self.sources.byte_size()
+    }
+}
