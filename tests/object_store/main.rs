@@ -127,11 +127,11 @@ fn a_file_that_changed_on_the_server_is_reported() {
     for count in [1, 2, 3, 7] {
         fails(
             Fault::ChangedAfter(count),
-            "was changed since it was opened; open it anew",
+            "has changed since it was opened; open it again",
         );
         fails(
             Fault::ChangedAfterUnnoticed(count),
-            "was changed since it was opened; open it anew",
+            "has changed since it was opened; open it again",
         );
     }
 }

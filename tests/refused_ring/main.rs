@@ -97,7 +97,7 @@ fn a_refused_ring_is_replaced_by_threads_unless_it_was_requested_by_name() {
             "grid.tiles",
             "refuses an io_uring",
             "not permitted",
-            "threads and auto do without",
+            "threads and auto need none",
         ] {
             assert!(error.contains(part), "{part} is missing: {error}");
         }

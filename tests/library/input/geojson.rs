@@ -69,7 +69,7 @@ fn a_position_without_z_is_refused_or_gets_zero() {
         file("a.json", text, &InputOptions::default()),
         &[
             "a.json: byte 44: record 1 has no z, and other points have",
-            "--missing-z zero",
+            "(option `missing_z`: zero)",
         ],
     );
     let zero = InputOptions::default().missing_z(MissingZ::Zero);
@@ -100,7 +100,7 @@ fn invalid_positions_are_refused_or_skipped() {
         all,
         &[
             "stream: record 1 (byte 42): the position has 1 of at least 2 elements",
-            "--skip-invalid",
+            "`skip_invalid`",
         ],
     );
     let options = with_format(Format::GeoJson).skip_invalid(true);
@@ -114,9 +114,9 @@ fn a_broken_document_is_refused_with_its_byte_and_reason() {
     for (text, parts) in [
         ("", &["byte 0: the file is empty"][..]),
         (" \n", &["the file is empty"]),
-        ("[]", &["byte 0: this is not an object; GeoJSON (RFC 7946) is due"]),
+        ("[]", &["byte 0: this is not an object; expected GeoJSON (RFC 7946)"]),
         ("{}", &["byte 1: an object without a `type`"]),
-        (r#"{"type":"Topology"}"#, &["the type `Topology` is not one of GeoJSON"]),
+        (r#"{"type":"Topology"}"#, &["the type `Topology` is not a GeoJSON type"]),
         (r#"{"type":7}"#, &["`type` is not a string"]),
         (
             r#"{"type":"Point","coordinates":[1,2]"#,
@@ -124,7 +124,7 @@ fn a_broken_document_is_refused_with_its_byte_and_reason() {
         ),
         (
             r#"{"type":"Point","coordinates":[1,]}"#,
-            &["byte 32: trailing comma not enabled; this is no JSON"],
+            &["byte 32: trailing comma not enabled; this is not JSON"],
         ),
         (r#"{"type":"Point","coordinates":[1 2]}"#, &["byte 33: missing comma"]),
         (
@@ -149,7 +149,7 @@ fn a_broken_document_is_refused_with_its_byte_and_reason() {
         ),
         (
             r#"{"type":"Point","coordinates":[[1,2]]}"#,
-            &["an object of type Point has not the members"],
+            &["an object of type Point has wrong members"],
         ),
         (
             r#"{"type":"Polygon","coordinates":[[1,2],[3,4]]}"#,
@@ -177,7 +177,7 @@ fn a_broken_document_is_refused_with_its_byte_and_reason() {
         ),
         (
             r#"{"type":"FeatureCollection","features":[{"type":"Point","coordinates":[1,2]}]}"#,
-            &["an object of type Point has not the members, or not the place"],
+            &["an object of type Point has wrong members, or is in the wrong position"],
         ),
         (
             r#"{"type":"FeatureCollection","features":[],"coordinates":[1,2]}"#,
@@ -229,7 +229,7 @@ fn a_broken_document_is_refused_with_its_byte_and_reason() {
     assert_eq!(read(&passed_over).unwrap().points, [(1.0, 2.0)]);
     assert_says(
         stream(b"{\"a\":\"\xfc\"}", &with_format(Format::GeoJson)),
-        &["byte 6: invalid UTF-8 data; this is no JSON, or not in UTF-8"],
+        &["byte 6: invalid UTF-8 data; this is not JSON, or not in UTF-8"],
     );
     let long = format!(
         r#"{{"{0}":"{0}","type":"Point","coordinates":[1,2]}}"#,

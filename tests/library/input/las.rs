@@ -110,7 +110,7 @@ fn files_and_streams_that_are_no_las_file_are_refused() {
     for no_las in [&b""[..], b"LAS", b"x,y\n1,2\n"] {
         assert_says(
             file("a.las", no_las, &InputOptions::default()),
-            &["a.las: the file does not begin with `LASF`; this is no LAS or LAZ file"],
+            &["a.las: the file does not begin with `LASF`; this is not a LAS or LAZ file"],
         );
     }
 }
@@ -135,9 +135,9 @@ fn headers_with_false_values_are_refused() {
     assert_says(las(&[(105, &[0xff; 2])]), &["point records of 65535 bytes"]);
     assert_says(
         las(&[(105, &[2, 0])]),
-        &["point records of 2 bytes, where format 1 needs 28"],
+        &["point records of 2 bytes; format 1 needs at least 28"],
     );
-    assert_says(las(&[(104, &[11])]), &["point format 11, where 10 is the highest"]);
+    assert_says(las(&[(104, &[11])]), &["point format 11; 10 is the highest"]);
     assert_says(
         las(&[(25, &[7])]),
         &["this is LAS version 1.7", "versions 1.0 to 1.4 are read"],
@@ -147,7 +147,7 @@ fn headers_with_false_values_are_refused() {
         &["variable length record", "is not before the points"],
     );
     assert_says(las(&[(96, &[0xff; 4])]), &["do not fit into 4962 bytes"]);
-    assert_says(las(&[(94, &[9, 0])]), &["a header of 9 bytes, where 227 are the least"]);
+    assert_says(las(&[(94, &[9, 0])]), &["a header of 9 bytes; it needs at least 227"]);
     assert_says(
         las(&[(131, &f64::NAN.to_le_bytes())]),
         &["the scale or the offset", "not finite"],
@@ -160,7 +160,7 @@ fn headers_with_false_values_are_refused() {
     // The file is compressed according to the header only.
     assert_says(
         las(&[(104, &[0x81])]),
-        &["compressed points, but no record that tells how"],
+        &["compressed points, but no record that describes the compression"],
     );
 }
 
@@ -197,7 +197,7 @@ fn claims_within_compressed_points_that_exceed_the_file_are_refused() {
             changed(name, &[(layers + 4, &[0xff; 4])]),
             &InputOptions::default(),
         ),
-        &["a chunk of", "bytes are left of the file"],
+        &["a chunk of", "bytes are left in the file"],
     );
 }
 

@@ -55,7 +55,7 @@ fn false_counts_and_indices_are_refused_with_their_line() {
     );
     assert_says(
         file("a.node", "1 2 0 0\n0 1 2\n1 3 4\n", &skipping()),
-        &["line 3: a row behind the last of 1 points: `1 3 4`"],
+        &["line 3: a row after the last of 1 points: `1 3 4`"],
     );
     assert_says(
         file("a.node", "2 2\n1 1 2\n3 3 4\n", &default),
@@ -77,8 +77,8 @@ fn a_broken_row_is_refused_or_skipped() {
     assert_says(
         file("a.node", text, &InputOptions::default()),
         &[
-            "record 1 (line 3): `2 1 up` has not an index and 2 numbers",
-            "--skip-invalid",
+            "record 1 (line 3): `2 1 up` is not an index and 2 numbers",
+            "`skip_invalid`",
         ],
     );
     let read = file("a.node", text, &skipping()).unwrap();

@@ -287,7 +287,7 @@ fn geometries_that_are_no_polygons_are_refused() {
         ),
         (
             r#"{"type":"Polygon","coordinates":[[0,0],[1,0]]}"#,
-            &["an object of type Polygon has not the members"],
+            &["an object of type Polygon has wrong members"],
         ),
         ("", &["the file is empty"]),
     ] {

@@ -196,25 +196,25 @@ fn a_broken_poly_file_is_refused_with_its_line_and_reason() {
         ("0\n0\n2\n1 0 0 0 0\n", &["the file ends after 1 of 2 regions"]),
         (
             "0\n0\n1\n1 0 0 0 0\n2 0 0 0 0\n",
-            &["line 8: a row behind the last of 1 regions: `2 0 0 0 0`"],
+            &["line 8: a row after the last of 1 regions: `2 0 0 0 0`"],
         ),
         (
             "3 1 1\n",
-            &["line 4: the number of segments is due, and the row is `3 1 1`"],
+            &["line 4: expected the number of segments, found the row `3 1 1`"],
         ),
         (
             "1 0\n1 1 2\n2 2 1\n0\n",
-            &["line 6: the number of holes is due, and the row is `2 2 1`"],
+            &["line 6: expected the number of holes, found the row `2 2 1`"],
         ),
         (
             "2 0\n1 1 2\n0\n",
-            &["segment 1 (line 6): a number and the indices of two points are due, and the row is `0`"],
+            &["segment 1 (line 6): expected a number and the indices of two points, found the row `0`"],
         ),
         (
             "0 0\n1\n1 0 0\n2 0 0\n",
-            &["line 7: the number of regions is due, and the row is `2 0 0`"],
+            &["line 7: expected the number of regions, found the row `2 0 0`"],
         ),
-        ("-1 0\n", &["the number of segments is due, and the row is `-1 0`"]),
+        ("-1 0\n", &["expected the number of segments, found the row `-1 0`"]),
         (
             "1 0\n1 0 2\n0\n",
             &["segment 0 (line 5): there is no point 0; they are 1 to 2"],
@@ -229,12 +229,12 @@ fn a_broken_poly_file_is_refused_with_its_line_and_reason() {
         ),
         (
             "1 0\n1 1 -1\n0\n",
-            &["the indices of two points are due, and the row is `1 1 -1`"],
+            &["the indices of two points, found the row `1 1 -1`"],
         ),
-        ("1 0\n1 1.0 2\n0\n", &["the indices of two points are due"]),
+        ("1 0\n1 1.0 2\n0\n", &["the indices of two points, found the row"]),
         (
             "0\n1\n1 0\n",
-            &["line 6: hole 0: a number, x and y are due, and the row is `1 0`"],
+            &["line 6: hole 0: expected a number, x and y, found the row `1 0`"],
         ),
         (
             "0\n2\n1 0 0\n2 nan 0\n",
@@ -268,7 +268,7 @@ fn a_broken_poly_file_is_refused_with_its_line_and_reason() {
         ("2 2 0 0\n7 0 0\n", "the first point's index is neither 0 nor 1"),
         (
             "1 2\n0 0 up\n0\n0\n",
-            "record 0 (line 2): `0 0 up` has not an index and 2 numbers",
+            "record 0 (line 2): `0 0 up` is not an index and 2 numbers",
         ),
     ] {
         let path = write(&folder, "a.poly", text);
@@ -282,7 +282,7 @@ fn a_broken_poly_file_is_refused_with_its_line_and_reason() {
         .unwrap_err();
     assert!(matches!(missing, InputError::Open { .. }), "{missing}");
     let no_file = PolySource::open(folder.path()).map(|_| ()).unwrap_err().to_string();
-    assert!(no_file.contains("no regular file"), "{no_file}");
+    assert!(no_file.contains("not a regular file"), "{no_file}");
 }
 
 /// After an error there are no more segments.

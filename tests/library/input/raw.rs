@@ -22,10 +22,7 @@ fn numbers_are_read_as_pairs_or_triples() {
     assert_eq!(triples.points, [(1.0, 2.0), (4.0, 5.0)]);
     assert_eq!(triples.z, [0.0, 6.0]);
     assert_eq!(file("a.f64", [], &InputOptions::default()).unwrap().points, []);
-    assert_says(
-        stream([], &with_dims(4)),
-        &["`4` is not possible for --dims; it is 2 or 3"],
-    );
+    assert_says(stream([], &with_dims(4)), &["invalid dims `4`: expected 2 or 3"]);
 }
 
 #[test]
@@ -46,7 +43,7 @@ fn invalid_numbers_are_refused_or_skipped() {
         file("a.f64", &numbers, &InputOptions::default()),
         &[
             "a.f64: record 1 (byte 16): x is NaN, not a finite number",
-            "--skip-invalid",
+            "`skip_invalid`",
         ],
     );
     let read = file("a.f64", &numbers, &skipping()).unwrap();
@@ -104,8 +101,8 @@ fn short_and_interrupted_reads_lose_no_numbers() {
 fn bytes_after_the_last_whole_point_are_refused_or_skipped() {
     let numbers = bytes(&[1.0, 2.0, 3.0]);
     let parts = [
-        "byte 16: 8 bytes are left over behind the last whole point of 16 bytes",
-        "--dims",
+        "byte 16: 8 bytes are left over after the last whole point of 16 bytes",
+        "`dims`",
     ];
     assert_says(file("a.f64", &numbers, &InputOptions::default()), &parts);
     assert_says(stream(&numbers, &with_dims(2)), &parts);

@@ -130,7 +130,7 @@ fn rows_without_valid_position_or_id_are_refused() {
     let longer = long.replace('\n', "n\n");
     assert_says(
         one(&longer, None),
-        &["a.csv: site 0 (line 1): the id has 1025 bytes, and may have 1024"],
+        &["a.csv: site 0 (line 1): the id has 1025 bytes; the limit is 1024"],
     );
     let bytes = read(&[("a.csv", b"1,2,\xff\n")], None);
     assert_says(bytes, &["site 0 (line 1): the id is not in UTF-8"]);
@@ -184,7 +184,7 @@ fn points_of_geojson_give_sites_with_their_ids() {
 fn features_without_the_wanted_id_are_refused() {
     let point = r#""geometry":{"type":"Point","coordinates":[1,2]}"#;
     for (members, parts) in [
-        ("", &["there is no property `name`, which the id is to come from"][..]),
+        ("", &["there is no property `name` for the id"][..]),
         (r#""properties":{"other":1},"#, &["there is no property `name`"]),
         (r#""properties":{"name":null},"#, &["there is no property `name`"]),
         (r#""properties":[1],"id":7,"#, &["there is no property `name`"]),

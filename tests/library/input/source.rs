@@ -40,7 +40,7 @@ fn one_input_with_z_requires_z_of_all() {
         files(&both, &InputOptions::default()),
         &[
             "a.f64: byte 0: record 0 has no z, and other points have",
-            "--missing-z zero",
+            "(option `missing_z`: zero)",
         ],
     );
     let zero = InputOptions::default().missing_z(MissingZ::Zero);
@@ -84,7 +84,7 @@ fn the_file_name_decides_the_format() {
             .parse::<Format>()
             .unwrap_err()
             .to_string()
-            .contains("`shp` is not possible for --format")
+            .contains("invalid format `shp`")
     );
     assert_eq!("last".parse::<Returns>().unwrap(), Returns::Last);
     assert!("second".parse::<Returns>().is_err());
@@ -96,12 +96,16 @@ fn inputs_that_cannot_be_opened_are_named_in_the_error() {
     assert_says(open("no/such.f64"), &["no/such.f64: cannot be opened"]);
     assert_says(
         open("points.shp"),
-        &["points.shp: the name does not tell the format", "--format", ".geojson"],
+        &[
+            "points.shp: the name does not tell the format",
+            "option `format`",
+            ".geojson",
+        ],
     );
     let twice = PointSource::open(&[PathBuf::from("-"), PathBuf::from("-")], &InputOptions::default());
     assert_says(
         twice.and_then(drain),
-        &["`-` is not possible for an input; standard input can be read only once"],
+        &["invalid input `-`: standard input can be read only once"],
     );
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path().join("folder.f64");

@@ -56,7 +56,8 @@ fn without_a_header_the_third_column_is_z_in_xyz_files_and_rows_of_three_numbers
     let xyz = file("a.XYZ", "1.5 -2 9 255 0\n3 4e2 8 0 0\n", &InputOptions::default()).unwrap();
     assert_eq!(xyz.z, [9.0, 8.0]);
     assert!(
-        xyz.source.notes()[0].ends_with("a.XYZ: no header; columns 1 to 3 of 5 are read, choose others with --columns")
+        xyz.source.notes()[0]
+            .ends_with("a.XYZ: no header; columns 1 to 3 of 5 are read, choose others with the option `columns`")
     );
     let csv = file("a.csv", "1.5,-2,9,255\n3,4e2,8,0\n", &InputOptions::default()).unwrap();
     assert!(!csv.source.has_z());
@@ -80,17 +81,21 @@ fn chosen_columns_are_read() {
     assert_eq!(read.points, TWO);
     assert_says(
         stream(rows, &columns("a,d")),
-        &["line 1", "no column `d` in the header `id, a, b, c`", "--columns"],
+        &[
+            "line 1",
+            "no column `d` in the header `id, a, b, c`",
+            "option `columns`",
+        ],
     );
     assert_says(stream(rows, &columns("2,9")), &["no column 9 in the header"]);
     assert_says(
         stream(rows, &InputOptions::default()),
-        &["stream: line 1: ", "no column for x", "--columns x,y"],
+        &["stream: line 1: ", "no column for x", "option `columns` (x,y"],
     );
     for bad in ["", "1", "0,1", "1,2,3,4", "x,", "99999999999999999999,1"] {
         let error = bad.parse::<Columns>().map(|c| c.to_string());
         if bad != "x," {
-            assert!(error.unwrap_err().to_string().contains("--columns"), "{bad}");
+            assert!(error.unwrap_err().to_string().contains("invalid columns"), "{bad}");
         } else {
             assert!(error.is_err(), "{bad}");
         }
@@ -127,8 +132,8 @@ fn a_broken_row_is_refused_or_skipped() {
         (
             "x,y\n1,2\n\n1,abc\n",
             &[
-                "stream: record 1 (line 4): y is `abc`, not a number; correct it, or pass over",
-                "--skip-invalid",
+                "stream: record 1 (line 4): y is `abc`, not a number; correct it, or skip",
+                "`skip_invalid`",
             ],
         ),
         ("1,2\n3\n", &["record 1 (line 2): the row has 1 of 2 fields: `3`"]),

@@ -112,12 +112,12 @@ fn a_difference_in_the_input_is_named_by_file_and_line() {
     for (args, expected) in [
         (
             with("fences.csv", "0,5,9,5\n0.5,7.5,3.5,7.75\n", "moved.csv"),
-            "moved.csv: row 1 (counted from 0): wall 5 from (0.5, 7.5) to (3.5, 7.75) is no chain of edges",
+            "moved.csv: row 1 (counted from 0): wall 5 from (0.5, 7.5) to (3.5, 7.75) is not a chain of edges",
         ),
-        (with("fences.csv", "0,5,9,5\n", "fewer.csv"), "no chain"),
+        (with("fences.csv", "0,5,9,5\n", "fewer.csv"), "not a chain"),
         (
             with("fences.csv", "0,5,8,5\n0.5,7.5,3.5,7.5\n", "shorter.csv"),
-            "shorter.csv: row 0 (counted from 0): wall 4 from (8, 5) to (9, 5) is an edge of the file, but not so in the input",
+            "shorter.csv: row 0 (counted from 0): wall 4 from (8, 5) to (9, 5) is an edge of the file, but not of the input",
         ),
         (
             with("houses.geojson", &HOUSES.replace("[7, 4]", "[7, 3]"), "smaller.geojson"),
@@ -231,7 +231,7 @@ fn verify_splits_the_lines_that_the_build_split() {
     assert!(error.contains("but the given lines have 3;"), "{error}");
     scratch.ok("build points.csv --segments cross.csv --crossings split --missing-z zero -o few.tiles --quiet");
     let error = scratch.fails("verify few.tiles --against points.csv --segments others.csv");
-    assert!(error.contains("is no chain of edges that come from it"), "{error}");
+    assert!(error.contains("is not a chain of edges that come from it"), "{error}");
     let error = scratch.fails("verify few.tiles --against points.csv --segments apart.csv");
     assert!(
         error.contains("the build split 3 crossings, but the given lines have 0;"),

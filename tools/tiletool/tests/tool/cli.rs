@@ -149,7 +149,7 @@ fn segments_become_chains_of_edges() {
     scratch.write("word.csv", "0,0,4,4\n4,0,x,4\n");
     scratch.write("segments.bin", "");
     for (segments, expected) in [
-        ("far.u32", "record 9, and there is no point"),
+        ("far.u32", "record 9, but no point has that record number"),
         ("short.u32", "left over"),
         (
             "cross.csv",

@@ -129,10 +129,10 @@ fn too_little_memory_is_an_error_that_names_the_need() {
     ] {
         let error = fails(folder, 1, &format!("{args} --memory 1MiB"));
         assert!(
-            error.contains("MiB of memory at least, and 1 MiB are allowed"),
+            error.contains("MiB of memory, but only 1 MiB are allowed"),
             "{args}: {error}"
         );
-        assert!(error.contains("p.tiles: this takes "), "{args}: {error}");
+        assert!(error.contains("p.tiles: this needs at least "), "{args}: {error}");
     }
     assert_eq!(fs::read_dir(folder).unwrap().count(), before.len());
 }
@@ -148,18 +148,18 @@ fn verbose_prints_how_memory_is_divided() {
         assert!(output.status.success(), "{args}");
         String::from_utf8(output.stderr).unwrap()
     };
-    for (memory, of_runs) in [("64MiB", "runs 8"), ("256MiB", "runs 32")] {
+    for (memory, of_runs) in [("64MiB", " 8 for runs"), ("256MiB", " 32 for runs")] {
         let text = log("-v", memory);
         let line = text
             .lines()
-            .find(|line| line.contains("MiB in all"))
+            .find(|line| line.contains("MiB in total"))
             .unwrap_or_default();
         assert!(
-            line.contains(&memory.replace("MiB", " MiB in all"))
+            line.contains(&memory.replace("MiB", " MiB in total"))
                 && line.contains(of_runs)
                 && line.contains("1 threads"),
             "{text}"
         );
     }
-    assert!(!log("", "64MiB").contains("MiB in all"));
+    assert!(!log("", "64MiB").contains("MiB in total"));
 }

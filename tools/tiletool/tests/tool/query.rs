@@ -232,7 +232,7 @@ fn mistakes_in_queries_are_errors_that_name_them() {
         ),
         (1, &["knn", "none.tiles", "--at", "0,3"], "none.tiles"),
         (1, &["knn", "text.tiles", "--at", "0,3"], "text.tiles"),
-        (1, &["knn", "town.tiles", "--at", "1e300,3"], "is no point"),
+        (1, &["knn", "town.tiles", "--at", "1e300,3"], "is not a valid point"),
         (
             2,
             &["knn", "town.tiles", "--at", "1,2,3"],
