@@ -213,6 +213,15 @@
 
 #![cfg_attr(test, allow(clippy::too_many_lines))]
 
+/// Compiles the examples of the pages.
+#[cfg(doctest)]
+mod pages {
+    #[doc = include_str!("../README.md")]
+    struct Readme;
+    #[doc = include_str!("../docs/library.md")]
+    struct Library;
+}
+
 mod collections;
 pub mod constraints;
 pub mod edit;

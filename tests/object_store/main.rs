@@ -94,7 +94,7 @@ fn opening_and_reading_one_tile_take_at_most_four_requests() {
     wait(reader.tile(TileId(3))).unwrap();
     assert!(server.requests() <= 4);
     let none = Server::start(town(), Fault::NoTags);
-    assert!(open(&none).unwrap().backend_note().unwrap().contains("no versions"));
+    assert!(open(&none).unwrap().backend_note().unwrap().contains("no version tags"));
 }
 
 #[test]

@@ -153,7 +153,7 @@ fn a_broken_document_is_refused_with_its_byte_and_reason() {
         ),
         (
             r#"{"type":"Polygon","coordinates":[[1,2],[3,4]]}"#,
-            &["an object of type Polygon has not"],
+            &["an object of type Polygon has wrong members"],
         ),
         (
             r#"{"type":"MultiPoint","coordinates":[[1,2],3]}"#,
@@ -165,7 +165,7 @@ fn a_broken_document_is_refused_with_its_byte_and_reason() {
         ),
         (
             r#"{"type":"FeatureCollection"}"#,
-            &["an object of type FeatureCollection has not"],
+            &["an object of type FeatureCollection has wrong members"],
         ),
         (
             r#"{"type":"FeatureCollection","features":{}}"#,

@@ -116,7 +116,11 @@ fn rows_without_valid_position_or_id_are_refused() {
     );
     assert_says(
         one("x,y,n\n1,2,a\n", Some("name")),
-        &["a.csv: line 1: no column `name`", "`x,y,n`", "--site-id"],
+        &[
+            "a.csv: line 1: no column `name`",
+            "`x,y,n`",
+            "the id field is the name of a column",
+        ],
     );
     assert_says(
         one("1,2,a\n", Some("name")),

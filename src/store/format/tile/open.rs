@@ -37,15 +37,13 @@ impl Tile {
         check_identity(id, entry, "core", core_table.tile(), core_table.generation())?;
         check_identity(id, entry, "border", border_table.tile(), border_table.generation())?;
         let triangles = [entry.core_triangles, entry.border_triangles].map(|count| count as usize);
-        let [core_half_edges, border_half_edges] = triangles.map(|count| 3 * count);
-        let edges = border_table
-            .edges()
-            .map(|edges| Packed::open(border, edges))
-            .transpose()?;
+        let [in_core, in_border] = triangles.map(|count| 3 * count);
+        let edges = border_table.edges();
+        let edges = edges.map(|edges| Packed::open(border, edges)).transpose()?;
         // Without triangles, sources refer to edges in place of half-edges.
-        let edge_limit = edges
-            .as_ref()
-            .map_or(core_half_edges + border_half_edges, |edges| edges.len() / 2);
+        let edge_limit = edges.as_ref().map_or(in_core + in_border, |edges| edges.len() / 2);
+        let (c, b) = (core_table, border_table);
+        let of_border = |damage: Damage| damage.of("the border");
         let open = |buffer: &Bytes, what: &str, table| Packed::open(buffer, table).map_err(|damage| damage.of(what));
         let this = Self {
             id,
@@ -62,29 +60,12 @@ impl Tile {
             core_links: open(border, "core links", border_table.core_links())?,
             border_vertex_sides: open(border, "border vertex sides", border_table.vertex_sides())?,
             half_edge_bits: [
-                HalfEdgeBits::open(core, core_table.constraints(), core_table.walls(), core_half_edges)?,
-                HalfEdgeBits::open(
-                    border,
-                    border_table.constraints(),
-                    border_table.walls(),
-                    border_half_edges,
-                )
-                .map_err(|damage| damage.of("the border"))?,
+                HalfEdgeBits::open(core, c.constraints(), c.walls(), in_core)?,
+                HalfEdgeBits::open(border, b.constraints(), b.walls(), in_border).map_err(of_border)?,
             ],
             sources: [
-                EdgeSources::open(
-                    core,
-                    core_table.edge_sides(),
-                    core_table.edge_sources(),
-                    core_half_edges,
-                )?,
-                EdgeSources::open(
-                    border,
-                    border_table.edge_sides(),
-                    border_table.edge_sources(),
-                    edge_limit,
-                )
-                .map_err(|damage| damage.of("the border"))?,
+                EdgeSources::open(core, c.edge_sides(), c.edge_sources(), in_core)?,
+                EdgeSources::open(border, b.edge_sides(), b.edge_sources(), edge_limit).map_err(of_border)?,
             ],
             regions: Regions::open((core, core_table), (border, border_table), triangles)?,
             edges,

@@ -8,10 +8,11 @@ use std::thread::available_parallelism;
 
 use bytesize::ByteSize;
 use clap::Args;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use delaunay_tiles::input::{InputError, PointBatch, PointSource, Reading, Returns};
 use delaunay_tiles::io::output_target;
 use delaunay_tiles::mesh::EngineKind;
-use delaunay_tiles::store::Source;
+use delaunay_tiles::store::{OpenOptions, Source};
 use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, Progress};
 use tokio::sync::{Notify, mpsc};
 
@@ -19,6 +20,7 @@ use crate::allocator;
 use crate::common;
 use crate::input_args::InputArgs;
 use crate::lines::{LineArgs, LineInput, LineRules, MissingZArgs};
+use crate::plot::{self, PlotFile, Plotted};
 use crate::progress::BuildBar;
 use crate::unchanged::Unchanged;
 use report::{BuildReport, InputCounts, report};
@@ -38,6 +40,7 @@ use report::{BuildReport, InputCounts, report};
   tiletool build survey.laz -o ground.tiles --class 2
   tiletool build survey.laz --segments breaklines.geojson -o ground.tiles
   tiletool build --obstacles houses.geojson --walls fences.geojson --sites shops.csv -o town.tiles
+  tiletool build --obstacles islands.geojson -o islands.tiles --plot islands.png
   zcat points.csv.gz | tiletool build - -o points.tiles --columns lon,lat,height")]
 pub struct BuildArgs {
     /// Files of points, in the order of their records; - is standard input
@@ -80,6 +83,9 @@ pub struct BuildArgs {
     /// Replace the output if it exists
     #[arg(long)]
     force: bool,
+    /// Draw a map of the finished triangulation, as .svg or .png; a large file is thinned
+    #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
+    plot: Option<PlotFile>,
     /// Print the summary as one JSON object
     #[arg(long)]
     json: bool,
@@ -99,7 +105,8 @@ const BATCHES_AHEAD: usize = 8;
 /// Builds a tile file.
 pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     let mut options = args.options();
-    allocator::keep_to(options.memory);
+    let memory = options.memory;
+    allocator::keep_to(memory);
     let input_options = args.input.options().missing_z(options.missing_z);
     let is_filtered = !args.input.classes.is_empty() || args.input.returns != Returns::All;
     let source = PointSource::open(&args.inputs, &input_options)?;
@@ -136,15 +143,18 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     for note in read.notes.iter().filter(|_| !args.quiet) {
         common::say(format_args!("note: {note}"));
     }
+    let plotted = args.draw(memory)?;
     if args.json {
         common::print_json(&BuildReport {
             summary: &summary,
             read: &read,
+            plot: plotted.as_ref(),
         })
     } else if args.quiet {
         Ok(())
     } else {
-        common::print(&report(&args.output, &summary, &read))
+        let plotted = plotted.map(|plotted| plotted.report()).unwrap_or_default();
+        common::print(&(report(&args.output, &summary, &read) + &plotted))
     }
 }
 
@@ -169,6 +179,15 @@ impl BuildArgs {
         options.crossings = self.rules.crossings;
         options.steiner = self.rules.steiner;
         options
+    }
+
+    /// Draws the map of the finished file, if the options ask for one.
+    fn draw(&self, memory: u64) -> anyhow::Result<Option<Plotted>> {
+        let Some(file) = &self.plot else { return Ok(None) };
+        common::block_on(async {
+            let reader = common::open(&self.output, OpenOptions::default().memory(memory)).await?;
+            plot::draw(&reader, file).await.map(Some)
+        })
     }
 
     /// Returns a progress bar of the build, unless the options suppress it.

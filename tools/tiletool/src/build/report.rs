@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::common::{self, bytes, counted, share, thousands};
 use crate::lines::LineInput;
+use crate::plot::Plotted;
 
 /// Counts of the input, known after it was read. A resumed build has them from the build that it
 /// resumes.
@@ -43,6 +44,7 @@ impl InputCounts {
 pub(super) struct BuildReport<'a> {
     pub(super) summary: &'a BuildSummary,
     pub(super) read: &'a InputCounts,
+    pub(super) plot: Option<&'a Plotted>,
 }
 
 #[derive(Serialize)]
@@ -73,7 +75,7 @@ struct LevelOutput {
 
 impl Serialize for BuildReport<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Self { summary, read } = self;
+        let Self { summary, read, plot } = self;
         let counts = [
             ("records", read.records),
             ("points", summary.points),
@@ -114,6 +116,9 @@ impl Serialize for BuildReport<'_> {
         map.serialize_entry("resumed_blocks", &summary.resumed_blocks)?;
         map.serialize_entry("waits", &WaitsOutput::new(&summary.waits))?;
         map.serialize_entry("notes", &read.notes)?;
+        if let Some(plot) = plot {
+            map.serialize_entry("plot", plot)?;
+        }
         map.end()
     }
 }

@@ -290,6 +290,21 @@ fn every_command_accepts_files_without_triangles() {
 }
 
 #[test]
+fn a_build_draws_the_finished_file() {
+    let scratch = Scratch::new();
+    scratch.write("in.csv", "1,1\n3,3\n2,9\n9,4\n");
+    let summary = scratch.json(&["build", "in.csv", "-o", "a.tiles", "--plot", "a.svg", "--json"]);
+    assert_eq!(summary["plot"]["triangles"], summary["triangles"]);
+    scratch.ok(&["inspect", "a.tiles", "--plot", "b.svg"]);
+    let [a, b] = ["a.svg", "b.svg"].map(|name| fs::read_to_string(scratch.path(name)).unwrap());
+    assert_eq!(a, b);
+    let text = scratch.ok(&["build", "in.csv", "-o", "c.tiles", "--plot", "c.png"]);
+    assert!(text.contains("c.png: 1600 x "), "{text}");
+    scratch.fails(2, &["build", "in.csv", "-o", "d.tiles", "--plot", "d.pdf"]);
+    assert!(!scratch.path("d.tiles").exists());
+}
+
+#[test]
 fn a_mistake_is_an_error_that_names_its_cause() {
     let scratch = Scratch::new();
     scratch.write("good.csv", "x,y\n1,2\n3,5\n2,9\n");
