@@ -1,25 +1,26 @@
 //! Functions that several commands share.
 
 use std::fmt::Display;
-use std::future::Future;
+use std::future::{Future, pending};
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::available_parallelism;
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use bytesize::ByteSize;
 use clap::Args;
 use delaunay_tiles::default_memory;
 use delaunay_tiles::io::start_thread;
 use delaunay_tiles::shown;
-use delaunay_tiles::store::{OpenOptions, TileReader};
+use delaunay_tiles::store::{OpenOptions, ReadError, TileReader};
 use serde::Serialize;
 use tokio::runtime::Builder;
+use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 
-use crate::{allocator, limits};
+use crate::{allocator, flags, limits};
 
 /// Runs the asynchronous part of a command, with one worker thread per processor, or on this thread
 /// if the system refuses threads.
@@ -104,8 +105,24 @@ impl MemoryArgs {
 pub async fn open(path: &Path, options: OpenOptions) -> anyhow::Result<TileReader> {
     match path.to_str().filter(|path| path.contains("://")) {
         Some(url) => open_url(url, options).await,
-        None => Ok(TileReader::open(path, options).await?),
+        None => TileReader::open(path, options).await.map_err(|error| match error {
+            ReadError::Invalid { .. } if has_points(path) => {
+                anyhow!("{error}; to make one: tiletool build {} -o FILE.tiles", shown(path))
+            }
+            error => error.into(),
+        }),
     }
+}
+
+/// Returns whether the name of a file tells a format of points.
+fn has_points(path: &Path) -> bool {
+    let suffix = path
+        .extension()
+        .map(|suffix| suffix.to_string_lossy().to_ascii_lowercase());
+    let suffixes = [
+        "las", "laz", "csv", "xyz", "txt", "gz", "f64", "node", "poly", "geojson", "json",
+    ];
+    suffix.is_some_and(|suffix| suffixes.contains(&&*suffix))
 }
 
 #[cfg(feature = "object-store")]
@@ -118,7 +135,22 @@ async fn open_url(url: &str, _: OpenOptions) -> anyhow::Result<TileReader> {
     anyhow::bail!("{url}: this tiletool reads only local files; build it with `--features object-store` to read URLs")
 }
 
-/// Returns a flag that Ctrl-C sets. A command that checks it can remove its unfinished files.
+/// Waits until Ctrl-C or SIGTERM asks the tool to end.
+pub async fn interrupted() {
+    let terminated = async {
+        match signal(SignalKind::terminate()) {
+            Ok(mut signal) => _ = signal.recv().await,
+            Err(_) => pending().await,
+        }
+    };
+    tokio::select! {
+        Ok(()) = tokio::signal::ctrl_c() => {}
+        () = terminated => {}
+    }
+}
+
+/// Returns a flag that Ctrl-C or SIGTERM sets. A command that checks it can remove its unfinished
+/// files.
 pub fn interruption() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
@@ -127,9 +159,8 @@ pub fn interruption() -> Arc<AtomicBool> {
         let Ok(runtime) = Builder::new_current_thread().enable_all().build() else {
             return;
         };
-        if runtime.block_on(tokio::signal::ctrl_c()).is_ok() {
-            flag.store(true, Ordering::Relaxed);
-        }
+        runtime.block_on(interrupted());
+        flag.store(true, Ordering::Relaxed);
     });
     stop
 }
@@ -146,10 +177,11 @@ pub fn print(text: &str) -> anyhow::Result<()> {
     Ok(io::stdout().write_all(shown::message(text).as_bytes())?)
 }
 
-/// Prints a line for people to standard error, with control characters escaped. A closed standard
-/// error is not a failure.
+/// Prints a line for people to standard error, with the tool's flags for the library's options, and
+/// with control characters escaped. A closed standard error is not a failure.
 pub fn say(line: impl Display) {
-    drop(writeln!(io::stderr(), "{}", shown::message(&line.to_string())));
+    let line = flags::in_message(&line.to_string());
+    drop(writeln!(io::stderr(), "{}", shown::message(&line)));
 }
 
 /// Returns a path as text on one line, with control characters escaped.

@@ -111,7 +111,7 @@ async fn constrain(args: &ConstrainArgs, lines: LineInput) -> anyhow::Result<(Ed
     }
     let edited = tokio::select! {
         edited = editor.finish() => edited,
-        _ = tokio::signal::ctrl_c() => Err(EditError::Cancelled),
+        () = common::interrupted() => Err(EditError::Cancelled),
     };
     match edited {
         Ok(summary) => Ok((summary, lines)),

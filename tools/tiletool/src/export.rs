@@ -67,7 +67,7 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
         tokio::select! {
             done = write(&args, format, to_stdout, &names, &bar) => done,
             // Dropping the future of the other branch removes the unfinished files.
-            _ = tokio::signal::ctrl_c() => bail!("interrupted"),
+            () = common::interrupted() => bail!("interrupted"),
         }
     });
     bar.finish_and_clear();

@@ -14,6 +14,7 @@ mod compact;
 mod constrain;
 mod digest;
 mod export;
+mod flags;
 pub mod generate;
 mod input_args;
 mod inspect;

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
 use clap::Args;
 use delaunay_tiles::peak_memory;
 use serde::Serialize;
@@ -84,7 +83,14 @@ pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
         deep: args.deep,
         ..VerifyReport::default()
     };
-    let done = common::block_on(check(&args, &mut report)).with_context(|| common::shown(&args.file));
+    let name = common::shown(&args.file);
+    let done = common::block_on(check(&args, &mut report)).map_err(|error| {
+        // Errors of reading the file name it.
+        match error.to_string().starts_with(&name) {
+            true => error,
+            false => error.context(name),
+        }
+    });
     report.ok = done.is_ok();
     if args.json {
         report.peak_memory_bytes = peak_memory();

@@ -208,7 +208,7 @@ impl BuildArgs {
     }
 }
 
-/// Waits for a build. Ctrl-C cancels it, and `stop` then wakes it up.
+/// Waits for a build. Ctrl-C or SIGTERM cancels it, and `stop` then wakes it up.
 async fn until_interrupted<T>(
     building: impl Future<Output = anyhow::Result<T>>,
     progress: &Progress,
@@ -218,8 +218,8 @@ async fn until_interrupted<T>(
     loop {
         tokio::select! {
             built = &mut building => break built,
-            // A second Ctrl-C ends the tool without waiting until the work is saved.
-            _ = tokio::signal::ctrl_c() => if progress.is_cancelled() {
+            // A second one ends the tool without waiting until the work is saved.
+            () = common::interrupted() => if progress.is_cancelled() {
                 anyhow::bail!("interrupted");
             } else {
                 progress.cancel();

@@ -207,7 +207,13 @@ impl Matrix {
     }
 
     fn feature(&self, found: &PairDistance) -> Value {
-        let geometry = found.path.as_ref().map_or(Value::Null, line_string);
+        let [from, to] = self.points(found);
+        let geometry = match &found.path {
+            // A line needs two positions that differ.
+            Some(_) if from == to => json!({"type": "Point", "coordinates": position(from)}),
+            Some(path) => line_string(path),
+            None => Value::Null,
+        };
         json!({"type": "Feature", "properties": self.object(found), "geometry": geometry})
     }
 

@@ -341,11 +341,19 @@ fn a_mistake_is_an_error_that_names_its_cause() {
             "no/such",
         ),
         (1, &["verify", "good.csv"][..], "good.csv"),
+        (1, &["inspect", "good.csv"][..], "tiletool build good.csv -o"),
+        (
+            1,
+            &["build", "good.csv", "-o", "good.csv"][..],
+            "or give --force to replace it",
+        ),
+        (1, &["build", "bad.csv", "-o", "x.tiles"][..], "option `--skip-invalid`"),
         (1, &["digest", "absent.tiles"][..], "absent.tiles"),
     ] {
         let error = scratch.fails(code, args);
         assert!(error.contains(says), "{args:?}: {error}");
         assert!(!error.contains("panicked"), "{error}");
+        assert!(!error.contains("good.csv: good.csv"), "{error}");
     }
     assert_eq!(scratch.names(), ["bad.csv", "good.csv"]);
     let summary = scratch.json(&["build", "bad.csv", "-o", "x.tiles", "--skip-invalid", "--json"]);

@@ -320,6 +320,9 @@ fn a_matrix_has_the_distance_of_each_pair() {
         (&first["properties"]["distance"], &last["geometry"]),
         (&json!(8.0), &Value::Null)
     );
+    let itself: Value = serde_json::from_str(&town.query("matrix", &["--batch", "b.csv", "--geojson"])).unwrap();
+    let itself = &itself["features"][0]["geometry"];
+    assert_eq!(*itself, json!({"type": "Point", "coordinates": [-4.0, 4.0]}));
     let picture = fs::read_to_string(town.path("m.svg")).unwrap();
     assert!(
         picture.contains("Shortest paths from 3 to 2 points") && picture.contains("2 found"),

@@ -85,12 +85,21 @@ fn a_build_killed_at_any_moment_resumes_to_the_same_bytes() {
 
 #[test]
 fn ctrl_c_keeps_the_work_and_says_how_to_resume() {
+    keeps_the_work("-INT");
+}
+
+#[test]
+fn sigterm_keeps_the_work_and_says_how_to_resume() {
+    keeps_the_work("-TERM");
+}
+
+fn keeps_the_work(signal: &str) {
     let scratch = scratch();
     let folder = scratch.path();
     let mut child = start(folder, BUILD);
     if wait_for_a_block(folder, &mut child) {
         let pid = child.id().to_string();
-        assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+        assert!(Command::new("kill").args([signal, &pid]).status().unwrap().success());
     }
     let output = child.wait_with_output().unwrap();
     if output.status.success() {
