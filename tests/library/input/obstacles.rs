@@ -133,7 +133,7 @@ fn rings_without_area_give_segments_in_both_directions() {
         assert_same(ends(&[&SQUARE, flat]), [ring(&SQUARE), both_ways(flat)].concat());
     }
     // Two lobes that cancel out do enclose area, one of them inside out: they are returned
-    // unchanged, and so is their court.
+    // unchanged.
     let closed = [&cancelling[..], &cancelling[..1]].concat();
     let court = [COURT[0], COURT[1], COURT[2], COURT[0]];
     let all = read(&polygon(&[&closed, &court])).unwrap();
