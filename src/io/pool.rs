@@ -3,6 +3,9 @@
 //! A pool starts a thread when a job comes and no thread is idle. Where the system refuses another
 //! thread, the existing threads do the job later. A job fails if there is no thread at all. A job
 //! of a pool must therefore never wait for another job of the same pool.
+//!
+//! tokio's own pool is not used. It panics without a thread, and queues jobs for workers that never
+//! started.
 
 use std::collections::VecDeque;
 use std::io;

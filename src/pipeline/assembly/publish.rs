@@ -1,5 +1,5 @@
 //! Publish: writes the directory, inserts deferred segments, gives the file its name, and
-//! summarises.
+//! summarises. If segments were deferred, only the last version of the file is synced.
 
 use std::fs::File;
 use std::path::Path;
