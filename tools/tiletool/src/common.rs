@@ -12,6 +12,7 @@ use anyhow::{Context, anyhow};
 use bytesize::ByteSize;
 use clap::Args;
 use delaunay_tiles::default_memory;
+use delaunay_tiles::input::Format;
 use delaunay_tiles::io::start_thread;
 use delaunay_tiles::shown;
 use delaunay_tiles::store::{OpenOptions, ReadError, TileReader};
@@ -106,23 +107,12 @@ pub async fn open(path: &Path, options: OpenOptions) -> anyhow::Result<TileReade
     match path.to_str().filter(|path| path.contains("://")) {
         Some(url) => open_url(url, options).await,
         None => TileReader::open(path, options).await.map_err(|error| match error {
-            ReadError::Invalid { .. } if has_points(path) => {
+            ReadError::Invalid { .. } if Format::from_path(path).is_some() => {
                 anyhow!("{error}; to make one: tiletool build {} -o FILE.tiles", shown(path))
             }
             error => error.into(),
         }),
     }
-}
-
-/// Returns whether the name of a file tells a format of points.
-fn has_points(path: &Path) -> bool {
-    let suffix = path
-        .extension()
-        .map(|suffix| suffix.to_string_lossy().to_ascii_lowercase());
-    let suffixes = [
-        "las", "laz", "csv", "xyz", "txt", "gz", "f64", "node", "poly", "geojson", "json",
-    ];
-    suffix.is_some_and(|suffix| suffixes.contains(&&*suffix))
 }
 
 #[cfg(feature = "object-store")]
