@@ -34,7 +34,7 @@ async fn main() -> Result<(), Error> {
 
     // The file has its name only when it is complete; any number of readers may open it.
     let survey = TileReader::open(&output, OpenOptions::default()).await?;
-    let bounds = survey.directory().metadata.bounds;
+    let bounds = survey.metadata().bounds;
     for i in 1..5 {
         let along = f64::from(i) / 5.0;
         let (width, height) = bounds.size();

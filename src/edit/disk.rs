@@ -17,13 +17,13 @@ use crate::edit::tile::EditTile;
 use crate::edit::tile::drafts::Counts;
 use crate::edit::workers::Workers;
 use crate::io::{Buffers, ReadAt, ThreadsFile};
-use crate::store::{BLOCK, Directory, Extent, Tile, TileEntry, TileId, TileReader, TileWriter};
+use crate::store::{BLOCK, Directory, Extent, PassReader, Tile, TileEntry, TileId, TileWriter};
 
 /// The file, and the current location of each tile in it.
 pub(crate) struct Disk {
     path: PathBuf,
     /// The file as it was opened.
-    pub(crate) reader: TileReader,
+    pub(crate) reader: PassReader,
     file: ThreadsFile,
     generation: u32,
     /// `None` once the file is published.
@@ -80,7 +80,7 @@ impl Disk {
     /// last reference to the file is dropped.
     pub(crate) fn open(
         target: Target,
-        reader: TileReader,
+        reader: PassReader,
         threads: usize,
         is_draft: bool,
     ) -> Result<(Arc<Self>, oneshot::Receiver<()>), EditError> {

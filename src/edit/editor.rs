@@ -46,7 +46,7 @@ impl Editor {
     pub async fn open(path: impl AsRef<Path>, memory: u64) -> Result<Self, EditError> {
         let target = Target::lock(path.as_ref())?;
         let opened = target.read().await?;
-        let metadata = &opened.directory().metadata;
+        let metadata = opened.metadata();
         if metadata.vertices > 0 && metadata.triangles == 0 {
             return Err(EditError::NoTriangles(target.path));
         }

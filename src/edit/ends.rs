@@ -31,7 +31,7 @@ pub(crate) fn find_ends(
     };
     let mut found = vec![filler; ends.len()];
     let mut added = 0;
-    let needs_z = tiles.directory().metadata.has_z && work.missing_z == MissingZ::Error;
+    let needs_z = tiles.metadata().has_z && work.missing_z == MissingZ::Error;
     let mut without_z: Vec<u32> = Vec::new();
     let mut groups = ends.chunk_by(|a, b| a.0 == b.0);
     while let Some(group) = groups.next() {
@@ -107,7 +107,7 @@ fn no_vertex(point: Point) -> EditError {
 /// Adds vertices at ends in one tile, each at another point. The ends of all segments get the next
 /// record numbers of the file, in order.
 fn add_vertices(tiles: &mut Tiles, work: &Work, ends: &[End]) -> Result<(), EditError> {
-    let first_record = tiles.directory().metadata.next_record;
+    let first_record = tiles.metadata().next_record;
     let z_or_zero = |end: u32| {
         let z = work.z_of(end);
         if z.is_nan() { 0.0 } else { z }

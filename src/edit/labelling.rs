@@ -14,7 +14,7 @@ pub(crate) fn join(
     memory: u64,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<(RegionLabels, u64), EditError> {
-    let metadata = tiles.directory().metadata.clone();
+    let metadata = tiles.metadata().clone();
     let mut joining = RegionJoin::new(&metadata);
     let mut all_tiles = tiles.with_parts();
     while let Some(TileWithParts { tile, parts, before }) = all_tiles.next()? {

@@ -22,7 +22,7 @@ use crate::edit::tile::EditTile;
 use crate::geometry::HalfEdge;
 use crate::memory::EditShares;
 use crate::mesh::{Topology, Twin};
-use crate::store::{Directory, EditCache, EditLease, EditPin, Tile, TileId};
+use crate::store::{Directory, EditCache, EditLease, EditPin, Metadata, Tile, TileId};
 
 /// The tiles of a file, changed by one thread that may block, which must not be one of the
 /// runtime's.
@@ -49,6 +49,7 @@ impl Tiles {
         runtime: Handle,
     ) -> Result<Self, EditError> {
         let reader = runtime.block_on(target.read())?;
+        let reader = runtime.block_on(reader.for_passes())?;
         let EditShares { threads, tiles } = shares(reader.largest_tile());
         let (disk, gone) = Disk::open(target, reader, threads, is_draft)?;
         let theirs = Arc::clone(&disk);
@@ -65,6 +66,11 @@ impl Tiles {
     /// Returns the directory of the file as it was opened.
     pub(crate) fn directory(&self) -> &Directory {
         self.disk.reader.directory()
+    }
+
+    /// Returns the metadata of the file as it was opened.
+    pub(crate) fn metadata(&self) -> &Metadata {
+        self.disk.reader.metadata()
     }
 
     /// Returns the length in bytes of the file as it was opened.

@@ -21,7 +21,7 @@ use crate::store::{MAX_TILE_VERTICES, TileId, Vertex, VertexId};
 
 /// Adds vertices to a tile. None of them exists yet.
 pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Result<(), EditError> {
-    let has_z = tiles.directory().metadata.has_z;
+    let has_z = tiles.metadata().has_z;
     // In the order of a curve, so that the walk from each to the next is short.
     let square = MortonSquare::around(Rect::around(new.iter().map(|vertex| vertex.point)));
     new.sort_by_key(|vertex| square.key(vertex.point));
@@ -71,7 +71,7 @@ fn locate(tiles: &Tiles, from: VertexId, to: Point) -> Result<Option<(Pin, HalfE
         return Err(tiles.damaged(from.tile, Contradiction::LoneVertex(from.index)));
     };
     // With constraints, a walk may cycle if it always examines the half-edges in the same order.
-    let mut steps = 4 * tiles.directory().metadata.triangles + 1000;
+    let mut steps = 4 * tiles.metadata().triangles + 1000;
     loop {
         steps = match steps.checked_sub(1) {
             Some(steps) => steps,

@@ -27,7 +27,7 @@ pub(super) async fn write<W: Write + Send + 'static>(
     output: &mut Output<W>,
 ) -> Result<(), ExportError> {
     job.passes(1);
-    let has_triangles = job.reader().directory().metadata.triangles > 0;
+    let has_triangles = job.reader().metadata().triangles > 0;
     let plan = job.reader().plan(needs(&job.numbering))?;
     let numbering = Arc::clone(&job.numbering);
     let tiles = job.reader().pass(job.reader().tile_ids(), plan).map(move |tile| {

@@ -67,8 +67,9 @@ async fn exported(reader: &TileReader, format: Format, holes: bool) -> Result<Ex
 /// Returns the triangles of a file that are not in holes, by the numbers of their vertices.
 async fn free_triangles(reader: &TileReader) -> HashSet<[u64; 3]> {
     let tiles: Vec<_> = reader.tiles().try_collect().await.unwrap();
+    let directory = reader.directory().await.unwrap();
     let first = |tile: u32| -> u64 {
-        let before = &reader.directory().tiles[..tile as usize];
+        let before = &directory.tiles[..tile as usize];
         before.iter().map(|entry| u64::from(entry.vertices)).sum()
     };
     let mut free = HashSet::new();
@@ -88,7 +89,7 @@ async fn triangles_in_holes_are_left_out_unless_requested() {
     for tile_vertices in [100, 65536] {
         let reader = with_holes(tile_vertices, HOLES).await;
         let free = free_triangles(&reader).await;
-        let all = reader.directory().metadata.triangles;
+        let all = reader.metadata().triangles;
         assert_eq!(free.len() as u64, all - HOLES);
         for format in Format::ALL {
             for (holes, triangles) in [(false, all - HOLES), (true, all)] {

@@ -15,7 +15,7 @@ pub(super) async fn write<W: Write + Send + 'static>(
     ele: &mut Output<W>,
 ) -> Result<(), ExportError> {
     job.passes(2);
-    let metadata = &job.reader().directory().metadata;
+    let metadata = job.reader().metadata();
     let (vertices, triangles) = (metadata.vertices, job.numbering.triangles());
     let attributes = u8::from(metadata.has_z);
     node.push(header(job, &format!("{vertices} 2 {attributes} 0"))).await?;

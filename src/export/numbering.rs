@@ -7,17 +7,17 @@
 use super::error::Contradiction;
 use super::options::ExportOptions;
 use crate::geometry::{TriangleId, VertexIndex};
-use crate::store::{Directory, ReadError, Tile, TileId, TileReader, VertexId};
+use crate::store::{PassReader, ReadError, Tile, TileId, VertexId};
 
 /// The number of each tile's first vertex.
 pub(super) struct Numbering {
-    reader: TileReader,
+    reader: PassReader,
     starts: Vec<u64>,
     options: ExportOptions,
 }
 
 impl Numbering {
-    pub(super) fn new(reader: &TileReader, options: ExportOptions) -> Self {
+    pub(super) fn new(reader: PassReader, options: ExportOptions) -> Self {
         let counts = reader.directory().tiles.iter().map(|tile| u64::from(tile.vertices));
         let starts = counts.scan(0, |sum, count| {
             let start = *sum;
@@ -26,17 +26,13 @@ impl Numbering {
         });
         Self {
             starts: starts.collect(),
-            reader: reader.clone(),
+            reader,
             options,
         }
     }
 
-    pub(super) fn reader(&self) -> &TileReader {
+    pub(super) fn reader(&self) -> &PassReader {
         &self.reader
-    }
-
-    fn directory(&self) -> &Directory {
-        self.reader.directory()
     }
 
     /// Returns the number of a tile's first vertex.
@@ -47,7 +43,7 @@ impl Numbering {
     /// Returns the number of a vertex. Fails if the file has no such vertex.
     pub(super) fn number(&self, vertex: VertexId) -> Result<u64, Contradiction> {
         let tile = vertex.tile.0 as usize;
-        match self.directory().tiles.get(tile) {
+        match self.reader.directory().tiles.get(tile) {
             Some(entry) if vertex.index.0 < entry.vertices => Ok(self.starts[tile] + u64::from(vertex.index.0)),
             Some(entry) => Err(Contradiction::NoSuchVertex {
                 vertex,
@@ -67,12 +63,12 @@ impl Numbering {
 
     /// Returns whether there are triangles that are not written because they are in holes.
     pub(super) fn leaves_out_holes(&self) -> bool {
-        !self.options.holes && self.directory().metadata.hole_triangles > 0
+        !self.options.holes && self.reader.metadata().hole_triangles > 0
     }
 
     /// Returns the number of triangles that are written, according to the directory.
     pub(super) fn triangles(&self) -> u64 {
-        let metadata = &self.directory().metadata;
+        let metadata = self.reader.metadata();
         match self.leaves_out_holes() {
             // A directory with more triangles in holes than triangles was refused at open.
             true => metadata.triangles - metadata.hole_triangles,
@@ -87,7 +83,7 @@ impl Numbering {
 
     /// Returns whether the vertices have a z.
     pub(super) fn has_z(&self) -> bool {
-        self.directory().metadata.has_z
+        self.reader.metadata().has_z
     }
 
     /// Returns the z of a vertex of a tile, if the file has z. Fails if the z is not finite, or if

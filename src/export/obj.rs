@@ -17,7 +17,7 @@ pub(super) async fn write<W: Write + Send + 'static>(
     for comment in comments(&job.numbering) {
         put(&mut header, format_args!("# {comment}\n"));
     }
-    let (vertices, triangles) = (job.reader().directory().metadata.vertices, job.numbering.triangles());
+    let (vertices, triangles) = (job.reader().metadata().vertices, job.numbering.triangles());
     put(
         &mut header,
         format_args!("# {vertices} vertices, {triangles} triangles\n"),

@@ -10,7 +10,7 @@ use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
 use super::options::ExportOptions;
 use super::tile_part::{CHUNK_BYTES, CutBy, TilePart};
-use crate::store::{Needs, PassPlan, ReadError, TileId, TileReader, spawn};
+use crate::store::{Needs, PassPlan, PassReader, ReadError, TileId, spawn};
 
 /// The least number of bytes per write, except the last one.
 const BUFFER: usize = 1 << 20;
@@ -96,7 +96,7 @@ pub(super) struct ExportJob<'a> {
 
 impl<'a> ExportJob<'a> {
     pub(super) fn new(
-        reader: &TileReader,
+        reader: PassReader,
         options: ExportOptions,
         progress: &'a mut (dyn FnMut(u64, u64) + Send),
     ) -> Self {
@@ -108,7 +108,7 @@ impl<'a> ExportJob<'a> {
         }
     }
 
-    pub(super) fn reader(&self) -> &TileReader {
+    pub(super) fn reader(&self) -> &PassReader {
         self.numbering.reader()
     }
 
@@ -166,7 +166,7 @@ impl<'a> ExportJob<'a> {
     /// Fails unless the number of constraint edges written is that of the directory, and so of the
     /// header.
     fn check_edges(&self, written: u64) -> Result<(), ExportError> {
-        let expected = self.reader().directory().metadata.constraint_edges;
+        let expected = self.reader().metadata().constraint_edges;
         if written == expected {
             return Ok(());
         }

@@ -36,7 +36,7 @@ pub(super) async fn write<W: Write + Send + 'static>(
     job: &mut ExportJob<'_>,
     output: &mut Output<W>,
 ) -> Result<(), ExportError> {
-    let metadata = job.reader().directory().metadata.clone();
+    let metadata = job.reader().metadata().clone();
     if metadata.vertices > MAX_VERTICES {
         return Err(ExportError::Limit(format!(
             "PLY can number {MAX_VERTICES} vertices, but there are {}; Triangle's format, OBJ and GeoJSON have no \

@@ -46,7 +46,7 @@ pub(super) fn put_vertex(
 pub(super) fn comments(numbering: &Numbering) -> Vec<String> {
     const LONGEST: usize = 200;
     let mut lines = vec![concat!("delaunay-tiles ", env!("CARGO_PKG_VERSION")).to_owned()];
-    if let Some(crs) = &numbering.reader().directory().metadata.crs {
+    if let Some(crs) = &numbering.reader().metadata().crs {
         let crs: String = crs.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
         if crs.len() <= LONGEST {
             lines.push(format!("crs {crs}"));

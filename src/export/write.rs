@@ -52,7 +52,7 @@ pub async fn export<W: Write + Send + 'static>(
         .zip(suffixes)
         .map(|(writer, suffix)| Output::new(writer, suffix))
         .collect();
-    let mut job = ExportJob::new(reader, options, &mut progress);
+    let mut job = ExportJob::new(reader.for_passes().await?, options, &mut progress);
     match (format, outputs.as_mut_slice()) {
         (Format::Ply, [output]) => ply::write(&mut job, output).await?,
         (Format::Node, [node, ele]) => node::write(&mut job, node, ele).await?,
@@ -61,7 +61,7 @@ pub async fn export<W: Write + Send + 'static>(
         _ => unreachable!("the number of outputs was checked"),
     }
     let mut exported = Exported {
-        vertices: reader.directory().metadata.vertices,
+        vertices: reader.metadata().vertices,
         triangles: job.numbering.triangles(),
         bytes: 0,
         outputs: Vec::new(),

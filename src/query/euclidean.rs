@@ -14,7 +14,7 @@ use super::request::{QueryError, QueryOptions, Tiles};
 use crate::collections::keyed::Keyed;
 use crate::geometry::{Point, Rect};
 use crate::query::answer::distance::distance_to_rect;
-use crate::store::{KdNode, Tile, TileId, TileReader, Vertex};
+use crate::store::{Cell, CellContent, Tile, TileId, TileReader, Vertex};
 
 /// A vertex or a site, found by Euclidean distance.
 ///
@@ -38,7 +38,7 @@ type QueueEntry = Keyed<(u64, u8, u64), QueueItem>;
 
 #[derive(Debug)]
 enum QueueItem {
-    Cell(u32, Rect),
+    Cell(Cell),
     Near(Near),
 }
 
@@ -51,14 +51,14 @@ struct EuclideanSearch {
 }
 
 impl EuclideanSearch {
-    fn push_cell(&mut self, node: u32, cell: Rect) {
-        if cell.is_empty() {
+    fn push_cell(&mut self, cell: Cell) {
+        if cell.rect.is_empty() {
             return;
         }
-        let key = (distance_to_rect(self.at, cell).to_bits(), 0, node.into());
+        let key = (distance_to_rect(self.at, cell.rect).to_bits(), 0, cell.node.into());
         self.open.push(Reverse(QueueEntry {
             key,
-            value: QueueItem::Cell(node, cell),
+            value: QueueItem::Cell(cell),
         }));
     }
 
@@ -102,20 +102,13 @@ impl EuclideanSearch {
 
     async fn next(&mut self) -> Result<Option<Near>, QueryError> {
         while let Some(Reverse(QueueEntry { value, key })) = self.open.pop() {
-            let (node, cell) = match value {
+            let cell = match value {
                 QueueItem::Near(near) => return Ok(Some(near)),
-                QueueItem::Cell(node, cell) => (node, cell),
+                QueueItem::Cell(cell) => cell,
             };
-            match self.reader.directory().tree.nodes()[node as usize] {
-                KdNode::X { cut, right } => {
-                    self.push_cell(node + 1, Rect { max_x: cut, ..cell });
-                    self.push_cell(right, Rect { min_x: cut, ..cell });
-                }
-                KdNode::Y { cut, right } => {
-                    self.push_cell(node + 1, Rect { max_y: cut, ..cell });
-                    self.push_cell(right, Rect { min_y: cut, ..cell });
-                }
-                KdNode::Leaf(tile) => {
+            match self.reader.content_of(cell).await? {
+                CellContent::Cut(parts) => parts.into_iter().for_each(|part| self.push_cell(part)),
+                CellContent::Tile(tile) => {
                     let at_least = f64::from_bits(key.0);
                     let tile = self.tile(tile).await.map_err(|error| error.at_least(at_least))?;
                     self.push_tile(&tile);
@@ -170,8 +163,8 @@ impl TileReader {
             wants_sites,
             open: BinaryHeap::new(),
         };
-        if !self.directory().tree.nodes().is_empty() {
-            search.push_cell(0, self.directory().metadata.bounds);
+        if let Some(root) = self.root_cell() {
+            search.push_cell(root);
         }
         let is_point = at.x.is_finite() && at.y.is_finite();
         let search = if is_point {

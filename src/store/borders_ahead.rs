@@ -21,6 +21,7 @@ type Read = Shared<BoxFuture<'static, Result<Bytes, Arc<io::Error>>>>;
 
 /// Reads borders for tiles that are requested in order.
 pub(super) struct BordersAhead {
+    directory: Arc<Directory>,
     source: Arc<dyn ReadAt>,
     /// The last range that was read, and its result.
     last: Option<(Range<u64>, Read)>,
@@ -36,18 +37,19 @@ pub(super) struct BorderAhead {
 impl BordersAhead {
     /// Creates a reader for a pass over `tiles` tiles that may use `memory` bytes, if there is a
     /// limit.
-    pub(super) fn new(directory: &Directory, source: &Arc<dyn ReadAt>, tiles: usize, memory: Option<u64>) -> Self {
+    pub(super) fn new(directory: &Arc<Directory>, source: &Arc<dyn ReadAt>, tiles: usize, memory: Option<u64>) -> Self {
         Self {
+            is_used: tiles == directory.tiles.len() && memory.is_none_or(|memory| memory >= MIN_MEMORY),
+            directory: Arc::clone(directory),
             source: Arc::clone(source),
             last: None,
-            is_used: tiles == directory.tiles.len() && memory.is_none_or(|memory| memory >= MIN_MEMORY),
         }
     }
 
     /// Returns the border of a tile, if it is read with others. The read begins when the first of
     /// them is awaited.
-    pub(super) fn of(&mut self, id: TileId, directory: &Directory) -> Option<BorderAhead> {
-        let tiles = directory.tiles.get(id.0 as usize..).filter(|_| self.is_used)?;
+    pub(super) fn of(&mut self, id: TileId) -> Option<BorderAhead> {
+        let tiles = self.directory.tiles.get(id.0 as usize..).filter(|_| self.is_used)?;
         let wanted = tiles.first()?.border.range();
         let contains = |(range, _): &(Range<u64>, Read)| range.start <= wanted.start && wanted.end <= range.end;
         if !self.last.as_ref().is_some_and(contains) {

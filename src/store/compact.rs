@@ -15,7 +15,7 @@ use futures::stream::{StreamExt, TryStreamExt};
 use crate::io::{OutputFile, ThreadsFile};
 use crate::shown;
 use crate::store::error::ReadError;
-use crate::store::format::directory::{Extent, TileEntry};
+use crate::store::format::directory::{Directory, Extent, TileEntry};
 use crate::store::format::ids::TileId;
 use crate::store::reader::TileReader;
 use crate::store::writer::TileWriter;
@@ -65,9 +65,10 @@ impl TileReader {
         let partial = OutputFile::create(output).map_err(cannot("write it"))?;
         let file = partial.file().try_clone().map_err(cannot("write"))?;
         let mut writer = TileWriter::new(ThreadsFile::from(Arc::new(file)));
-        let mut directory = self.directory().clone();
+        let before = self.directory().await?;
+        let mut directory = Directory::clone(&before);
         // The next extents are read while one is written.
-        let tiles = || self.directory().tiles.iter().zip((0..).map(TileId));
+        let tiles = || before.tiles.iter().zip((0..).map(TileId));
         let mut cores = stream::iter(tiles().map(|(entry, id)| self.extent(id, entry, entry.core))).buffered(AHEAD);
         for entry in &mut directory.tiles {
             let Some(core) = cores.try_next().await? else { break };

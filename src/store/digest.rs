@@ -140,7 +140,8 @@ impl TileReader {
     /// Returns an error if a tile cannot be read, or does not fit into the memory that the reader
     /// may use.
     pub async fn digest(&self) -> Result<Digest, ReadError> {
-        let digests = self.for_each_tile(Needs::default(), |tile| {
+        let passes = self.for_passes().await?;
+        let digests = passes.for_each_tile(Needs::default(), |tile| {
             let mut digest = Digest::default();
             digest.add_tile(&tile);
             digest

@@ -4,6 +4,7 @@
 
 mod borders_ahead;
 mod cache;
+mod cells;
 mod compact;
 mod digest;
 mod error;
@@ -17,6 +18,7 @@ mod writer;
 
 pub use cache::{Cache, CacheStatistics, PinnedTile};
 pub(crate) use cache::{EditCache, EditLease, EditPin, Failure, Weight};
+pub(crate) use cells::{Cell, CellContent};
 pub use compact::CompactError;
 pub use digest::{Digest, DigestSum};
 pub use error::ReadError;
@@ -33,7 +35,7 @@ pub(crate) use format::superblock::BLOCK;
 pub use format::superblock::{FORMAT_VERSION, FileId};
 pub(crate) use format::tile::{Component, HalfEdgeNote, HalfEdgeNotes, NoteKind, VertexNotes};
 pub use format::tile::{Site, Tile, TileEdge, Vertex};
-pub(crate) use pass::{Needs, PassPlan, TileInPass, by_tile, joined, list_for, spawn};
+pub(crate) use pass::{Needs, PassPlan, PassReader, TileInPass, by_tile, joined, list_for, spawn};
 pub use reader::{OpenOptions, TileReader};
 pub use verify::{LineBatch, VerifyError, VerifyReport};
 pub(crate) use writer::TileWriter;

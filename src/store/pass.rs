@@ -12,13 +12,14 @@ use std::thread::available_parallelism;
 
 use futures::future::TryFutureExt;
 use futures::stream;
-use futures::stream::{Stream, StreamExt};
+use futures::stream::{Stream, StreamExt, TryStreamExt};
 use parking_lot::Mutex;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::task::JoinHandle;
 
 use crate::io::{blocking, memory_of};
 use crate::memory::FileShares;
+use crate::store::borders_ahead::BordersAhead;
 use crate::store::error::ReadError;
 use crate::store::format::directory::{Directory, TileEntry};
 use crate::store::format::ids::TileId;
@@ -148,7 +149,7 @@ impl Deref for TileInPass {
 
 /// A reader whose I/O backend is told, when this is dropped, that the pass is over and none follows
 /// for a while.
-struct RestOnDrop(TileReader);
+struct RestOnDrop(PassReader);
 
 impl Drop for RestOnDrop {
     fn drop(&mut self) {
@@ -177,7 +178,67 @@ impl<T: Default> Workspaces<T> {
     }
 }
 
+/// A tile reader with the whole directory, for passes over all tiles.
+#[derive(Clone)]
+pub(crate) struct PassReader {
+    reader: TileReader,
+    directory: Arc<Directory>,
+}
+
+/// What a reader does with single tiles, it does here too.
+impl Deref for PassReader {
+    type Target = TileReader;
+
+    fn deref(&self) -> &TileReader {
+        &self.reader
+    }
+}
+
 impl TileReader {
+    /// Returns a reader for passes over all tiles.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a part of the directory cannot be read or is damaged.
+    pub(crate) async fn for_passes(&self) -> Result<PassReader, ReadError> {
+        Ok(PassReader {
+            reader: self.clone(),
+            directory: self.directory().await?,
+        })
+    }
+
+    /// Returns all tiles in order, read ahead of their consumer. Tiles that are not in the cache
+    /// are not added to it, so that a scan does not evict the tiles that queries use. Must be
+    /// polled within a tokio runtime.
+    ///
+    /// If the reader [may use](crate::store::OpenOptions::memory) less memory than the largest tile
+    /// takes, the stream yields one error and nothing else.
+    pub fn tiles(&self) -> impl Stream<Item = Result<Arc<Tile>, ReadError>> + Send + Unpin + 'static {
+        let reader = self.clone();
+        let tiles = async move {
+            let reader = reader.for_passes().await?;
+            let plan = reader.plan(Needs::default())?;
+            let (ids, reader) = (reader.tile_ids(), RestOnDrop(reader));
+            let mut borders = reader.0.borders_ahead(ids.len());
+            // The consumer holds one of the tiles, and requests the next when it is done with it.
+            let loads = stream::iter(ids).map(move |id| Ok(reader.0.load_ahead(id, borders.of(id))));
+            Ok(loads.try_buffered(plan.tiles))
+        };
+        stream::once(tiles).try_flatten().boxed()
+    }
+}
+
+impl PassReader {
+    /// Returns the directory.
+    pub(crate) fn directory(&self) -> &Directory {
+        &self.directory
+    }
+
+    /// Returns a reader of borders for a pass over `tiles` tiles in order.
+    fn borders_ahead(&self, tiles: usize) -> BordersAhead {
+        BordersAhead::new(&self.directory, self.source(), tiles, self.memory())
+    }
+
     /// Returns the number of tiles and threads of a pass.
     ///
     /// # Errors
@@ -199,29 +260,7 @@ impl TileReader {
         (0..self.directory().tiles.len() as u32).map(TileId).collect()
     }
 
-    /// Returns all tiles in order, read ahead of their consumer. Tiles that are not in the cache
-    /// are not added to it, so that a scan does not evict the tiles that queries use. Must be
-    /// polled within a tokio runtime.
-    ///
-    /// If the reader [may use](crate::store::OpenOptions::memory) less memory than the largest tile
-    /// takes, the stream yields one error and nothing else.
-    pub fn tiles(&self) -> impl Stream<Item = Result<Arc<Tile>, ReadError>> + Send + Unpin + 'static {
-        match self.plan(Needs::default()) {
-            Err(error) => stream::iter([Err(error)]).boxed(),
-            Ok(plan) => {
-                let reader = RestOnDrop(self.clone());
-                let ids = self.tile_ids();
-                let mut borders = self.borders_ahead(ids.len());
-                // The consumer holds one of the tiles, and requests the next when it is done with
-                // it.
-                let loads =
-                    stream::iter(ids).map(move |id| reader.0.load_ahead(id, borders.of(id, reader.0.directory())));
-                loads.buffered(plan.tiles).boxed()
-            }
-        }
-    }
-
-    /// Returns some tiles in the given order, read ahead like [`tiles`](Self::tiles). At most as
+    /// Returns some tiles in the given order, read ahead like [`tiles`](TileReader::tiles). At most as
     /// many tiles as there are slots are in memory at once.
     pub(crate) fn pass(
         &self,
@@ -234,7 +273,7 @@ impl TileReader {
         // one.
         let loads = stream::iter(ids).then(move |id| {
             let (reader, slots) = (reader.0.clone(), Arc::clone(&slots));
-            let border = borders.of(id, reader.directory());
+            let border = borders.of(id);
             async move { (slots.acquire_owned().await, reader.load_ahead(id, border)) }
         });
         let loads = loads.map(|(slot, load)| async move {

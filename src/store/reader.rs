@@ -9,12 +9,13 @@ use futures::future;
 
 use crate::io::{Backend, ReadAt};
 use crate::memory::FileShares;
-use crate::store::borders_ahead::{BorderAhead, BordersAhead};
+use crate::store::borders_ahead::BorderAhead;
 use crate::store::cache::{Cache, PinnedTile, TileKey};
 use crate::store::error::ReadError;
 use crate::store::format::damage::Damage;
 use crate::store::format::directory::{Directory, Extent, TileEntry};
 use crate::store::format::ids::TileId;
+use crate::store::format::metadata::Metadata;
 use crate::store::format::superblock::{FIRST_EXTENT, FileId, InForce, Superblock};
 use crate::store::format::tile::Tile;
 use crate::{io as files, shown};
@@ -74,7 +75,7 @@ struct ReaderInner {
     name: Arc<str>,
     source: Arc<dyn ReadAt>,
     in_force: InForce,
-    directory: Directory,
+    directory: Arc<Directory>,
     cache: Cache,
     memory: Option<u64>,
 }
@@ -189,17 +190,44 @@ impl TileReader {
                 name,
                 source: Arc::new(source),
                 in_force,
-                directory,
+                directory: Arc::new(directory),
                 cache,
                 memory: options.memory,
             }),
         })
     }
 
-    /// Returns the directory.
+    /// Returns the metadata of the whole file.
     #[must_use]
-    pub fn directory(&self) -> &Directory {
-        &self.inner.directory
+    pub fn metadata(&self) -> &Metadata {
+        &self.inner.directory.metadata
+    }
+
+    /// Returns the whole directory: the metadata, the k-d tree and the entry of every tile.
+    ///
+    /// Whoever needs few tiles finds them by [`tile_at`](Self::tile_at) and
+    /// [`entry`](Self::entry).
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a part of the directory cannot be read or is damaged.
+    pub async fn directory(&self) -> Result<Arc<Directory>, ReadError> {
+        Ok(Arc::clone(&self.inner.directory))
+    }
+
+    /// Returns the entry of a tile in the directory.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if there is no such tile, or if a part of the directory cannot be read or
+    /// is damaged.
+    pub async fn entry(&self, id: TileId) -> Result<TileEntry, ReadError> {
+        self.inner.entry(id).await
+    }
+
+    /// Returns the entry of a tile, if it is in memory.
+    pub(crate) fn entry_in_memory(&self, id: TileId) -> Option<&TileEntry> {
+        self.inner.directory.tiles.get(id.0 as usize)
     }
 
     /// Returns the name with which the file was opened.
@@ -256,10 +284,9 @@ impl TileReader {
     ///
     /// Returns an error if there is no such tile, if it cannot be read, or if it is damaged.
     pub async fn tile(&self, id: TileId) -> Result<Arc<Tile>, ReadError> {
-        let entry = *self.entry(id)?;
         let inner = Arc::clone(&self.inner);
         let key = self.inner.key(id);
-        self.inner.cache.get_or_load(key, || inner.load(id, entry)).await
+        self.inner.cache.get_or_load(key, || inner.load(id)).await
     }
 
     /// Returns whether a tile is in the cache.
@@ -267,10 +294,13 @@ impl TileReader {
         self.inner.cache.peek(self.inner.key(id)).is_some()
     }
 
-    /// Returns whether the tile exists, is not in the cache, and fits into it without an eviction.
+    /// Returns whether the tile is not in the cache, and is known to fit into it without an
+    /// eviction.
     pub(crate) fn has_room_for(&self, id: TileId) -> bool {
         let cache = &self.inner.cache;
-        let Ok(entry) = self.entry(id) else { return false };
+        let Some(entry) = self.entry_in_memory(id) else {
+            return false;
+        };
         // With its notes, a tile takes about twice as much memory as in the file.
         let bytes = 2 * (u64::from(entry.core.length) + u64::from(entry.border.length));
         let free = cache.capacity().saturating_sub(cache.statistics().bytes);
@@ -284,10 +314,9 @@ impl TileReader {
     ///
     /// Returns the errors of [`tile`](Self::tile).
     pub async fn pin(&self, id: TileId) -> Result<PinnedTile, ReadError> {
-        let entry = *self.entry(id)?;
         let inner = Arc::clone(&self.inner);
         let key = self.inner.key(id);
-        self.inner.cache.pin_or_load(key, || inner.load(id, entry)).await
+        self.inner.cache.pin_or_load(key, || inner.load(id)).await
     }
 
     /// Starts to load a tile in a task of its own, which continues while the consumer computes. The
@@ -303,10 +332,10 @@ impl TileReader {
             if let Some(tile) = inner.cache.peek(inner.key(id)) {
                 return Ok(tile);
             }
-            let entry = *inner.entry(id)?;
             let Some(border) = border else {
-                return inner.load(id, entry).await;
+                return inner.load(id).await;
             };
+            let entry = inner.entry(id).await?;
             let core = inner.source.read_at(entry.core.range());
             let read = future::try_join(core, border.bytes()).await;
             let (core, border) = read.map_err(|error| inner.unreadable(id, &entry, error))?;
@@ -315,10 +344,9 @@ impl TileReader {
         async move { load.await.unwrap_or_else(|_| Err(ReadError::Cancelled)) }
     }
 
-    /// Returns a reader of borders for a pass over `tiles` tiles in order.
-    pub(super) fn borders_ahead(&self, tiles: usize) -> BordersAhead {
-        let inner = &self.inner;
-        BordersAhead::new(&inner.directory, &inner.source, tiles, inner.memory)
+    /// Returns the file.
+    pub(super) fn source(&self) -> &Arc<dyn ReadAt> {
+        &self.inner.source
     }
 
     /// Tells the I/O backend that a pass over tiles has ended.
@@ -338,10 +366,6 @@ impl TileReader {
             needed,
             allowed: self.inner.memory.unwrap_or(u64::MAX),
         }
-    }
-
-    fn entry(&self, id: TileId) -> Result<&TileEntry, ReadError> {
-        self.inner.entry(id)
     }
 
     /// Reads the core or the border of a tile, without any checks.
@@ -365,9 +389,9 @@ impl ReaderInner {
         }
     }
 
-    fn entry(&self, id: TileId) -> Result<&TileEntry, ReadError> {
+    async fn entry(&self, id: TileId) -> Result<TileEntry, ReadError> {
         let tiles = &self.directory.tiles;
-        tiles.get(id.0 as usize).ok_or_else(|| ReadError::NoSuchTile {
+        tiles.get(id.0 as usize).copied().ok_or_else(|| ReadError::NoSuchTile {
             file: Arc::clone(&self.name),
             tile: id,
             tiles: tiles.len(),
@@ -391,7 +415,8 @@ impl ReaderInner {
         }
     }
 
-    async fn load(self: Arc<Self>, id: TileId, entry: TileEntry) -> Result<Arc<Tile>, ReadError> {
+    async fn load(self: Arc<Self>, id: TileId) -> Result<Arc<Tile>, ReadError> {
+        let entry = self.entry(id).await?;
         let ranges = [entry.core, entry.border].map(Extent::range);
         let read = self.source.read_many(&ranges).await;
         let extents = read.map_err(|error| self.unreadable(id, &entry, error))?;

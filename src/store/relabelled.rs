@@ -106,7 +106,7 @@ pub(crate) async fn relabelled(
         cores.push(writer.append_core(&bytes).await.unwrap());
         borders.push(border.encode(tile.id(), 1, &buffers));
     }
-    let mut directory: Directory = reader.directory().clone();
+    let mut directory = Directory::clone(&*reader.directory().await.unwrap());
     for ((entry, core), border) in directory.tiles.iter_mut().zip(cores).zip(borders) {
         let border = writer.append_border(&border).await.unwrap();
         *entry = TileEntry { core, border, ..*entry };

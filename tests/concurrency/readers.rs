@@ -24,8 +24,9 @@ async fn weight(reader: &TileReader) -> usize {
     tiles.iter().map(|tile| tile.byte_size()).sum()
 }
 
-fn ids(reader: &TileReader) -> impl Iterator<Item = TileId> + use<> {
-    (0..reader.directory().tiles.len() as u32).map(TileId)
+async fn ids(reader: &TileReader) -> impl Iterator<Item = TileId> + use<> {
+    let directory = reader.directory().await.unwrap();
+    (0..directory.tiles.len() as u32).map(TileId)
 }
 
 async fn triangles(reader: &TileReader, rect: Rect) -> Result<Vec<[VertexId; 3]>, ReadError> {
@@ -42,7 +43,7 @@ struct Answers {
 
 impl Answers {
     async fn of(reader: &TileReader) -> Self {
-        let bounds = reader.directory().metadata.bounds;
+        let bounds = reader.metadata().bounds;
         let mut random = Random(7);
         let mut point = || {
             let (width, height) = bounds.size();
@@ -64,7 +65,7 @@ impl Answers {
             let rect = Rect::around([point(), point()]);
             answers.rects.push((rect, triangles(reader, rect).await.unwrap()));
         }
-        for id in ids(reader) {
+        for id in ids(reader).await {
             answers
                 .tiles
                 .push((id, reader.tile(id).await.unwrap().points().collect()));
@@ -255,7 +256,7 @@ fn generations_of_a_file_do_not_share_cached_tiles() {
         }
         assert_eq!(readers[0].file_id(), readers[1].file_id());
         assert_eq!(readers[0].generation() + 1, readers[1].generation());
-        for id in ids(&readers[0]) {
+        for id in ids(&readers[0]).await {
             let [one, other] = [readers[0].tile(id).await.unwrap(), readers[1].tile(id).await.unwrap()];
             assert!(!Arc::ptr_eq(&one, &other));
             assert!(Arc::ptr_eq(&one, &readers[0].tile(id).await.unwrap()));
@@ -273,7 +274,7 @@ fn scans_do_not_evict_hot_tiles() {
         let cache = Cache::new(weight(&scratch.open().await).await / 5);
         let reader = open(&scratch, &cache).await;
         // A tenth of the file.
-        let hot: Vec<TileId> = ids(&reader).step_by(10).collect();
+        let hot: Vec<TileId> = ids(&reader).await.step_by(10).collect();
         for _ in 0..2 {
             for &id in &hot {
                 reader.tile(id).await.unwrap();
@@ -287,7 +288,7 @@ fn scans_do_not_evict_hot_tiles() {
             if scan == 0 {
                 triangles(&reader, Rect::PLANE).await.unwrap();
             } else {
-                for id in ids(&reader).filter(|id| !hot.contains(id)) {
+                for id in ids(&reader).await.filter(|id| !hot.contains(id)) {
                     reader.tile(id).await.unwrap();
                 }
             }

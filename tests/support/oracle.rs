@@ -136,7 +136,7 @@ impl Oracle {
                 );
             }
         }
-        Self::new(points, corners, &walls, !reader.directory().metadata.exterior_is_hole)
+        Self::new(points, corners, &walls, !reader.metadata().exterior_is_hole)
     }
 
     fn new(

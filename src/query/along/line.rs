@@ -119,7 +119,9 @@ impl QueryLine {
         let mut sections = LineSections::default();
         let outside_is_free = tiles.outside_is_free();
         let mut hull = [f64::INFINITY, f64::NEG_INFINITY];
-        let ids: Vec<TileId> = tiles.ids_where(|bounds| segment_meets([self.from, self.to], bounds));
+        let ids: Vec<TileId> = tiles
+            .ids_where(|bounds| segment_meets([self.from, self.to], bounds))
+            .await?;
         for id in ids {
             let tile = tiles.get(id).await?;
             for triangle in tile.owned_triangles() {

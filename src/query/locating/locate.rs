@@ -17,14 +17,13 @@ impl TileReader {
     /// outside.
     pub async fn locate(&self, x: f64, y: f64) -> Result<Location, ReadError> {
         let target = Point::new(representable(x), representable(y));
-        let directory = self.directory();
-        let Some(mut id) = directory.tree.tile_at(target) else {
-            return Ok(Location::Outside);
-        };
-        if !directory.metadata.bounds.contains(target) {
+        if !self.metadata().bounds.contains(target) {
             return Ok(Location::Outside);
         }
-        let mut walk = Locate::new(target, directory.metadata.triangles);
+        let Some(mut id) = self.tile_at(target).await? else {
+            return Ok(Location::Outside);
+        };
+        let mut walk = Locate::new(target, self.metadata().triangles);
         loop {
             let tile = self.tile(id).await?;
             let step = walk.step(&tile);

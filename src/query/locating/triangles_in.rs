@@ -1,12 +1,12 @@
 //! The triangles that intersect a rectangle.
 
 use futures::stream;
-use futures::stream::{Stream, StreamExt};
+use futures::stream::{Stream, StreamExt, TryStreamExt};
 
 use super::location::TriangleRef;
 use crate::geometry::{Orientation, Point, Rect, orient2d};
 use crate::query::request::representable;
-use crate::store::{ReadError, TileId, TileReader};
+use crate::store::{ReadError, TileReader};
 
 /// Triangles in a rectangle.
 impl TileReader {
@@ -21,17 +21,16 @@ impl TileReader {
     ) -> impl Stream<Item = Result<TriangleRef, ReadError>> + Send + Unpin + 'static + use<> {
         let [min_x, min_y, max_x, max_y] = [rect.min_x, rect.min_y, rect.max_x, rect.max_y].map(representable);
         let rect = Rect::new(min_x, min_y, max_x, max_y);
-        let tiles = self.directory().tiles.iter().zip(0..);
-        let ids: Vec<TileId> = tiles
-            .filter(|(entry, _)| entry.bounds.intersects(rect))
-            .map(|(_, id)| TileId(id))
-            .collect();
         let reader = self.clone();
-        stream::iter(ids)
-            .then(move |id| {
+        let tiles = async move {
+            let ids = reader.tiles_where(|bounds| bounds.intersects(rect)).await?;
+            Ok(stream::iter(ids).then(move |id| {
                 let reader = reader.clone();
                 async move { reader.tile(id).await }
-            })
+            }))
+        };
+        stream::once(tiles)
+            .try_flatten()
             .flat_map(move |tile| match tile {
                 Err(error) => stream::iter(vec![Err(error)]),
                 Ok(tile) => {

@@ -137,11 +137,10 @@ fn outside(exit: [VertexId; 2]) -> WalkStep {
 impl Tiles {
     /// Walks to a point.
     pub(crate) async fn walk(&mut self, target: Point) -> Result<Walked, QueryError> {
-        let directory = self.directory();
-        let Some(mut id) = directory.tree.tile_at(target) else {
+        let Some(mut id) = self.tile_at(target).await? else {
             return Ok(Location::Outside.into());
         };
-        let mut walk = Locate::new(target, directory.metadata.triangles);
+        let mut walk = Locate::new(target, self.metadata().triangles);
         loop {
             let tile = self.get(id).await?;
             match self.checked(id, walk.step(&tile))? {

@@ -12,8 +12,8 @@ use super::error::QueryError;
 use super::options::QueryOptions;
 use super::star::half_edge_towards;
 use crate::collections::mix::Mix;
-use crate::geometry::{HalfEdge, Rect};
-use crate::store::{Directory, Metadata, Tile, TileId, TileReader, VertexId};
+use crate::geometry::{HalfEdge, Point, Rect};
+use crate::store::{Metadata, Tile, TileId, TileReader, VertexId};
 
 /// The number of tiles that a query holds, independently of the cache.
 const HELD: usize = 2;
@@ -50,14 +50,14 @@ impl Tiles {
         self.asked.len() as u64
     }
 
-    /// Returns the directory of the file.
-    pub(crate) fn directory(&self) -> &Directory {
-        self.reader.directory()
+    /// Returns the tile whose cell contains `p`, or `None` if the file has no tiles.
+    pub(crate) async fn tile_at(&self, p: Point) -> Result<Option<TileId>, QueryError> {
+        Ok(self.reader.tile_at(p).await?)
     }
 
     /// Returns the metadata of the file.
     pub(crate) fn metadata(&self) -> &Metadata {
-        &self.directory().metadata
+        self.reader.metadata()
     }
 
     /// Returns whether the outside of the hull is free.
@@ -66,10 +66,8 @@ impl Tiles {
     }
 
     /// Returns the tiles whose bounds satisfy `is_wanted`.
-    pub(crate) fn ids_where(&self, is_wanted: impl Fn(Rect) -> bool) -> Vec<TileId> {
-        let tiles = self.directory().tiles.iter().zip(0..);
-        let wanted = tiles.filter(|(entry, _)| is_wanted(entry.bounds));
-        wanted.map(|(_, id)| TileId(id)).collect()
+    pub(crate) async fn ids_where(&self, is_wanted: impl Fn(Rect) -> bool) -> Result<Vec<TileId>, QueryError> {
+        Ok(self.reader.tiles_where(is_wanted).await?)
     }
 
     /// Returns the number of hull edges.
@@ -114,7 +112,7 @@ impl Tiles {
         if !self.asked.get(&id).is_some_and(|&was_here| was_here) || self.is_here(id) {
             return None;
         }
-        let entry = self.directory().tiles.get(id.0 as usize)?;
+        let entry = self.reader.entry_in_memory(id)?;
         let (width, height) = entry.bounds.size();
         Some(width.max(height))
     }

@@ -20,7 +20,7 @@ use crate::geometry::{Point, Rect};
 use crate::query::answer::distance::distance_to_rect;
 use crate::query::answer::{PathOutcome, SiteFound};
 use crate::query::request::{Mode, QueryError, QueryOptions, unfold};
-use crate::store::{Directory, KdNode, TileReader};
+use crate::store::{Cell, CellContent, TileReader};
 
 /// The expected cost of an answer.
 ///
@@ -52,28 +52,19 @@ pub enum Progress<T> {
 }
 
 /// Returns the number of tiles with a cell for which `at_least` is at most `limit`.
-fn tiles_within(directory: &Directory, limit: f64, at_least: impl Fn(Rect) -> f64) -> u64 {
-    let nodes = directory.tree.nodes();
-    let mut open = vec![(0, directory.metadata.bounds)];
+async fn tiles_within(reader: &TileReader, limit: f64, at_least: impl Fn(Rect) -> f64) -> Result<u64, QueryError> {
+    let mut open: Vec<Cell> = reader.root_cell().into_iter().collect();
     let mut tiles = 0;
-    while let Some((node, cell)) = open.pop() {
-        if cell.is_empty() || at_least(cell) > limit {
+    while let Some(cell) = open.pop() {
+        if cell.rect.is_empty() || at_least(cell.rect) > limit {
             continue;
         }
-        match nodes.get(node as usize) {
-            Some(&KdNode::X { cut, right }) => {
-                open.push((node + 1, Rect { max_x: cut, ..cell }));
-                open.push((right, Rect { min_x: cut, ..cell }));
-            }
-            Some(&KdNode::Y { cut, right }) => {
-                open.push((node + 1, Rect { max_y: cut, ..cell }));
-                open.push((right, Rect { min_y: cut, ..cell }));
-            }
-            Some(KdNode::Leaf(_)) => tiles += 1,
-            None => {}
+        match reader.content_of(cell).await? {
+            CellContent::Cut(parts) => open.extend(parts),
+            CellContent::Tile(_) => tiles += 1,
         }
     }
-    tiles
+    Ok(tiles)
 }
 
 /// Returns the expected cost of `tiles` tiles, given that `for_tiles` tiles took the time `took`.
@@ -107,15 +98,10 @@ impl ProgressiveQuery<[Point; 2]> {
                 let began = Instant::now();
                 let options = self.options.clone().mode(Mode::Fast);
                 let (answer, took) = self.reader.path_counted(from, to, options).await?;
-                let directory = self.reader.directory();
-                let around = |limit| {
-                    tiles_within(directory, limit, |cell| {
-                        distance_to_rect(from, cell) + distance_to_rect(to, cell)
-                    })
-                };
+                let detour = |cell| distance_to_rect(from, cell) + distance_to_rect(to, cell);
                 let tiles = match &answer {
-                    PathOutcome::Found(path) => around(path.distance.upper),
-                    PathOutcome::Unreachable => around(f64::INFINITY),
+                    PathOutcome::Found(path) => tiles_within(&self.reader, path.distance.upper, detour).await?,
+                    PathOutcome::Unreachable => tiles_within(&self.reader, f64::INFINITY, detour).await?,
                     PathOutcome::InsideObstacle { .. } => took,
                 };
                 self.stage = Stage::Exact;
@@ -144,7 +130,7 @@ impl ProgressiveQuery<(Point, usize)> {
                 // At least `count` sites are as near as the farthest of these.
                 let farthest = answer.iter().map(|site| site.distance.upper).fold(0.0, f64::max);
                 let limit = if answer.len() < count { f64::INFINITY } else { farthest };
-                let tiles = tiles_within(self.reader.directory(), limit, |cell| distance_to_rect(at, cell));
+                let tiles = tiles_within(&self.reader, limit, |cell| distance_to_rect(at, cell)).await?;
                 self.stage = Stage::Exact;
                 Progress::Fast {
                     answer,

@@ -25,7 +25,7 @@ struct LineInterval {
 impl TileReader {
     /// Checks a file without triangles.
     pub(super) async fn verify_on_line(&self) -> Result<(), VerifyError> {
-        let lines = &self.directory().metadata.lines;
+        let lines = &self.metadata().lines;
         let mut start: Vec<Point> = Vec::with_capacity(2);
         let mut intervals = Vec::new();
         let mut tiles = self.tiles();

@@ -37,7 +37,7 @@ use crate::store::error::ReadError;
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::ids::TileId;
 use crate::store::format::tile::Tile;
-use crate::store::pass::{Needs, PassPlan, Workspaces, by_tile, list_for, spawn};
+use crate::store::pass::{Needs, PassPlan, PassReader, Workspaces, by_tile, list_for, spawn};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
 use crate::store::verify::tile_bits::TileBits;
@@ -138,11 +138,14 @@ impl TileReader {
         &self,
         next: impl FnMut(&mut LineBatch) -> Result<bool, E>,
     ) -> Result<VerifyReport, VerifyError> {
-        let counts = self.count_in_tiles(count).await?;
-        let (plan, at_once) = self.plan_lines(&counts)?;
-        self.verify_in_parts(next, counts, plan, at_once).await
+        let passes = self.for_passes().await?;
+        let counts = passes.count_in_tiles(count).await?;
+        let (plan, at_once) = passes.plan_lines(&counts)?;
+        passes.verify_in_parts(next, counts, plan, at_once).await
     }
+}
 
+impl PassReader {
     /// Returns the plan of a pass, and the number of segments to look up at once.
     fn plan_lines(&self, counts: &[u32]) -> Result<(PassPlan, usize), ReadError> {
         const BYTES: u64 = size_of::<SoughtSegment>() as u64 + TILES_PER_SEGMENT * size_of::<TileSegment>() as u64;

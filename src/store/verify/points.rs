@@ -11,7 +11,7 @@ use crate::store::error::ReadError;
 use crate::store::format::directory::Directory;
 use crate::store::format::ids::TileId;
 use crate::store::format::tile::Tile;
-use crate::store::pass::{Needs, PassPlan, Workspaces, by_tile, list_for, spawn};
+use crate::store::pass::{Needs, PassPlan, PassReader, Workspaces, by_tile, list_for, spawn};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{VerifyError, VerifyReport};
 
@@ -53,6 +53,15 @@ impl TileReader {
     /// first vertex that is no point; if `next` fails; or if the memory does not suffice for the
     /// bits and a tile.
     pub async fn verify_points<E: std::fmt::Display>(
+        &self,
+        next: impl FnMut(&mut PointBatch) -> Result<bool, E>,
+    ) -> Result<VerifyReport, VerifyError> {
+        self.for_passes().await?.verify_points(next).await
+    }
+}
+
+impl PassReader {
+    async fn verify_points<E: std::fmt::Display>(
         &self,
         mut next: impl FnMut(&mut PointBatch) -> Result<bool, E>,
     ) -> Result<VerifyReport, VerifyError> {
@@ -214,7 +223,7 @@ impl SeenVertices {
         vertices.sum::<u64>() / 8
     }
 
-    fn new(reader: &TileReader) -> Self {
+    fn new(reader: &PassReader) -> Self {
         let mut total = 0;
         let first = reader.directory().tiles.iter().map(|tile| {
             total += u64::from(tile.vertices);

@@ -15,7 +15,7 @@ use crate::input::{SiteBatch, SiteId};
 use crate::store::error::ReadError;
 use crate::store::format::tile::Tile;
 use crate::store::format::tile::sites::Site;
-use crate::store::pass::{Needs, PassPlan, Workspaces, by_tile, list_for, spawn};
+use crate::store::pass::{Needs, PassPlan, PassReader, Workspaces, by_tile, list_for, spawn};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{VerifyError, VerifyReport};
 use crate::store::verify::tile_bits::TileBits;
@@ -71,11 +71,14 @@ impl TileReader {
         &self,
         next: impl FnMut(&mut SiteBatch) -> Result<bool, E>,
     ) -> Result<VerifyReport, VerifyError> {
-        let counts = self.count_in_tiles(|tile| Ok(tile.site_count())).await?;
-        let (plan, at_once) = self.plan_sites(&counts)?;
-        self.verify_sites_in_parts(next, counts, plan, at_once).await
+        let passes = self.for_passes().await?;
+        let counts = passes.count_in_tiles(|tile| Ok(tile.site_count())).await?;
+        let (plan, at_once) = passes.plan_sites(&counts)?;
+        passes.verify_sites_in_parts(next, counts, plan, at_once).await
     }
+}
 
+impl PassReader {
     /// Returns the plan of a pass, and the number of sites to look up at once.
     fn plan_sites(&self, counts: &[u32]) -> Result<(PassPlan, usize), ReadError> {
         const BYTES: u64 = size_of::<SoughtSite>() as u64;

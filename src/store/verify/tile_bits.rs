@@ -7,11 +7,10 @@ use futures::stream::StreamExt;
 
 use crate::store::format::ids::TileId;
 use crate::store::format::tile::Tile;
-use crate::store::pass::Needs;
-use crate::store::reader::TileReader;
+use crate::store::pass::{Needs, PassReader};
 use crate::store::verify::error::{Fault, VerifyError};
 
-impl TileReader {
+impl PassReader {
     /// Counts the items in each tile.
     pub(super) async fn count_in_tiles(
         &self,

@@ -12,7 +12,7 @@ use crate::store::error::ReadError;
 use crate::store::format::directory::Directory;
 use crate::store::format::ids::TileId;
 use crate::store::format::tile::Tile;
-use crate::store::pass::{Needs, PassPlan, Workspaces};
+use crate::store::pass::{Needs, PassPlan, PassReader, Workspaces};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
 use crate::store::verify::tile::{Expected, TileReport, VertexPoints};
@@ -27,6 +27,12 @@ impl TileReader {
     /// Returns the first fault, or an error if a tile does not fit into the memory that the reader
     /// may use.
     pub async fn verify(&self, deep: bool) -> Result<VerifyReport, VerifyError> {
+        self.for_passes().await?.verify(deep).await
+    }
+}
+
+impl PassReader {
+    async fn verify(&self, deep: bool) -> Result<VerifyReport, VerifyError> {
         let directory = self.directory();
         let metadata = &directory.metadata;
         let cells = Arc::new(directory.tree.cells());
@@ -138,7 +144,7 @@ impl TileReader {
 
     /// Checks the facts that need all tiles.
     async fn verify_whole(&self, totals: &FileTotals) -> Result<(), VerifyError> {
-        let metadata = &self.directory().metadata;
+        let metadata = self.metadata();
         let mut pairs: Vec<_> = totals
             .shared
             .iter()
@@ -227,7 +233,7 @@ struct FileTotals {
 }
 
 impl FileTotals {
-    fn add(&mut self, reader: &TileReader, report: TileReport) -> Result<(), VerifyError> {
+    fn add(&mut self, reader: &PassReader, report: TileReport) -> Result<(), VerifyError> {
         let directory = reader.directory();
         let entry = &directory.tiles[report.tile.0 as usize];
         let wrong = |reason: String| Err(Fault::new(reason).of(report.tile));

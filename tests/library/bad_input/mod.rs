@@ -38,7 +38,7 @@ fn check(points: &[Point]) {
             let (_scratch, reader) = built(points, options).await;
             check_file(&reader, &vertices).await;
             assert_eq!(reader.digest().await.unwrap(), expected, "tiles of {tile_vertices}");
-            let metadata = &reader.directory().metadata;
+            let metadata = reader.metadata();
             assert_eq!(
                 (metadata.points, metadata.vertices),
                 (points.len() as u64, vertices.len() as u64)

@@ -113,7 +113,7 @@ fn lines_are_split_at_borders_and_nothing_else_changes() {
         // The file stores where lines are split: the subsegments cross no border, and are those of
         // the file.
         let reader = scratch.open().await;
-        let borders = reader.directory().metadata.borders.clone();
+        let borders = reader.metadata().borders.clone();
         let all = LineBatch {
             ends: lines.iter().map(|line| line.2).collect(),
             sources: lines

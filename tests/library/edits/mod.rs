@@ -151,7 +151,7 @@ fn an_open_reader_sees_no_edits_and_a_new_reader_sees_all() {
         assert_eq!(reader.generation(), 4);
         edit(&other, ENOUGH, &walls()).await.unwrap();
         assert_eq!(reader.digest().await.unwrap(), digest(&other).await);
-        let lines = &reader.directory().metadata.lines;
+        let lines = &reader.metadata().lines;
         assert_eq!(lines.iter().map(|lines| lines.first).collect::<Vec<_>>(), [0, 1, 2]);
         reader.verify(true).await.unwrap();
 

@@ -60,7 +60,7 @@ fn bits(numbers: impl IntoIterator<Item = f64>) -> Vec<u64> {
 async fn check(name: &str, reader: &TileReader) {
     let expected = content(reader).await;
     let digest = reader.digest().await.unwrap();
-    let metadata = &reader.directory().metadata;
+    let metadata = reader.metadata();
     for format in Format::ALL {
         let exported = exported(reader, format).await;
         assert_eq!(
@@ -127,7 +127,7 @@ fn exports_with_z_read_back_equal_the_file() {
             let batches = batches(&points, &z);
             build_batches(&scratch.path, &batches, tiles_of(16)).await.unwrap();
             let reader = scratch.open().await;
-            assert!(reader.directory().metadata.has_z);
+            assert!(reader.metadata().has_z);
             check(name, &reader).await;
         }
     });

@@ -51,7 +51,7 @@ impl Task {
     /// Runs the operation. The answer is text, so that answers of all tasks can be compared.
     async fn run(self, reader: &TileReader) -> Result<String, ReadError> {
         Ok(match self {
-            Self::Open => format!("{} {:?}", reader.file_id(), reader.directory().metadata),
+            Self::Open => format!("{} {:?}", reader.file_id(), reader.metadata()),
             Self::Tile => {
                 let tile = reader.tile(TileId(3)).await?;
                 format!(

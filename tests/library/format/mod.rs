@@ -177,7 +177,7 @@ fn constraints_are_readable_from_the_format_page_alone() {
 /// reads.
 async fn compare(file: &File, bytes: Vec<u8>) {
     let reader = open_bytes(bytes).await.unwrap();
-    let (m, d) = (&reader.directory().metadata, &file.directory);
+    let (m, d) = (reader.metadata(), &file.directory);
     assert_eq!(m.constraint_edges, d.constraint_edges);
     let counts = [
         m.regions,
@@ -300,14 +300,15 @@ fn check(bytes: &[u8], points: &[Point], z: &[f64]) -> File {
     let reader = runtime().block_on(open_bytes(bytes.to_vec())).unwrap();
     assert_eq!(reader.file_id().0, file.file_id);
     assert_eq!((reader.generation(), reader.file_length()), (1, bytes.len() as u64));
-    let metadata = &reader.directory().metadata;
+    let metadata = reader.metadata();
     assert_eq!(
         (metadata.points, metadata.duplicates),
         (directory.points, directory.duplicates)
     );
     assert_eq!(metadata.producer, directory.producer);
     assert_eq!(metadata.hull_edges, directory.hull_edges);
-    for (entry, tile) in reader.directory().tiles.iter().zip(&file.tiles) {
+    let directory = runtime().block_on(reader.directory()).unwrap();
+    for (entry, tile) in directory.tiles.iter().zip(&file.tiles) {
         assert_eq!(
             (entry.core.offset, entry.border.offset),
             (tile.core_offset, tile.border_offset)

@@ -286,7 +286,7 @@ async fn use_all(bytes: Vec<u8>, right: &Digest, story: &str) -> Outcome {
                 "{story}"
             );
             let bounds = Rect::around(points.iter().copied());
-            assert_eq!(reader.directory().metadata.bounds, bounds, "{story}");
+            assert_eq!(reader.metadata().bounds, bounds, "{story}");
             assert!(
                 points.iter().all(|p| p.x.to_bits() == p.normalized().x.to_bits()),
                 "{story}"

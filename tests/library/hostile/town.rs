@@ -151,7 +151,7 @@ impl Town {
             if is_proven && is_same {
                 let digest = digest.unwrap();
                 // Vertices may have moved, and other hole points may give other holes.
-                if digest.vertices == right.vertices && reader.directory().metadata.seeds == self.seeds {
+                if digest.vertices == right.vertices && reader.metadata().seeds == self.seeds {
                     assert_eq!(digest, *right, "{story}");
                 }
             }

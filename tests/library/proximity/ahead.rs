@@ -29,7 +29,7 @@ fn a_front_larger_than_the_cache_reads_each_tile_a_few_times() {
         .extend((0..3000).map(|_| Point::new(32.0 * random.unit(), 32.0 * random.unit())));
     runtime().block_on(async {
         let (scratch, reader) = scene.build(60).await;
-        let tiles = reader.directory().tiles.len() as u64;
+        let tiles = reader.directory().await.unwrap().tiles.len() as u64;
         assert!(tiles > 60, "{tiles}");
         let from = Point::new(5.25, 15.25);
         let all = |reader: TileReader| async move {
@@ -62,7 +62,7 @@ fn reading_ahead_gives_the_same_answers_with_few_more_tiles() {
             let poor = open(&scratch, 0).await;
             assert_eq!(nearest(&poor, from, QueryOptions::default()).await, found);
             let limited = open(&scratch, 1 << 24).await;
-            let tiles = roomy.directory().tiles.len() as u64;
+            let tiles = roomy.directory().await.unwrap().tiles.len() as u64;
             assert_eq!(
                 nearest(&limited, from, QueryOptions::default().max_tiles(tiles)).await,
                 found

@@ -239,7 +239,7 @@ fn intervals_of_a_long_line_agree_with_searches_and_stay_valid_under_budgets() {
             }
         }
         let read = reader.cache().statistics().misses;
-        assert!(read <= reader.directory().tiles.len() as u64);
+        assert!(read <= reader.directory().await.unwrap().tiles.len() as u64);
         let mut partial = 0;
         for tiles in 2..read {
             let budget = QueryOptions::default().max_tiles(tiles);

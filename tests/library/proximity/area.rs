@@ -43,7 +43,7 @@ fn a_scene_without_obstacles_is_traversed_a_few_times() {
     runtime().block_on(async {
         for tile_vertices in [500, 1 << 16] {
             let (_scratch, reader) = scene.build(tile_vertices).await;
-            let triangles = reader.directory().metadata.triangles;
+            let triangles = reader.metadata().triangles;
             let pieces = pieces(&reader, Point::new(2.0, 4.0), 50.0).await;
             let times = pieces.len() as f64 / triangles as f64;
             assert!((1.0..3.0).contains(&times), "{times}");

@@ -30,7 +30,7 @@ struct Mesh {
 
 impl Mesh {
     async fn read(reader: &TileReader) -> Self {
-        let outside_is_free = !reader.directory().metadata.exterior_is_hole;
+        let outside_is_free = !reader.metadata().exterior_is_hole;
         let mut numbers: HashMap<[u64; 2], usize> = HashMap::new();
         let (mut points, mut half_edges, mut walls) = (Vec::new(), HashMap::new(), Vec::new());
         let mut tiles = reader.tiles();
@@ -211,7 +211,7 @@ async fn compare_tree(reader: &TileReader, mesh: &Mesh, from: Point) {
 /// triangle of a hole has a seed.
 async fn as_split_scene(reader: &TileReader) -> Scene {
     let mut scene = Scene {
-        exterior_is_hole: reader.directory().metadata.exterior_is_hole,
+        exterior_is_hole: reader.metadata().exterior_is_hole,
         ..Scene::default()
     };
     let mut tiles = reader.tiles();

@@ -305,7 +305,7 @@ fn a_progressive_search_returns_the_fast_answer_and_then_the_exact_one() {
     let scene = Scene::town_with_sites(6, 40, &mut Random(9));
     runtime().block_on(async {
         let (_scratch, reader) = scene.build(30).await;
-        let tiles = reader.directory().tree.tiles();
+        let tiles = reader.directory().await.unwrap().tree.tiles();
         let (from, to) = (Point::new(0.5, 0.25), Point::new(31.5, 20.5));
         let progress = all(reader.shortest_path_progressive(from, to, QueryOptions::default())).await;
         let exact = reader.shortest_path(from, to, QueryOptions::default()).await.unwrap();

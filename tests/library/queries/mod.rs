@@ -357,7 +357,8 @@ fn a_tile_whose_load_died_with_its_runtime_is_loaded_again() {
     let points = points_of(Kind::Uniform, 200, 1);
     let alive = runtime();
     let (_scratch, reader) = alive.block_on(built(&points, options(16)));
-    for id in (0..reader.directory().tiles.len() as u32).map(TileId) {
+    let directory = alive.block_on(reader.directory()).unwrap();
+    for id in (0..directory.tiles.len() as u32).map(TileId) {
         let dying = tokio::runtime::Builder::new_current_thread().build().unwrap();
         assert!(dying.block_on(async { reader.tile(id).now_or_never() }).is_none());
         drop(dying);

@@ -75,7 +75,7 @@ impl BuildInput<'_> {
     pub async fn compare(&self, reader: &TileReader, is_split: bool) -> anyhow::Result<ComparedCounts> {
         self.check_completeness(reader)?;
         let split = match is_split {
-            true => Some(self.split(&reader.directory().metadata)?),
+            true => Some(self.split(reader.metadata())?),
             false => None,
         };
         let (mut segments, mut sites) = (None, None);
@@ -95,7 +95,7 @@ impl BuildInput<'_> {
     /// Fails if the tile file shows that files of points, lines or sites are missing from the
     /// command line.
     fn check_completeness(&self, reader: &TileReader) -> anyhow::Result<()> {
-        let metadata = &reader.directory().metadata;
+        let metadata = reader.metadata();
         if metadata.points > 0 && self.inputs.is_empty() {
             let points = common::counted(metadata.points, "point", "points");
             bail!("the file was also built from {points}; name the files of points with --against");
@@ -133,7 +133,7 @@ impl BuildInput<'_> {
     /// Returns whether the build split lines or corrected polygons. Only a build that splits lines
     /// does so.
     pub fn is_split(&self, reader: &TileReader) -> anyhow::Result<bool> {
-        let metadata = &reader.directory().metadata;
+        let metadata = reader.metadata();
         Ok(!self.is_empty() && (metadata.crossings > 0 || !metadata.borders.is_empty() || self.any_inverted()?))
     }
 
@@ -251,7 +251,7 @@ impl BuildInput<'_> {
         };
         let lines = segments.lines;
         verified.map_err(|error| lines.name_in(error.into()))?;
-        if reader.directory().metadata.seeds != lines.seeds() {
+        if reader.metadata().seeds != lines.seeds() {
             bail!("the hole points of the file are not those of the .poly files");
         }
         Ok(lines.segments())

@@ -161,7 +161,7 @@ async fn check(args: &VerifyArgs, report: &mut VerifyReport) -> anyhow::Result<(
         files: Unchanged::default(),
     };
     let mut reader = args.memory.open(&args.file).await?;
-    input.added = reader.directory().metadata.lines.clone();
+    input.added = reader.metadata().lines.clone();
     let is_split = input.is_split(&reader)?;
     let verified = reader.verify(args.deep).await?;
     report.tiles = verified.tiles;
@@ -176,7 +176,7 @@ async fn check(args: &VerifyArgs, report: &mut VerifyReport) -> anyhow::Result<(
     }
     let mut others = input.byte_size();
     if is_split {
-        input.split_memory = against::split_memory(&reader.directory().metadata, args.memory.bytes());
+        input.split_memory = against::split_memory(reader.metadata(), args.memory.bytes());
         others += input.split_memory;
     }
     if others > 0 {

@@ -65,7 +65,7 @@ impl Scene {
         builder.finish().await.unwrap();
         let reader = TileReader::open(&path, OpenOptions::default()).await.unwrap();
         let mut tiles = Vec::new();
-        for id in 0..reader.directory().tiles.len() as u32 {
+        for id in 0..reader.directory().await.unwrap().tiles.len() as u32 {
             tiles.push(Tile::clone(&*reader.tile(crate::store::TileId(id)).await.unwrap()));
         }
         tiles

@@ -114,7 +114,7 @@ impl Town {
 /// Returns the result of the comparison. Asserts that it does not depend on the parts.
 #[track_caller]
 fn compare(model: &Model, lines: &[Sourced]) -> Result<u64, VerifyError> {
-    let reader = run(model.open());
+    let reader = run(async { model.open().await.for_passes().await.unwrap() });
     let all = [1, 9, 1000].map(|at_once| {
         run(async {
             let mut batches = lines.chunks(4);
@@ -384,7 +384,7 @@ type NamedSites = Vec<(Point, SiteId)>;
 fn compare_sites(model: &Model, sites: &[(Point, SiteId)]) -> Result<u64, String> {
     let all = [1, 2, 100].map(|at_once| {
         run(async {
-            let reader = model.open().await;
+            let reader = model.open().await.for_passes().await.unwrap();
             let mut batches = sites.chunks(3);
             let next = |batch: &mut SiteBatch| -> Result<bool, String> {
                 let Some(chunk) = batches.next() else { return Ok(false) };

@@ -156,7 +156,7 @@ impl Model {
             let tiles: Vec<_> = reader.tiles().try_collect().await.unwrap();
             Self {
                 tiles: tiles.iter().map(|tile| ModelTile::of(tile)).collect(),
-                directory: reader.directory().clone(),
+                directory: Directory::clone(&*reader.directory().await.unwrap()),
             }
         })
     }

@@ -194,7 +194,7 @@ fn peer_point(p: Point) -> glam::Vec2 {
 /// Returns free pairs of points.
 async fn pairs(reader: &TileReader, count: usize) -> Result<Vec<[Point; 2]>> {
     let mut random = Random(1);
-    let bounds = reader.directory().metadata.bounds;
+    let bounds = reader.metadata().bounds;
     let mut points = Vec::new();
     while points.len() < 2 * count {
         // Points that f32 represents exactly, so that both answer the same question.
@@ -347,7 +347,7 @@ fn main() -> Result<()> {
     }
     let (sites, from) = runtime.block_on(async {
         let mut random = Random(7);
-        let bounds = maps.directory().metadata.bounds;
+        let bounds = maps.metadata().bounds;
         let (mut sites, mut from) = (Vec::new(), Vec::new());
         for list in [&mut sites, &mut from] {
             while list.len() < 1000 {

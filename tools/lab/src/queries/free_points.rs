@@ -11,7 +11,7 @@ const TRIES: u64 = 1000;
 
 /// Returns the first `count` random points of a seed, in the file's rectangle, that are free.
 pub async fn draw(reader: &TileReader, count: usize, seed: u64) -> anyhow::Result<Vec<Point>> {
-    let bounds = reader.directory().metadata.bounds;
+    let bounds = reader.metadata().bounds;
     let (width, height) = bounds.size();
     let mut points = Vec::new();
     for [x, y] in distributions::points(Kind::Uniform, TRIES * count as u64, seed) {

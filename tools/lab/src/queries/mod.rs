@@ -71,7 +71,7 @@ pub fn run(args: QueriesArgs) -> anyhow::Result<()> {
     let costs = work::block_on(async {
         let cache = Cache::new(1 << 30);
         let reader = common::open(&file, OpenOptions::default().cache(&cache)).await?;
-        if reader.directory().metadata.sites == 0 {
+        if reader.metadata().sites == 0 {
             bail!("{} has no sites; build it with --sites", args.file.display());
         }
         let points = free_points::draw(&reader, args.queries as usize, args.seed ^ 1).await?;

@@ -43,7 +43,7 @@ pub async fn figures(
 ) -> anyhow::Result<Figures> {
     let scene = Scene::gather(reader).await?;
     if scene.thinned {
-        let vertices = thousands(reader.directory().metadata.vertices);
+        let vertices = thousands(reader.metadata().vertices);
         return Ok(Figures {
             drawn: Vec::new(),
             notes: vec![format!("The file has {vertices} vertices, too many for pictures.")],

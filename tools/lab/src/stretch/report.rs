@@ -52,7 +52,7 @@ pub fn keep(
 
 /// Returns the introduction: the conditions, and the meaning of the terms.
 fn introduction(reader: &TileReader, name: &str, drawn: &Drawn) -> String {
-    let metadata = &reader.directory().metadata;
+    let metadata = reader.metadata();
     format!(
         "# Stretch: {name}\n\n`{}`\n\nThe file has {} vertices, {} triangles, {} of them in obstacles, and {} constraint edges. {} pairs of its vertices were \
          drawn at random; {} more were not connected. *Geodesic* is the length of the shortest path among the obstacles, by the wavefront search; *CDT* that of the shortest path along edges \

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use delaunay_tiles::io::Backend;
-use delaunay_tiles::store::{Cache, OpenOptions, TileId, TileReader};
+use delaunay_tiles::store::{Cache, Directory, OpenOptions, TileId, TileReader};
 use futures::{StreamExt, TryStreamExt, stream};
 
 use super::caches;
@@ -93,7 +93,7 @@ impl Method {
         let reader = self.open(path, true).await?;
         let mut tiles = reader.tiles();
         while tiles.try_next().await?.is_some() {}
-        Ok(clock.measure(tile_bytes(&reader)))
+        Ok(clock.measure(tile_bytes(&*reader.directory().await?)))
     }
 
     /// Reads some tiles, in any order.
@@ -104,7 +104,7 @@ impl Method {
             .map(|&id| reader.tile(id))
             .buffer_unordered(RANDOM_DEPTH);
         while loads.try_next().await?.is_some() {}
-        let entries = &reader.directory().tiles;
+        let entries = &reader.directory().await?.tiles;
         let bytes = |id: &TileId| {
             entries
                 .get(id.0 as usize)
@@ -115,9 +115,9 @@ impl Method {
 }
 
 /// Returns the bytes of all tiles.
-fn tile_bytes(reader: &TileReader) -> u64 {
+fn tile_bytes(directory: &Directory) -> u64 {
     let length = |t: &delaunay_tiles::store::TileEntry| u64::from(t.core.length) + u64::from(t.border.length);
-    reader.directory().tiles.iter().map(length).sum()
+    directory.tiles.iter().map(length).sum()
 }
 
 /// The measurements of a backend.
@@ -163,8 +163,9 @@ pub fn run(args: ReadArgs) -> anyhow::Result<()> {
 async fn measure(args: &ReadArgs) -> anyhow::Result<ReadReport> {
     let path = args.file.as_path();
     let reader = TileReader::open(path, OpenOptions::default().backend(Backend::Threads)).await?;
-    let tiles = reader.directory().tiles.len() as u64;
-    let mean = tile_bytes(&reader) / tiles.max(1);
+    let directory = reader.directory().await?;
+    let tiles = directory.tiles.len() as u64;
+    let mean = tile_bytes(&directory) / tiles.max(1);
     // The order does not matter, but it must be the same for all backends. The step is coprime to
     // most numbers of tiles.
     let random: Vec<_> = (0..RANDOM_TILES.min(tiles))
@@ -172,7 +173,7 @@ async fn measure(args: &ReadArgs) -> anyhow::Result<ReadReport> {
         .collect();
     let offsets: Vec<u64> = random
         .iter()
-        .map(|id| reader.directory().tiles[id.0 as usize].core.offset)
+        .map(|id| directory.tiles[id.0 as usize].core.offset)
         .collect();
     let random_block = mean.next_multiple_of(4096) as usize;
     // If direct I/O is not possible, there is no comparison with the device.

@@ -77,7 +77,7 @@ struct InspectReport<'a> {
 
 /// Shows the contents of a tile file.
 pub fn run(args: InspectArgs) -> anyhow::Result<()> {
-    let (reader, tile, regions, plotted) = common::block_on(async {
+    let (reader, directory, tile, regions, plotted) = common::block_on(async {
         let reader = args.memory.open(&args.file).await?;
         let tile = match args.tile {
             Some(id) => Some(reader.tile(TileId(id)).await?),
@@ -91,13 +91,13 @@ pub fn run(args: InspectArgs) -> anyhow::Result<()> {
             Some(file) => Some(plot::draw(&reader, file).await?),
             None => None,
         };
-        Ok((reader, tile, regions, plotted))
+        let directory = reader.directory().await?;
+        Ok((reader, directory, tile, regions, plotted))
     })?;
-    let directory = reader.directory();
-    let summary = Summary::new(&reader);
-    let tile = tile.map(|tile| WholeTile::new(&reader, &tile));
+    let summary = Summary::new(&reader, &directory);
+    let tile = tile.map(|tile| WholeTile::new(&directory, &tile));
     if args.json {
-        let rows = || TileRow::all(directory).collect();
+        let rows = || TileRow::all(&directory).collect();
         return common::print_json(&InspectReport {
             summary: &summary,
             tiles: args.tiles.then(rows),
@@ -109,7 +109,7 @@ pub fn run(args: InspectArgs) -> anyhow::Result<()> {
     let coordinates = Coordinates::within(directory.metadata.bounds);
     let mut texts = Vec::new();
     if args.tiles {
-        texts.push(tiles::table(directory, coordinates));
+        texts.push(tiles::table(&directory, coordinates));
     }
     if let Some(tile) = &tile {
         texts.push(tile.report());

@@ -115,7 +115,7 @@ impl Ranking {
 
 /// Collects the regions of a file. A file without regions gives none.
 pub async fn gather(reader: &TileReader, all: bool) -> anyhow::Result<Regions> {
-    let metadata = &reader.directory().metadata;
+    let metadata = reader.metadata();
     let mut ranking = Ranking::new(if all { usize::MAX } else { SHOWN });
     if metadata.regions == 0 {
         return Ok(ranking.finish());

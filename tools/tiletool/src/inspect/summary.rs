@@ -157,8 +157,8 @@ impl PartSizes {
 
 impl Summary {
     /// Creates the summary from the directory, without reading from the file.
-    pub fn new(reader: &TileReader) -> Self {
-        let directory @ Directory { metadata: m, tiles, .. } = reader.directory();
+    pub fn new(reader: &TileReader, directory: &Directory) -> Self {
+        let Directory { metadata: m, tiles, .. } = directory;
         let file_bytes = reader.file_length();
         let sources = m.sources.iter().map(|source| InputFile {
             name: source.name.clone(),

@@ -2,7 +2,7 @@
 
 use delaunay_tiles::geometry::{HalfEdge, TriangleId};
 use delaunay_tiles::mesh::Twin;
-use delaunay_tiles::store::{Tile, TileReader};
+use delaunay_tiles::store::{Directory, Tile};
 use serde::Serialize;
 
 use super::numbers::Table;
@@ -59,8 +59,7 @@ enum Neighbour {
 
 impl WholeTile {
     /// Lists the content of a tile.
-    pub fn new(reader: &TileReader, tile: &Tile) -> Self {
-        let directory = reader.directory();
+    pub fn new(directory: &Directory, tile: &Tile) -> Self {
         let (id, number) = (tile.id().0, tile.id().0 as usize);
         let finite = |v: f64| v.is_finite().then_some(v);
         let cell = directory.tree.cells()[number];

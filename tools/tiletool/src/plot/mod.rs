@@ -97,11 +97,11 @@ impl Plotted {
 
 /// Draws a map of a tile file.
 pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotted> {
-    let directory = reader.directory();
+    let directory = reader.directory().await?;
     let scene = Scene::gather(reader).await?;
     let page = Page::new(scene.bounds)?;
     let name = file_name(Path::new(reader.name()));
-    let bytes = save(file, map::draw(&name, directory, &scene, &page))?;
+    let bytes = save(file, map::draw(&name, &directory, &scene, &page))?;
     Ok(Plotted {
         file: file.path.display().to_string(),
         bytes,
@@ -121,7 +121,7 @@ pub fn encode(name: &Path, svg: String) -> anyhow::Result<Vec<u8>> {
 
 /// Draws the answer to a query.
 pub async fn draw_query(reader: &TileReader, file: &PlotFile, overlay: &Overlay) -> anyhow::Result<()> {
-    let page = Page::new(overlay.window(reader.directory().metadata.bounds))?;
+    let page = Page::new(overlay.window(reader.metadata().bounds))?;
     let name = file_name(Path::new(reader.name()));
     save(file, query::draw(reader, &name, overlay, &page).await?)?;
     Ok(())

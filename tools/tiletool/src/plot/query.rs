@@ -89,7 +89,7 @@ struct BaseMap {
 
 impl BaseMap {
     async fn gather(reader: &TileReader, page: &Page) -> anyhow::Result<Self> {
-        let directory = reader.directory();
+        let directory = reader.directory().await?;
         let mut this = Self {
             exterior_is_hole: directory.metadata.exterior_is_hole,
             ..Self::default()

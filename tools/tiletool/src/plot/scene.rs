@@ -1,11 +1,12 @@
 //! The points and edges to draw: all of a small file, or a sample of a large one.
 
 use std::collections::BinaryHeap;
+use std::sync::Arc;
 
 use anyhow::ensure;
 use delaunay_tiles::geometry::{HalfEdge, Point, Rect, TriangleId};
 use delaunay_tiles::mesh::{EngineKind, Triangulation};
-use delaunay_tiles::store::{Tile, TileEdge, TileReader, Vertex};
+use delaunay_tiles::store::{Directory, Tile, TileEdge, TileReader, Vertex};
 use distributions::mix;
 use futures::TryStreamExt;
 
@@ -43,7 +44,7 @@ pub struct Scene {
 impl Scene {
     /// Reads the tiles one by one, and keeps a bounded part of them.
     pub async fn gather(reader: &TileReader) -> anyhow::Result<Self> {
-        let m = &reader.directory().metadata;
+        let m = reader.metadata();
         if m.triangles <= MAX_WHOLE && m.vertices <= MAX_WHOLE {
             Self::whole(reader).await
         } else {
@@ -56,7 +57,7 @@ impl Scene {
     fn empty(reader: &TileReader) -> Self {
         Self {
             points: Vec::new(),
-            bounds: reader.directory().metadata.bounds,
+            bounds: reader.metadata().bounds,
             edges: Vec::new(),
             constraints: Vec::new(),
             walls: Vec::new(),
@@ -70,8 +71,8 @@ impl Scene {
     }
 
     async fn whole(reader: &TileReader) -> anyhow::Result<Self> {
-        let (mut scene, numbers) = (Self::empty(reader), VertexNumbers::new(reader));
-        let limit = reader.directory().metadata.triangles as usize;
+        let (mut scene, numbers) = (Self::empty(reader), VertexNumbers::new(reader).await?);
+        let limit = reader.metadata().triangles as usize;
         let mut triangles = Vec::new();
         let mut tiles = reader.tiles();
         while let Some(tile) = tiles.try_next().await? {
@@ -181,19 +182,25 @@ impl Scene {
 /// The numbers of all vertices, in the order of the tiles.
 struct VertexNumbers<'a> {
     reader: &'a TileReader,
+    directory: Arc<Directory>,
     /// The number of the first vertex of each tile.
     first_of: Vec<u32>,
 }
 
 impl<'a> VertexNumbers<'a> {
-    fn new(reader: &'a TileReader) -> Self {
-        let first_of = reader.directory().tiles.iter().scan(0, |next, entry| {
+    async fn new(reader: &'a TileReader) -> anyhow::Result<Self> {
+        let directory = reader.directory().await?;
+        let first_of = directory.tiles.iter().scan(0, |next, entry| {
             let first = *next;
             *next += entry.vertices;
             Some(first)
         });
         let first_of = first_of.collect();
-        Self { reader, first_of }
+        Ok(Self {
+            reader,
+            directory,
+            first_of,
+        })
     }
 
     /// Returns the numbers of vertices that a tile refers to.
@@ -203,7 +210,7 @@ impl<'a> VertexNumbers<'a> {
     fn of<const N: usize>(&self, tile: &Tile, vertices: [Vertex; N]) -> anyhow::Result<[u32; N]> {
         let mut numbers = [0; N];
         for (number, Vertex { id, .. }) in numbers.iter_mut().zip(vertices) {
-            let entry = self.reader.directory().tiles.get(id.tile.0 as usize);
+            let entry = self.directory.tiles.get(id.tile.0 as usize);
             ensure!(
                 entry.is_some_and(|entry| id.index.0 < entry.vertices),
                 "{}: tile {} refers to vertex {id}, which does not exist",

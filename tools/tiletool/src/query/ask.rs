@@ -86,7 +86,7 @@ impl Ask {
                 (status, QueryResult::Location(location))
             }
             Self::Nearest { k, vertices } => {
-                let of_sites = !vertices && reader.directory().metadata.sites > 0;
+                let of_sites = !vertices && reader.metadata().sites > 0;
                 let (status, near) = if of_sites {
                     first(reader.sites_by_euclidean_distance(at, options), k as usize).await?
                 } else {
