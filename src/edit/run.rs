@@ -84,12 +84,12 @@ fn edit_here(
     let file_bytes = tiles.publish(|directory| enter(directory, work, totals))?;
     Ok(EditSummary {
         segments,
-        vertices,
-        edges: inserted.edges,
+        added_vertices: vertices,
+        inserted_edges: inserted.edges,
         constraint_edges,
-        tiles: tiles_written as u64,
+        tiles_written: tiles_written as u64,
         tile_reads,
-        triangles_looked_at: inserted.examined,
+        triangles_visited: inserted.examined,
         regions,
         hole_regions,
         hole_triangles: totals.hole_triangles,

@@ -7,17 +7,17 @@ pub struct EditSummary {
     /// Number of segments of the input.
     pub segments: u64,
     /// Number of vertices that were added at their ends.
-    pub vertices: u64,
+    pub added_vertices: u64,
     /// Number of edges along the segments, including those that were constraints before.
-    pub edges: u64,
+    pub inserted_edges: u64,
     /// Number of constraint edges of the file.
     pub constraint_edges: u64,
     /// Number of tiles that were written again.
-    pub tiles: u64,
+    pub tiles_written: u64,
     /// Number of tiles that were read for the lines. A tile counts each time that it is read.
     pub tile_reads: u64,
-    /// Number of triangles that were examined to follow the lines.
-    pub triangles_looked_at: u64,
+    /// Number of triangles that were visited to follow the lines.
+    pub triangles_visited: u64,
     /// Number of regions.
     pub regions: u64,
     /// Number of regions that are holes.

@@ -37,7 +37,7 @@ pub use memory::MemoryFile;
 #[cfg(feature = "object-store")]
 pub use object::ObjectFile;
 pub use output_file::{OutputFile, output_target};
-pub(crate) use output_file::{folder_of, is_named};
+pub(crate) use output_file::{folder_of, is_named, new_output};
 pub(crate) use pool::blocking;
 pub use regular::open_regular;
 pub(crate) use start::start_scoped;

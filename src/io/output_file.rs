@@ -14,6 +14,7 @@ use std::{fs, io};
 use rustix::fs::OFlags;
 
 use crate::io::regular::require_regular;
+use crate::shown;
 
 /// The limit on the symbolic links that are followed; the same as in Linux.
 const MOST_LINKS: usize = 40;
@@ -45,6 +46,23 @@ pub fn output_target(path: &Path) -> io::Result<PathBuf> {
     Err(rustix::io::Errno::LOOP.into())
 }
 
+/// Returns the file that a new output with this name is written to, as [`output_target`] does.
+///
+/// # Errors
+/// Fails as [`output_target`] does, and if the folder of the file does not exist.
+pub(crate) fn new_output(path: &Path) -> io::Result<PathBuf> {
+    let target = output_target(path)?;
+    let folder = folder_of(&target);
+    match fs::metadata(folder) {
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            let message = format!("the folder {} does not exist; create it first", shown::path(folder));
+            Err(io::Error::new(ErrorKind::NotFound, message))
+        }
+        // Any other error appears when the file is created.
+        _ => Ok(target),
+    }
+}
+
 /// Returns the folder of a file.
 pub(crate) fn folder_of(file: &Path) -> &Path {
     let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty());
@@ -72,10 +90,11 @@ impl OutputFile {
     /// with this name.
     ///
     /// # Errors
-    /// Fails as [`output_target`] does, with [`ErrorKind::ResourceBusy`] if another process is
-    /// writing the same output, and with the errors of the operating system.
+    /// Fails as [`output_target`] does, with [`ErrorKind::NotFound`] if the folder does not exist,
+    /// with [`ErrorKind::ResourceBusy`] if another process is writing the same output, and with the
+    /// errors of the operating system.
     pub fn create(path: &Path) -> io::Result<Self> {
-        let target = output_target(path)?;
+        let target = new_output(path)?;
         let mut name = OsString::from(".");
         name.push(target.file_name().unwrap_or_default());
         name.push(".partial");

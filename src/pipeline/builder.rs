@@ -11,7 +11,7 @@ use crate::constraints::segments::spool::SegmentSpool;
 use crate::constraints::split_lines::SplitLines;
 use crate::geometry::Point;
 use crate::input::{PointBatch, SegmentBatch, SiteBatch};
-use crate::io::output_target;
+use crate::io::new_output;
 use crate::pipeline::assembly::Assembly;
 use crate::pipeline::context::{BuildContext, Given};
 use crate::pipeline::disk::{DiskLoad, check_disk};
@@ -53,11 +53,12 @@ impl Builder {
     ///
     /// # Errors
     /// Returns an error if an option is out of range, the output exists and is not to be replaced,
-    /// its folder cannot be written, or the build to be resumed had other inputs or options.
+    /// its folder does not exist or cannot be written, an interrupted build of this output could be
+    /// resumed and is not to be discarded, or the build to be resumed had other inputs or options.
     pub fn new(output: impl AsRef<Path>, options: BuildOptions) -> Result<Self, BuildError> {
         options.check()?;
         let output = output.as_ref();
-        let target = output_target(output);
+        let target = new_output(output);
         let output = target.map_err(|error| BuildError::io(output, "write a file under this name", error))?;
         let tmp = options.work_folder.as_deref();
         let folder = WorkFolder::create(&output, tmp, options.force, options.resume)?;

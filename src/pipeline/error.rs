@@ -36,6 +36,18 @@ pub enum BuildError {
     /// A file or folder that is not a build's has the work folder's name.
     #[error("{path} exists and is not a work folder of a build; move it away", path = shown::path(.0))]
     NotOurs(PathBuf),
+    /// The work of an interrupted build of this output could be resumed, and was not to be
+    /// discarded.
+    #[error(
+        "{path} holds the work of an interrupted build, {mib} MiB; resume that build, or force its replacement",
+        path = shown::path(path), mib = bytes.div_ceil(1 << 20)
+    )]
+    WorkKept {
+        /// The work folder.
+        path: PathBuf,
+        /// Bytes of its files, and of those that were spilled elsewhere.
+        bytes: u64,
+    },
     /// An option is out of range.
     #[error("{option} must be from {min} to {max}, not {found}")]
     Option {
@@ -174,8 +186,8 @@ pub enum BuildError {
     },
     /// The work of an interrupted build belongs to other inputs or options.
     #[error(
-        "{path} holds the work of a build with other inputs or options, and cannot be resumed with these ({what}); build \
-         without resuming to start again",
+        "{path} holds the work of a build with other inputs or options, and cannot be resumed with these ({what}); repeat \
+         that build, or start again without resuming and force its replacement",
         path = shown::path(path)
     )]
     OtherBuild {

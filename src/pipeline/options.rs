@@ -49,7 +49,7 @@ pub struct BuildOptions {
     /// Whether regions that reach the hull without passing a constraint are holes, as the outside
     /// of a PSLG is for Triangle.
     pub exterior_is_hole: bool,
-    /// Whether an existing output is replaced.
+    /// Whether an existing output is replaced, and work of an interrupted build discarded.
     pub force: bool,
     /// The folder that work is spilled to. Default: the folder beside the output in which the file
     /// is completed.

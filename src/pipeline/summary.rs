@@ -21,8 +21,8 @@ pub struct BuildSummary {
     pub border_triangles: u64,
     /// Number of edges with a triangle on one side only.
     pub hull_edges: u64,
-    /// Number of vertices that are no input points, but ends of segments or sites.
-    pub ends: u64,
+    /// Number of vertices that are no input points, but ends of segments, split points or sites.
+    pub added_vertices: u64,
     /// Number of edges that are constraints.
     pub constraint_edges: u64,
     /// Number of pairs of segments that crossed and were split.
@@ -32,6 +32,9 @@ pub struct BuildSummary {
     pub split_points: u64,
     /// Number of sites.
     pub sites: u64,
+    /// Number of sites in holes, which no path can reach. Sites on the boundaries of holes are not
+    /// among them.
+    pub sites_in_holes: u64,
     /// Number of regions: parts of the triangulation that no constraint passes through. 0 if there
     /// are no constraints.
     pub regions: u64,
@@ -41,7 +44,7 @@ pub struct BuildSummary {
     pub hole_triangles: u64,
     /// Number of parts of obstacles whose rings have the wrong orientation. Such parts are covered
     /// if crossings are split; otherwise they are an error.
-    pub inverted_regions: u64,
+    pub inverted_parts: u64,
     /// The first of these parts: the smallest corner of the first obstacle that has any.
     pub first_inverted: Option<Inverted>,
     /// Number of triangles that were final in their tile but passed up, because a segment that

@@ -50,7 +50,8 @@ pub(crate) struct WorkFolder {
 
 impl WorkFolder {
     /// Creates the folder, or takes over the one of a build that died. Removes its content unless
-    /// `resume` is set.
+    /// `resume` is set. Work that could be resumed is removed only with `force`: it may have taken
+    /// hours.
     ///
     /// Does not touch a folder that contains anything but the files of a build.
     pub(crate) fn create(output: &Path, tmp: Option<&Path>, force: bool, resume: bool) -> Result<Self, BuildError> {
@@ -80,6 +81,9 @@ impl WorkFolder {
                 published: AtomicBool::new(false),
                 _lock: lock,
             };
+            if !resume && !force && this.can_be_resumed() {
+                return Err(this.kept());
+            }
             if !resume {
                 this.forget_spill();
             }
@@ -112,6 +116,22 @@ impl WorkFolder {
                 _ => Err(BuildError::NotOurs(self.spill.clone())),
             },
             made => made.map_err(|error| BuildError::io(&self.spill, "make the folder to spill to", error)),
+        }
+    }
+
+    /// Returns whether the folder holds the work of an interrupted build that could be resumed.
+    fn can_be_resumed(&self) -> bool {
+        self.plan().exists() && !self.was_published()
+    }
+
+    /// Returns the error about work that is kept.
+    fn kept(&self) -> BuildError {
+        let noted = fs::read(self.path.join(SPILL)).map(|path| PathBuf::from(OsString::from_vec(path)));
+        let folders = [Some(self.path.clone()), noted.ok()];
+        let entries = folders.into_iter().flatten().flat_map(fs::read_dir).flatten().flatten();
+        BuildError::WorkKept {
+            path: self.path.clone(),
+            bytes: entries.filter_map(|entry| Some(entry.metadata().ok()?.len())).sum(),
         }
     }
 

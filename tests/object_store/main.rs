@@ -153,9 +153,23 @@ fn an_endless_error_takes_no_memory_and_control_characters_are_escaped() {
 }
 
 #[test]
+fn the_web_page_of_an_error_is_not_printed() {
+    for first in [0, 3] {
+        let server = Server::start(town(), Fault::Lies(Lie::Page, first, usize::MAX));
+        let error = whole(&digest(&server).unwrap_err());
+        assert!(
+            error.contains("503 Service Unavailable; the server sent a web page") && error.contains("try again later"),
+            "{error}"
+        );
+        assert!(!error.contains('<') && !error.contains("Busy"), "{error}");
+    }
+}
+
+#[test]
 fn errors_name_what_is_wrong_with_a_server() {
     fails(Fault::NoRanges, "does not answer by byte range");
     fails(Fault::Missing, "there is no such object");
+    fails(Fault::Missing, "; check the address");
     for lie in [Lie::Loop, Lie::LongWay, Lie::Nowhere] {
         fails(Fault::Lies(lie, 0, usize::MAX), "the request failed");
     }

@@ -84,11 +84,13 @@ pub enum Lie {
     NotModified,
     /// An error with commands for a terminal.
     Commands,
+    /// An error with a web page for people.
+    Page,
 }
 
 impl Lie {
     /// All lies.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::Whole,
         Self::OtherRange,
         Self::OtherBytes,
@@ -110,6 +112,7 @@ impl Lie {
         Self::Garbage,
         Self::NotModified,
         Self::Commands,
+        Self::Page,
     ];
 }
 
@@ -377,6 +380,11 @@ impl Shared {
                 "Content-Length: 24\r\n",
                 b"\x1b]0;owned\x07\x1b[2Jerror: \n",
             ),
+            Lie::Page => {
+                let page = b"\n<!DOCTYPE html>\n<html><head><title>Busy</title></head><body>Come back</body></html>\n";
+                let length = format!("Content-Length: {}\r\n", page.len());
+                send("503 Service Unavailable", &length, page)
+            }
         }
     }
 }

@@ -272,19 +272,46 @@ fn changed(name: &str) -> io::Error {
 
 /// Returns a store's error with the object's name.
 fn explained(name: &str, error: Error) -> io::Error {
-    let (kind, what) = match &error {
+    let (kind, what, advice) = match &error {
         Error::Precondition { .. } => return changed(name),
-        Error::NotFound { .. } => (io::ErrorKind::NotFound, "there is no such object"),
-        Error::NotSupported { .. } => (io::ErrorKind::Unsupported, "the server does not answer by byte range"),
-        Error::PermissionDenied { .. } | Error::Unauthenticated { .. } => {
-            (io::ErrorKind::PermissionDenied, "the server refuses")
-        }
-        _ => (io::ErrorKind::Other, "the request failed"),
+        Error::NotFound { .. } => (
+            io::ErrorKind::NotFound,
+            "there is no such object",
+            "; check the address",
+        ),
+        Error::NotSupported { .. } => (
+            io::ErrorKind::Unsupported,
+            "the server does not answer by byte range",
+            "",
+        ),
+        Error::PermissionDenied { .. } | Error::Unauthenticated { .. } => (
+            io::ErrorKind::PermissionDenied,
+            "the server refuses",
+            "; check the address and the credentials",
+        ),
+        _ => (io::ErrorKind::Other, "the request failed", ""),
     };
-    io::Error::new(
-        kind,
-        format!("{name}: {what}: {}", shown::beginning(&whole(&error), LONGEST_ANSWER)),
-    )
+    let text = whole(&error);
+    let (text, advice) = match before_page(&text) {
+        None => (shown::beginning(&text, LONGEST_ANSWER), advice),
+        Some(before) => (
+            shown::beginning(before, LONGEST_ANSWER),
+            match advice {
+                "" => "; the server sent a web page, which a browser shows; try again later",
+                advice => advice,
+            },
+        ),
+    };
+    io::Error::new(kind, format!("{name}: {what}: {text}{advice}"))
+}
+
+/// Returns the text before a web page, if the text of an error ends with one. A page is for
+/// browsers, and hides the status that precedes it.
+fn before_page(text: &str) -> Option<&str> {
+    let lower = text.to_ascii_lowercase();
+    let is_page = lower.contains("<!doctype html") || lower.contains("<html");
+    let (before, _) = text.split_once('<').filter(|_| is_page)?;
+    Some(before.trim_end_matches([':', ' ', '\r', '\n']))
 }
 
 /// Returns the text of an error and of its sources, each text once.

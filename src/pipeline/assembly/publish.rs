@@ -2,6 +2,7 @@
 //! summarises. If segments were deferred, only the last version of the file is synced.
 
 use std::fs::File;
+use std::mem::take;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -17,10 +18,12 @@ use crate::pipeline::assembly::run::RunResult;
 pub(crate) use crate::pipeline::conquer::conquest::ConquestState;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::finish::borders::RegionTotals;
+use crate::pipeline::finish::enclosed_sites::sites_in_holes;
 use crate::pipeline::records::{GENERATION, TileState};
 use crate::pipeline::summary::{BuildSummary, LevelSummary, Waits, phases};
 use crate::store::{
-    CompactError, Directory, Extent, KdTree, Metadata, OpenOptions, TileEntry, TileReader, hull_edges, this_program,
+    CompactError, Directory, Extent, KdTree, Metadata, OpenOptions, ReadError, TileEntry, TileReader, hull_edges,
+    this_program,
 };
 
 /// Deferred segments: the file is compacted if more than 1/`UNUSED_SHARE` of it was rewritten to
@@ -34,6 +37,7 @@ pub(crate) struct Published {
     file_bytes: u64,
     border_triangles: u64,
     deferred: u64,
+    sites_in_holes: u64,
     state: ConquestState,
     waits: Waits,
     blocks: u64,
@@ -59,7 +63,7 @@ impl Assembly {
             stop,
             ..
         } = work;
-        let state = std::mem::take(&mut *conquest.state.lock());
+        let mut state = take(&mut *conquest.state.lock());
         let trees: Vec<KdTree> = state.blocks.iter().map(|block| block.tree.clone()).collect();
         let ends = state.blocks.iter().map(|block| block.ends).sum();
         let (cores, borders) = output.extents();
@@ -88,6 +92,7 @@ impl Assembly {
             metadata.hole_regions = edited.hole_regions;
             metadata.hole_triangles = edited.hole_triangles;
         }
+        let sites_in_holes = self.sites_in_holes(&path, &metadata, &mut state).await?;
         self.give_name()?;
         let [written, rewritten, reread] = spilled;
         Ok(Published {
@@ -96,6 +101,7 @@ impl Assembly {
             file_bytes,
             border_triangles,
             deferred: deferred_count,
+            sites_in_holes,
             state,
             waits,
             blocks: blocks.len() as u64,
@@ -130,15 +136,16 @@ impl Assembly {
             triangles: metadata.triangles,
             border_triangles: written.border_triangles,
             hull_edges: metadata.hull_edges,
-            ends: metadata.ends,
+            added_vertices: metadata.ends,
             constraint_edges: metadata.constraint_edges,
             crossings: metadata.crossings,
             split_points: self.given.split_points,
             sites: metadata.sites,
+            sites_in_holes: written.sites_in_holes,
             regions: metadata.regions,
             hole_regions: metadata.hole_regions,
             hole_triangles: metadata.hole_triangles,
-            inverted_regions: self.given.repair.parts,
+            inverted_parts: self.given.repair.parts,
             first_inverted: self.given.repair.inverted.map(|inverted| inverted.first),
             held_triangles: state.blocks.iter().map(|block| block.held_triangles).sum(),
             deferred_segments: written.deferred,
@@ -175,12 +182,7 @@ impl Assembly {
         };
         let mut edited = edit(Target::lock(path)?, work, self.memory.total(), is_cancelled).await?;
         if edited.bytes_appended > edited.file_bytes / UNUSED_SHARE {
-            // The file is in the page cache, which a ring may bypass.
-            let options = OpenOptions::default()
-                .memory(self.memory.rest())
-                .backend(Backend::Threads);
-            let reader = TileReader::open(path, options).await;
-            let reader = reader.map_err(EditError::Read)?;
+            let reader = self.read_back(path).await.map_err(EditError::Read)?;
             let compacted = reader.compact(path).await;
             edited.file_bytes = compacted.map_err(|error| match error {
                 CompactError::Read(error) => EditError::Read(error).into(),
@@ -193,6 +195,31 @@ impl Assembly {
             synced.map_err(|error| BuildError::io(path, "sync", error))?;
         }
         Ok(edited)
+    }
+
+    /// Returns the number of sites in holes of the complete file.
+    async fn sites_in_holes(
+        &self,
+        path: &Path,
+        metadata: &Metadata,
+        state: &mut ConquestState,
+    ) -> Result<u64, BuildError> {
+        let with_sites = take(&mut state.with_sites);
+        if with_sites.is_empty() || metadata.hole_triangles == 0 {
+            return Ok(0);
+        }
+        let _span = tracing::debug_span!("sites in holes", tiles = with_sites.len()).entered();
+        let reader = self.read_back(path).await.map_err(EditError::Read)?;
+        let counted = sites_in_holes(&reader, with_sites).await;
+        Ok(counted.map_err(EditError::Read)?)
+    }
+
+    /// Opens the file that was just written. It is in the page cache, which a ring may bypass.
+    async fn read_back(&self, path: &Path) -> Result<TileReader, ReadError> {
+        let options = OpenOptions::default()
+            .memory(self.memory.total())
+            .backend(Backend::Threads);
+        TileReader::open(path, options).await
     }
 
     /// Returns the directory of a file whose extents are all written.
@@ -232,11 +259,11 @@ impl Assembly {
             ends,
             sites: self.given.site_count,
             crossings: self.given.crossings,
-            borders: std::mem::take(&mut self.given.borders),
+            borders: take(&mut self.given.borders),
             lines: self.given.description.lines.clone(),
             next_record: self.given.next_record,
             exterior_is_hole: self.options.exterior_is_hole,
-            seeds: std::mem::take(&mut self.given.seeds),
+            seeds: take(&mut self.given.seeds),
             constraint_edges: states.iter().map(|state| state.constraint_edges).sum(),
             regions: regions.regions,
             spanning_regions: regions.spanning,

@@ -209,6 +209,7 @@ impl Conquest {
         };
         let seeded = leaf.seeded.iter().map(|&component| (tile.0, component));
         state.seeded.extend(seeded);
+        state.with_sites.extend(leaf.has_sites.then_some(tile.0));
     }
 
     fn merge(&self, workspace: &mut Workspace, node: u32, seams: Vec<Seam>, sender: &Sender) -> Result<(), Closed> {

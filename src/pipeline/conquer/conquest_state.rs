@@ -49,6 +49,8 @@ pub(crate) struct ConquestState {
     pub(crate) next_on_line: Nexts,
     /// Pairs of a tile and a component of its core that contains a seed.
     pub(crate) seeded: Vec<(u32, u32)>,
+    /// The tiles with sites, in the order in which they were done.
+    pub(crate) with_sites: Vec<u32>,
     /// When the first block was divided.
     pub(crate) conquer_began: Option<Instant>,
     /// Time that threads waited for tiles to be written, summed over the threads.

@@ -76,6 +76,8 @@ pub(crate) struct Leaf {
     pub(crate) duplicates: u64,
     /// Number of vertices that are segment ends or sites, not points.
     pub(crate) ends: u64,
+    /// Whether sites are at some of its vertices.
+    pub(crate) has_sites: bool,
     /// Number of vertices without z that got 0, when others have z.
     pub(crate) without_z: u64,
     /// Number of constraint edges between two triangles of the core.
@@ -122,6 +124,7 @@ pub(crate) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
         seam,
         duplicates: (items.len() - kept.len()) as u64,
         ends: core.records.iter().filter(|&&record| record >= first_end).count() as u64,
+        has_sites: !core.sites.is_empty(),
         without_z,
         constraint_edges: core.edge_sources.chunk_by(|a, b| a.0 == b.0).count() as u64,
         boundary_edges: Vec::new(),

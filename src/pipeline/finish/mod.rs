@@ -1,6 +1,8 @@
-//! The phase after the root: finds the regions and assembles the borders in leaf order.
+//! The phase after the root: finds the regions, assembles the borders in leaf order, and
+//! counts the sites in holes.
 
 pub(crate) mod border;
 mod border_mesh;
 pub(super) mod borders;
+pub(super) mod enclosed_sites;
 mod regions;

@@ -32,7 +32,7 @@ pub struct Statistics {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepTime {
     /// The name of the step: `locate`, `collect` (candidates and obstacle edges), `graph` (sweeps
-    /// and search), `wave`, `paths`.
+    /// and search), `wavefront`, `paths`.
     pub step: &'static str,
     /// The total time of the step.
     pub time: Duration,

@@ -77,7 +77,7 @@ pub(super) async fn sites(
             path: None,
         };
         if run.options.paths {
-            clock.lap("wave");
+            clock.lap("wavefront");
             match run.path(&found, &QueryPoint::at(vertex)).await {
                 Err(QueryError::OutOfBudget { .. }) => {
                     at_least = Some(site.distance.lower);
@@ -89,7 +89,7 @@ pub(super) async fn sites(
         }
         answer.push(site);
     }
-    clock.lap("wave");
+    clock.lap("wavefront");
     let statistics = cost(reader, &run, clock, answer.len()).await?;
     Ok(Measured {
         answer,
@@ -111,7 +111,7 @@ pub(super) async fn path(
     let goal = Goal::Points(QueryPoints::new([&to]));
     let mut run = WavefrontRun::start(tiles, from, goal, f64::INFINITY, options).await?;
     let found = run.next().await?;
-    clock.lap("wave");
+    clock.lap("wavefront");
     let answer = match found {
         Some(found) => PathOutcome::Found(run.path(&found, &to).await?),
         None => PathOutcome::Unreachable,

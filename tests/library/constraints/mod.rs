@@ -150,7 +150,10 @@ impl Input {
                 Err(EditError::Outside { point, .. }) if !has_ends && self.is_not_within(first, point) => continue,
                 Err(error) => panic!("{way}, edited: {error}"),
             };
-            assert_eq!(summary.vertices == 0, self.vertices().len() == start.vertices().len());
+            assert_eq!(
+                summary.added_vertices == 0,
+                self.vertices().len() == start.vertices().len()
+            );
             let reader = scratch.open().await;
             assert_eq!(reader.digest().await.unwrap(), expected, "{way}, edited");
             assert_eq!(reader.generation(), 2);
@@ -227,7 +230,7 @@ fn check(mut input: Input, ways: &[Way]) -> u64 {
             }
             let points = distinct(&input.points).len() as u64;
             assert_eq!(summary.duplicates, input.points.len() as u64 - points, "{way}");
-            assert_eq!(summary.ends, summary.vertices - points, "{way}");
+            assert_eq!(summary.added_vertices, summary.vertices - points, "{way}");
             if merge_vertices == 1 << 16 && tile_vertices <= 64 {
                 input.check_edited(tile_vertices, expected, &way).await;
             }

@@ -128,9 +128,9 @@ fn an_edit_does_not_walk_the_whole_star_of_a_hub_for_each_line() {
         // Walking half of the hub's triangles for each line would take 2,000. All tiles fit in
         // memory, so each is read once.
         assert!(
-            summary.triangles_looked_at < 100 * summary.segments,
+            summary.triangles_visited < 100 * summary.segments,
             "{} triangles for {} lines",
-            summary.triangles_looked_at,
+            summary.triangles_visited,
             summary.segments
         );
         assert_eq!(summary.tile_reads, tiles);

@@ -126,7 +126,7 @@ fn rings_that_cross_are_refused_or_split() {
         (built.covered().0 - 64.0 / 3.0 - 16.0 / 3.0).abs() < 1e-9,
         "both lobes are covered"
     );
-    assert_eq!(built.summary.inverted_regions, 1);
+    assert_eq!(built.summary.inverted_parts, 1);
     let first = built.summary.first_inverted.map(|first| (first.obstacle, first.point));
     assert_eq!(first, Some((1, Point::new(0.0, 0.0))));
     // The error names the polygon by its index in the file.
@@ -238,7 +238,7 @@ fn is_inside_out(polygons: &[&str], count: u64, parts: u64, obstacle: u64, [x, y
     assert!(error.to_string().contains(&text), "{error}");
     let built = build(polygons, Crossings::Split).unwrap();
     assert_eq!(
-        (built.summary.inverted_regions, built.summary.first_inverted),
+        (built.summary.inverted_parts, built.summary.first_inverted),
         (parts, Some(expected))
     );
     assert!(built.depths().iter().all(|&depth| depth >= 0));
@@ -273,10 +273,7 @@ fn wrongly_nested_rings_are_refused_as_inside_out() {
     );
     let eight = accepted(&["[[[0,0],[8,0],[4,4],[8,12],[0,12],[4,4],[0,0]]]"]);
     assert_eq!(eight.covered(), (16.0 + 32.0, 2));
-    assert_eq!(
-        (eight.summary.inverted_regions, eight.summary.first_inverted),
-        (0, None)
-    );
+    assert_eq!((eight.summary.inverted_parts, eight.summary.first_inverted), (0, None));
 }
 
 /// Depths were sums over all polygons. So a part that was inside out silently freed what another
@@ -331,7 +328,7 @@ fn two_lobes_of_equal_size_are_both_covered() {
         assert_eq!((built.covered(), built.depths()), ((8.0, 2), vec![0, 1]));
     }
     let crossing = build(&["[[[0,0],[4,4],[4,0],[0,4]]]"], Crossings::Split).unwrap();
-    assert_eq!((crossing.covered(), crossing.summary.inverted_regions), ((8.0, 2), 1));
+    assert_eq!((crossing.covered(), crossing.summary.inverted_parts), ((8.0, 2), 1));
 }
 
 /// If a ring crosses itself in a vertex of another polygon, no segments cross, so that check did

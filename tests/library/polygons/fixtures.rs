@@ -103,7 +103,7 @@ fn check(name: &str, rings: &[Ring], flaws: &[Flaw]) {
         let centroid = Point::new((a.x + b.x + c.x) / 3.0, (a.y + b.y + c.y) / 3.0);
         rings::winding(&segments, centroid) != 0
     });
-    let expected = match built.summary.inverted_regions {
+    let expected = match built.summary.inverted_parts {
         0 => polygon.area(),
         _ => gone_round.map(|triangle| rings::area(&triangle.corners)).sum(),
     };

@@ -146,6 +146,6 @@ fn lake_shores_as_break_lines_keep_heights_and_make_no_holes() {
             }
         }
     }
-    assert_eq!(ends, built.summary.ends);
+    assert_eq!(ends, built.summary.added_vertices);
     assert!(ends > 0);
 }

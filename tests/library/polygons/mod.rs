@@ -191,7 +191,7 @@ impl Built {
         let s = &self.summary;
         [
             s.vertices,
-            s.ends,
+            s.added_vertices,
             s.constraint_edges,
             s.crossings,
             s.regions,

@@ -246,6 +246,10 @@ fn check(input: &Input, ways: &[Way]) -> u64 {
             }
             let summary = input.build(&scratch, options).await.unwrap();
             deferred += summary.deferred_segments;
+            assert_eq!(
+                summary.sites_in_holes, expected.sites_in_holes,
+                "tiles of {tile_vertices}"
+            );
             let reader = scratch.open().await;
             let counts = [summary.regions, summary.hole_regions, summary.hole_triangles];
             compare(&expected, &reader, counts).await;
@@ -280,6 +284,13 @@ fn check(input: &Input, ways: &[Way]) -> u64 {
         assert!(digests.windows(2).all(|pair| pair[0] == pair[1]), "{digests:?}");
     });
     deferred
+}
+
+fn site_at_each_point(input: &Input) -> Vec<(Point, SiteId)> {
+    let numbered = input.points.iter().zip(0..);
+    numbered
+        .map(|(&point, number)| (point, SiteId::Number(number)))
+        .collect()
 }
 
 /// Compares a file with what is expected; `counts` are its regions, hole regions and hole
@@ -442,6 +453,7 @@ fn regions_of_nested_overlapping_and_touching_obstacles_equal_those_in_core() {
     ] {
         println!("{name}");
         let mut input = Input::on_grid(20, lines);
+        input.sites = site_at_each_point(&input);
         check(&input, &WAYS);
         input.exterior_is_hole = true;
         input.seeds = vec![Point::new(1.5, 0.5), Point::new(8.0, 8.0), Point::new(100.0, 0.0)];
@@ -547,6 +559,7 @@ proptest! {
         });
         let mut input = Input::on_grid(13, lines.collect());
         input.exterior_is_hole = exterior_is_hole;
+        input.sites = site_at_each_point(&input);
         input.seeds = seeds.into_iter().map(|(x, y)| Point::new(f64::from(x) * 0.75, f64::from(y) * 0.75)).collect();
         check(&input, &[(4, 8, 1, ENOUGH), (11, 1 << 16, 2, ENOUGH)]);
     }
@@ -566,7 +579,7 @@ fn regions_of_deferred_rings_equal_those_in_core() {
         ];
         InputLine::new(kind, &corners)
     };
-    let input = Input {
+    let mut input = Input {
         points: (0..900).map(|_| point()).collect(),
         lines: vec![
             triangle(Obstacle, 497),
@@ -579,5 +592,6 @@ fn regions_of_deferred_rings_equal_those_in_core() {
         ],
         ..Input::default()
     };
+    input.sites = site_at_each_point(&input);
     assert!(check(&input, &WAYS) > 0, "nothing was deferred");
 }

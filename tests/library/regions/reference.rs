@@ -27,6 +27,7 @@ pub(crate) struct Expected {
     /// Each edge, from its smaller end on, with one of its sources.
     pub(crate) sources: Vec<([Point; 2], EdgeSource)>,
     pub(crate) sites: Vec<(Point, String)>,
+    pub(crate) sites_in_holes: u64,
 }
 
 /// The corners of a triangle, sorted.
@@ -105,6 +106,21 @@ impl Expected {
             let region = component[triangle];
             is_hole[region] |= depths[triangle] != 0 || is_seeded || input.exterior_is_hole && is_exterior[region];
         }
+        // A vertex beside free space: that of a triangle, or the outside.
+        let mut is_reached = vec![false; points.len()];
+        for (triangle, corners) in mesh.mesh().triangles.iter().enumerate() {
+            let is_free = !is_hole[component[triangle]];
+            for half_edge in HalfEdge::of_triangle(TriangleId(triangle as u32)) {
+                let is_hull = mesh.mesh().twin(half_edge).half_edge().is_none();
+                if is_free || is_hull && !input.exterior_is_hole {
+                    let [from, to] = [half_edge, half_edge.next()].map(|side| corners[side.corner() as usize]);
+                    is_reached[from as usize] = true;
+                    is_reached[to as usize] = true;
+                }
+            }
+        }
+        let in_holes = input.sites.iter().filter(|site| !is_reached[number(site.0) as usize]);
+        let sites_in_holes = in_holes.count() as u64;
         let triangles = (0..count).map(|triangle| {
             let of = TriangleFacts {
                 component: component[triangle],
@@ -120,6 +136,7 @@ impl Expected {
             hole_regions: is_hole.iter().filter(|is_hole| **is_hole).count(),
             sources: sources(input, &points),
             sites: named(&input.sites),
+            sites_in_holes,
         }
     }
 }

@@ -99,7 +99,7 @@ impl Folder {
             output::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
             written += &format!("{}\n", path.display());
         }
-        common::print(&written)
+        common::print("the names of the files", &written)
     }
 }
 

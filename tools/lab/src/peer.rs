@@ -79,14 +79,17 @@ pub fn run(args: PeerArgs) -> anyhow::Result<()> {
             (mesh.num_vertices(), mesh.num_inner_faces(), mesh.num_constraints())
         }
     };
-    common::print_json(&Report {
-        vertices: vertices as u64,
-        triangles: triangles as u64,
-        constraint_edges: constraint_edges as u64,
-        read_seconds,
-        seconds: began.elapsed().as_secs_f64() - read_seconds,
-        peak_memory_bytes: peak_memory(),
-    })
+    common::print_json(
+        "the report",
+        &Report {
+            vertices: vertices as u64,
+            triangles: triangles as u64,
+            constraint_edges: constraint_edges as u64,
+            read_seconds,
+            seconds: began.elapsed().as_secs_f64() - read_seconds,
+            peak_memory_bytes: peak_memory(),
+        },
+    )
 }
 
 fn read_points(path: &Path) -> anyhow::Result<Vec<Point2<f64>>> {

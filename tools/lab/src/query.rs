@@ -54,9 +54,9 @@ pub fn run(args: &QueryArgs) -> anyhow::Result<()> {
     let method = method.method();
     if method != Method::Wavefront {
         if matches!(ask, Ask::Range { area: true, .. }) {
-            bail!("only --method wave gives an --area");
+            bail!("only --method wavefront gives an --area");
         } else if !is_exact {
-            bail!("only --method wave has a --mode, or is --progressive; the others are exact");
+            bail!("only --method wavefront has a --mode, or is --progressive; the others are exact");
         }
     }
     let reports_cost = common.reading.stats;
@@ -81,7 +81,7 @@ fn stretch(text: &str) -> Result<Stretch, String> {
 #[derive(Args, Clone, Copy, Debug)]
 struct MethodArgs {
     /// The method that finds distances among obstacles; all methods give the same answers
-    #[arg(long, value_enum, default_value_t = Name::Wave)]
+    #[arg(long, value_enum, default_value_t = Name::Wavefront)]
     method: Name,
     /// The maximum ratio of the distance along edges to the walking distance, for --method
     /// visibility: 2.42 is proved, and less than 1.5932 is refused
@@ -92,7 +92,7 @@ struct MethodArgs {
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Name {
     /// The library's own: a wavefront of intervals of edges, nearest first
-    Wave,
+    Wavefront,
     /// Wu's thesis: a local visibility graph of the obstacles near along edges
     Visibility,
     /// Zhang et al. 2004: a local visibility graph in a growing disc
@@ -111,7 +111,7 @@ struct Measure {
 impl MethodArgs {
     fn method(self) -> Method {
         match self.method {
-            Name::Wave => Method::Wavefront,
+            Name::Wavefront => Method::Wavefront,
             Name::Visibility => Method::Visibility { stretch: self.stretch },
             Name::EuclidZhang => Method::EuclidZhang,
             Name::EuclidXia => Method::EuclidXia,

@@ -21,6 +21,7 @@ use tokio::runtime::Builder;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 
+use crate::output::StandardOutput;
 use crate::{allocator, flags, limits};
 
 /// Runs the asynchronous part of a command, with one worker thread per processor, or on this thread
@@ -155,16 +156,23 @@ pub fn interruption() -> Arc<AtomicBool> {
     stop
 }
 
-/// Prints a value as JSON on one line.
-pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
+/// Prints a value as JSON on one line. An error says that `what` could not be written.
+pub fn print_json(what: &'static str, value: &impl Serialize) -> anyhow::Result<()> {
     let mut text = serde_json::to_string(value)?;
     text.push('\n');
-    Ok(io::stdout().write_all(text.as_bytes())?)
+    write(what, &text)
 }
 
 /// Prints text for people. Control characters are escaped, so the text cannot control the terminal.
-pub fn print(text: &str) -> anyhow::Result<()> {
-    Ok(io::stdout().write_all(shown::message(text).as_bytes())?)
+/// An error says that `what` could not be written.
+pub fn print(what: &'static str, text: &str) -> anyhow::Result<()> {
+    write(what, &shown::message(text))
+}
+
+fn write(what: &'static str, text: &str) -> anyhow::Result<()> {
+    let mut out = StandardOutput::of(what);
+    out.write_all(text.as_bytes())?;
+    Ok(out.flush()?)
 }
 
 /// Prints a line for people to standard error, with the tool's flags for the library's options, and

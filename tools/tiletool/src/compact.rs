@@ -60,15 +60,21 @@ pub fn run(args: CompactArgs) -> anyhow::Result<()> {
         Ok((reader.file_length(), reader.compact(output).await?))
     })?;
     if args.json {
-        return common::print_json(&CompactReport {
-            bytes_before,
-            bytes_after,
-        });
+        return common::print_json(
+            "the summary",
+            &CompactReport {
+                bytes_before,
+                bytes_after,
+            },
+        );
     }
-    common::print(&format!(
-        "{}: compacted from {} to {}\n",
-        common::shown(output),
-        common::bytes(bytes_before),
-        common::bytes(bytes_after)
-    ))
+    common::print(
+        "the summary",
+        &format!(
+            "{}: compacted from {} to {}\n",
+            common::shown(output),
+            common::bytes(bytes_before),
+            common::bytes(bytes_after)
+        ),
+    )
 }

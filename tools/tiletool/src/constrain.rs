@@ -45,8 +45,8 @@ pub struct ConstrainArgs {
 #[derive(Serialize)]
 struct ConstrainReport {
     segments: u64,
-    vertices: u64,
-    edges: u64,
+    added_vertices: u64,
+    inserted_edges: u64,
     constraint_edges: u64,
     tiles_written: u64,
     tile_reads: u64,
@@ -71,26 +71,29 @@ pub fn run(args: ConstrainArgs) -> anyhow::Result<()> {
         common::say(format_args!("note: {note}"));
     }
     if args.json {
-        common::print_json(&ConstrainReport {
-            segments: summary.segments,
-            vertices: summary.vertices,
-            edges: summary.edges,
-            constraint_edges: summary.constraint_edges,
-            tiles_written: summary.tiles,
-            tile_reads: summary.tile_reads,
-            regions: summary.regions,
-            hole_regions: summary.hole_regions,
-            hole_triangles: summary.hole_triangles,
-            bytes_appended: summary.bytes_appended,
-            file_bytes: summary.file_bytes,
-            seconds: summary.seconds,
-            peak_memory_bytes: peak_memory(),
-            notes: lines.notes(),
-        })
+        common::print_json(
+            "the summary",
+            &ConstrainReport {
+                segments: summary.segments,
+                added_vertices: summary.added_vertices,
+                inserted_edges: summary.inserted_edges,
+                constraint_edges: summary.constraint_edges,
+                tiles_written: summary.tiles_written,
+                tile_reads: summary.tile_reads,
+                regions: summary.regions,
+                hole_regions: summary.hole_regions,
+                hole_triangles: summary.hole_triangles,
+                bytes_appended: summary.bytes_appended,
+                file_bytes: summary.file_bytes,
+                seconds: summary.seconds,
+                peak_memory_bytes: peak_memory(),
+                notes: lines.notes(),
+            },
+        )
     } else if args.quiet {
         Ok(())
     } else {
-        common::print(&report(&args.file, &summary))
+        common::print("the summary", &report(&args.file, &summary))
     }
 }
 
@@ -150,13 +153,13 @@ fn report(file: &Path, summary: &EditSummary) -> String {
          time       {:.2} s\n",
         common::shown(file),
         counted(summary.segments, "segment", "segments"),
-        counted(summary.edges, "edge", "edges"),
-        counted(summary.vertices, "new vertex", "new vertices"),
+        counted(summary.inserted_edges, "edge", "edges"),
+        counted(summary.added_vertices, "added vertex", "added vertices"),
         counted(summary.constraint_edges, "constraint edge", "constraint edges"),
         counted(summary.regions, "region", "regions"),
         counted(summary.hole_regions, "hole", "holes"),
         counted(summary.hole_triangles, "triangle", "triangles"),
-        counted(summary.tiles, "tile", "tiles"),
+        counted(summary.tiles_written, "tile", "tiles"),
         common::bytes(summary.bytes_appended),
         common::bytes(summary.file_bytes),
         summary.seconds,

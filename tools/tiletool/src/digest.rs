@@ -28,18 +28,17 @@ pub struct DigestArgs {
     memory: MemoryArgs,
 }
 
-#[derive(Serialize)]
-struct PartDigest {
-    count: u64,
-    digest: String,
-}
-
+/// The output of `--json`. Its keys are stable.
 #[derive(Serialize)]
 struct DigestReport {
-    triangles: PartDigest,
-    vertices: PartDigest,
-    constraint_edges: PartDigest,
-    holes: PartDigest,
+    triangles: u64,
+    triangles_digest: String,
+    vertices: u64,
+    vertices_digest: String,
+    constraint_edges: u64,
+    constraint_edges_digest: String,
+    hole_triangles: u64,
+    hole_triangles_digest: String,
     peak_memory_bytes: Option<u64>,
 }
 
@@ -47,17 +46,21 @@ struct DigestReport {
 pub fn run(args: DigestArgs) -> anyhow::Result<()> {
     let digest = common::block_on(async { Ok(args.memory.open(&args.file).await?.digest().await?) })?;
     if !args.json {
-        return common::print(&format!("{digest}\n"));
+        return common::print("the digest", &format!("{digest}\n"));
     }
-    let sum = |DigestSum { count, sum }| PartDigest {
-        count,
-        digest: format!("{sum:032x}"),
-    };
-    common::print_json(&DigestReport {
-        triangles: sum(digest.triangles),
-        vertices: sum(digest.vertices),
-        constraint_edges: sum(digest.constraint_edges),
-        holes: sum(digest.holes),
-        peak_memory_bytes: peak_memory(),
-    })
+    let sum = |part: DigestSum| format!("{:032x}", part.sum);
+    common::print_json(
+        "the digest",
+        &DigestReport {
+            triangles: digest.triangles.count,
+            triangles_digest: sum(digest.triangles),
+            vertices: digest.vertices.count,
+            vertices_digest: sum(digest.vertices),
+            constraint_edges: digest.constraint_edges.count,
+            constraint_edges_digest: sum(digest.constraint_edges),
+            hole_triangles: digest.holes.count,
+            hole_triangles_digest: sum(digest.holes),
+            peak_memory_bytes: peak_memory(),
+        },
+    )
 }

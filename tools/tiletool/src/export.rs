@@ -15,7 +15,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::common::{self, MemoryArgs, counted};
-use crate::output::StreamOutput;
+use crate::output::{StandardOutput, StreamOutput};
 
 /// Export the triangulation as PLY, Triangle's .node and .ele, OBJ or GeoJSON
 ///
@@ -84,7 +84,7 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
         common::say(text(&summary, args.json)?.trim_end());
         return Ok(());
     }
-    common::print(&text(&summary, args.json)?)
+    common::print("the summary", &text(&summary, args.json)?)
 }
 
 /// Returns the format and the names of the outputs.
@@ -171,7 +171,7 @@ async fn write(
     let mut targets = Vec::new();
     let mut outputs: Vec<Box<dyn Write + Send>> = Vec::new();
     if to_stdout {
-        outputs.push(Box::new(io::stdout()));
+        outputs.push(Box::new(StandardOutput::of("the triangulation")));
     } else {
         for name in names {
             let mut target = create(name, file)?;
@@ -186,13 +186,11 @@ async fn write(
     };
     let options = ExportOptions::default().holes(args.all);
     let exported = export(&reader, format, options, outputs, progress).await;
-    let exported = exported.with_context(|| {
-        if to_stdout {
-            "standard output".to_owned()
-        } else {
-            joined(names)
-        }
-    })?;
+    let exported = match to_stdout {
+        // Its errors say so themselves.
+        true => exported?,
+        false => exported.with_context(|| joined(names))?,
+    };
     // All files are on the disk before the first one gets its name. This runs on another thread,
     // because an interrupt must not wait for it.
     let finish = move || {

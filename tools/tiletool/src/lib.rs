@@ -28,6 +28,7 @@ mod system;
 mod unchanged;
 mod verify;
 
+use std::io::ErrorKind;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -118,7 +119,16 @@ pub fn run(command: Command) -> anyhow::Result<()> {
 fn refuse(error: &clap::Error) -> ExitCode {
     let text = error.render().to_string();
     if shown::message(&text) == text {
-        error.exit();
+        let code = ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        return match error.print() {
+            Err(failed) if !error.use_stderr() && failed.kind() != ErrorKind::BrokenPipe => {
+                common::say(format_args!(
+                    "error: cannot write the help to standard output: {failed}"
+                ));
+                ExitCode::FAILURE
+            }
+            _ => code,
+        };
     }
     // A name on the command line, perhaps of a file that someone else named, must not control the
     // terminal.

@@ -1,5 +1,5 @@
-//! Outputs of commands. A file appears under its name only when it is complete. Devices and pipes
-//! are written directly.
+//! Outputs of commands. A file appears under its name only when it is complete. Devices, pipes and
+//! standard output are written directly.
 
 use std::fs::{self, File, FileType};
 use std::io::{self, Write};
@@ -50,6 +50,34 @@ impl StreamOutput {
     /// Renames the finished file to its final name.
     pub fn publish(self) -> io::Result<()> {
         self.unfinished.map_or(Ok(()), OutputFile::publish)
+    }
+}
+
+/// Standard output, whose errors say what was being written.
+pub struct StandardOutput {
+    what: &'static str,
+}
+
+impl StandardOutput {
+    /// Returns standard output for `what`, such as `the summary`.
+    pub const fn of(what: &'static str) -> Self {
+        Self { what }
+    }
+
+    /// Returns the error with what was being written, and with the same kind.
+    fn explained(&self, error: &io::Error) -> io::Error {
+        let message = format!("cannot write {} to standard output: {error}", self.what);
+        io::Error::new(error.kind(), message)
+    }
+}
+
+impl Write for StandardOutput {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        io::stdout().write(bytes).map_err(|error| self.explained(&error))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stdout().flush().map_err(|error| self.explained(&error))
     }
 }
 

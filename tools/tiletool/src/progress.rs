@@ -1,5 +1,9 @@
-//! The progress bar of a build: phase, tiles, points per second, time left. It is shown only on a
-//! terminal.
+//! The progress bar of a build: phase, share of the whole build, speed, elapsed time, and about how
+//! much time is left. It is shown only on a terminal.
+//!
+//! The time left is that of the whole build. Each phase has a typical share of it. The phases that
+//! are over, and the current one as far as it went, say how much longer or shorter this build
+//! takes.
 
 use std::io::IsTerminal;
 use std::sync::Arc;
@@ -9,9 +13,14 @@ use std::time::{Duration, Instant};
 
 use delaunay_tiles::io::start_thread;
 use delaunay_tiles::{Phase, Progress};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{FormattedDuration, ProgressBar, ProgressStyle};
 
 use crate::common::bytes;
+
+/// The length of the bar.
+const LENGTH: u64 = 1000;
+/// The share of a build that must be over before the time left is shown.
+const LEAST_SHARE: f64 = 0.02;
 
 /// A progress bar that follows a build until it is dropped.
 pub struct BuildBar {
@@ -47,21 +56,17 @@ impl Drop for BuildBar {
 }
 
 fn follow(progress: &Progress, input: &InputProgress, stop: &AtomicBool) {
-    let bar = ProgressBar::no_length();
-    let style = "{prefix:8} {wide_bar} {percent:>3}%  {msg}  {eta} left";
+    let bar = ProgressBar::new(LENGTH);
+    let style = "{prefix:8} {wide_bar} {percent:>3}%  {msg}";
     bar.set_style(ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()));
-    let mut phase: Option<(Phase, Instant)> = None;
+    let began = Instant::now();
+    let (mut phase, mut phase_began) = (Phase::Read, began);
+    let mut whole = WholeBuild::default();
     while !stop.load(Ordering::Relaxed) {
         let (now, done, total) = progress.state();
-        let began = match phase {
-            Some((before, began)) if before == now => began,
-            _ => {
-                bar.reset();
-                phase = Some((now, Instant::now()));
-                Instant::now()
-            }
-        };
-        bar.set_prefix(now.name());
+        if now != phase {
+            (phase, phase_began) = (now, Instant::now());
+        }
         let (done, total) = match now {
             // The beginnings of files are read twice, so more than the total may be read.
             Phase::Read => match input() {
@@ -70,19 +75,148 @@ fn follow(progress: &Progress, input: &InputProgress, stop: &AtomicBool) {
             },
             _ => (done, Some(total)),
         };
-        match total {
-            Some(total) if total > 0 => bar.set_length(total),
-            _ => bar.unset_length(),
-        }
-        bar.set_position(done);
-        let rate = progress.points() as f64 / began.elapsed().as_secs_f64().max(1e-3);
+        let share = total.filter(|&total| total > 0).map(|total| done as f64 / total as f64);
+        let elapsed = began.elapsed();
+        let left = whole.left(now, share, elapsed);
+        bar.set_position((whole.share * LENGTH as f64) as u64);
+        bar.set_prefix(now.name());
+        let rate = progress.points() as f64 / phase_began.elapsed().as_secs_f64().max(1e-3);
         let detail = match now {
             Phase::Read => format!("{} read, ", bytes(done)),
             Phase::Borders => format!("{done} of {} tiles, ", total.unwrap_or(0)),
             _ => String::new(),
         };
-        bar.set_message(format!("{detail}{:.2} M points/s", rate / 1e6));
+        bar.set_message(format!(
+            "{detail}{:.2} M points/s  {}",
+            rate / 1e6,
+            times(elapsed, left)
+        ));
         thread::sleep(Duration::from_millis(100));
     }
     bar.finish_and_clear();
+}
+
+/// Formats the elapsed time and the time left.
+fn times(elapsed: Duration, left: Option<Duration>) -> String {
+    let seconds = |time: Duration| FormattedDuration(Duration::from_secs(time.as_secs_f64().round() as u64));
+    match left {
+        Some(left) => format!("{} elapsed, about {} left", seconds(elapsed), seconds(left)),
+        None => format!("{} elapsed", seconds(elapsed)),
+    }
+}
+
+/// Returns the typical share of a phase in the time of a build.
+const fn weight(phase: Phase) -> f64 {
+    match phase {
+        Phase::Read => 0.25,
+        Phase::Divide => 0.0,
+        Phase::Conquer => 0.6,
+        Phase::Borders => 0.12,
+        // The last one.
+        _ => 0.03,
+    }
+}
+
+/// An estimate of how far a build is.
+#[derive(Debug)]
+struct WholeBuild {
+    /// The share of the build that is over; never decreases.
+    share: f64,
+    phase: Phase,
+    /// When the phase began, and the share of it that was over then: that of a resumed build.
+    began: (Duration, f64),
+}
+
+impl Default for WholeBuild {
+    fn default() -> Self {
+        Self {
+            share: 0.0,
+            phase: Phase::Read,
+            began: (Duration::ZERO, 0.0),
+        }
+    }
+}
+
+impl WholeBuild {
+    /// Takes the phase, the share of it that is over (`None` if that is not known), and the time
+    /// since the build began. Returns about how much time is left; `None` if that cannot be said
+    /// yet.
+    fn left(&mut self, phase: Phase, of_phase: Option<f64>, elapsed: Duration) -> Option<Duration> {
+        let over = of_phase.unwrap_or(0.0).clamp(0.0, 1.0);
+        if phase != self.phase {
+            (self.phase, self.began) = (phase, (elapsed, over));
+        }
+        let earlier = Phase::ALL.into_iter().take_while(|&other| other != phase);
+        let share = earlier.map(weight).sum::<f64>() + weight(phase) * over;
+        self.share = self.share.max(share);
+        // The time that a pipe takes says nothing about the other phases.
+        if self.share < LEAST_SHARE || of_phase.is_none() && phase == Phase::Read {
+            return None;
+        }
+        // The time of the whole build, by all phases so far and by the current one alone. The
+        // further the current one is, the more it counts.
+        let by_all = elapsed.as_secs_f64() / self.share;
+        let (began, over_then) = self.began;
+        let done = weight(phase) * (over - over_then);
+        let by_phase = match done > 0.0 {
+            true => (elapsed - began).as_secs_f64() / done,
+            false => by_all,
+        };
+        let whole = by_all + (by_phase - by_all) * over;
+        Some(Duration::from_secs_f64(whole * (1.0 - self.share)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seconds(number: f64) -> Duration {
+        Duration::from_secs_f64(number)
+    }
+
+    #[test]
+    fn the_time_left_is_that_of_the_whole_build() {
+        let mut whole = WholeBuild::default();
+        assert_eq!(whole.left(Phase::Read, Some(0.0), seconds(1.0)), None, "too early");
+        // A build whose phases take exactly their typical shares of 100 seconds.
+        let mut began = 0.0;
+        for phase in Phase::ALL.into_iter().filter(|&phase| weight(phase) > 0.0) {
+            for of_phase in [0.0, 0.25, 0.5, 0.99] {
+                let elapsed = 100.0 * (began + weight(phase) * of_phase);
+                if let Some(left) = whole.left(phase, Some(of_phase), seconds(elapsed)) {
+                    assert!((left.as_secs_f64() - (100.0 - elapsed)).abs() < 1e-6, "{phase:?}");
+                }
+            }
+            began += weight(phase);
+        }
+        assert!((began - 1.0).abs() < 1e-9, "the shares of all phases are the whole");
+        let before = whole.share;
+        whole.left(Phase::Borders, Some(0.1), seconds(99.0));
+        assert!(whole.share >= before, "the bar went back");
+    }
+
+    #[test]
+    fn a_slow_pipe_does_not_spoil_the_estimate() {
+        let mut whole = WholeBuild::default();
+        assert_eq!(whole.left(Phase::Read, None, seconds(1000.0)), None);
+        whole.left(Phase::Conquer, Some(0.0), seconds(1000.0));
+        let left = whole.left(Phase::Conquer, Some(0.99), seconds(1060.0)).unwrap();
+        assert!(left < seconds(60.0), "{left:?}");
+    }
+
+    #[test]
+    fn a_resumed_build_does_not_count_the_work_of_the_interrupted_one() {
+        let mut whole = WholeBuild::default();
+        whole.left(Phase::Conquer, Some(0.8), seconds(0.0));
+        let left = whole.left(Phase::Conquer, Some(0.9), seconds(60.0)).unwrap();
+        assert!(left > seconds(60.0), "{left:?}");
+    }
+
+    #[test]
+    fn times_are_labelled() {
+        let left = Some(seconds(30.4));
+        assert_eq!(times(seconds(9.6), left), "00:00:10 elapsed, about 00:00:30 left");
+        assert_eq!(times(seconds(3700.0), None), "01:01:40 elapsed");
+    }
 }

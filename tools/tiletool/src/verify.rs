@@ -95,11 +95,11 @@ pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
     if args.json {
         report.peak_memory_bytes = peak_memory();
         report.error = done.as_ref().err().map(|error| format!("{error:#}"));
-        common::print_json(&report)?;
+        common::print_json("the result", &report)?;
         return done;
     }
     done?;
-    common::print(&report.text())
+    common::print("the result", &report.text())
 }
 
 impl VerifyReport {

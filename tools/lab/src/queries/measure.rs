@@ -114,7 +114,7 @@ fn is_same(found: &[SiteFound], expected: &[SiteFound]) -> bool {
 /// Returns the name of a method in tables and legends.
 pub fn name(method: Method) -> String {
     match method {
-        Method::Wavefront => "wave".to_owned(),
+        Method::Wavefront => "wavefront".to_owned(),
         Method::Visibility { stretch } => format!("visibility, t = {}", stretch.get()),
         Method::EuclidZhang => "Zhang et al.".to_owned(),
         Method::EuclidXia => "Xia et al.".to_owned(),

@@ -59,7 +59,7 @@ const COLUMNS: &[Column<Cost>] = &[
     ("k", |cost| u64::from(kind(cost.requested).1).into()),
     ("radius", |cost| Cell::number(kind(cost.requested).2, 6)),
     ("method", |cost| name(cost.method).as_str().into()),
-    ("place", |cost| (cost.index as u64).into()),
+    ("query", |cost| (cost.index as u64).into()),
     ("found", |cost| (cost.found as u64).into()),
     ("ms", |cost| Cell::Number(cost.milliseconds, 3)),
     ("candidates", |cost| cost.statistics.candidates.into()),
@@ -122,19 +122,19 @@ type Compared<'a> = (&'a Group<'a>, Option<&'a Group<'a>>);
 
 fn summary(costs: &[Cost]) -> Table {
     let groups = groups(costs);
-    let wave = |of: &Group| {
+    let wavefront = |of: &Group| {
         let mut groups = groups.iter();
         groups.find(|group| group.requested == of.requested && group.method == Method::Wavefront)
     };
-    let compared: Vec<Compared> = groups.iter().map(|group| (group, wave(group))).collect();
+    let compared: Vec<Compared> = groups.iter().map(|group| (group, wavefront(group))).collect();
     let columns: [Column<Compared>; 17] = [
         ("kind", |(g, _)| kind(g.requested).0.into()),
         ("k", |(g, _)| u64::from(kind(g.requested).1).into()),
         ("radius", |(g, _)| Cell::number(kind(g.requested).2, 4)),
         ("method", |(g, _)| name(g.method).as_str().into()),
         ("ms", |(g, _)| Cell::Number(g.median(TIME), 3)),
-        ("times the wave", |(g, wave)| {
-            Cell::number(wave.map(|wave| g.median(TIME) / wave.median(TIME)), 1)
+        ("ratio to the wavefront", |(g, wavefront)| {
+            Cell::number(wavefront.map(|ours| g.median(TIME) / ours.median(TIME)), 1)
         }),
         ("locate ms", |(g, _)| g.step("locate")),
         ("collect ms", |(g, _)| g.step("collect")),

@@ -18,7 +18,7 @@ use tiletool::plot::style::{EDGE, SITE};
 const LAND: &str = "#d9d3c3";
 const SHORE: &str = "#6b5537";
 const SIGHT: &str = "#7aa6c9";
-const WAVE: &str = "#0072b2";
+const SHORTEST: &str = "#0072b2";
 const ALONG: &str = "#d55e00";
 
 /// A picture, with the beginning of its file name.
@@ -63,7 +63,7 @@ pub async fn figures(
     // Both trees have the source of the first pair.
     if let Some(&Pair { from, .. }) = drawn.pairs.first() {
         let (edges, title) = (tree(reader, from).await?, "Tree of shortest paths");
-        figures.push(map.tree("tree-geodesic", title, from, edges, WAVE));
+        figures.push(map.tree("tree-geodesic", title, from, edges, SHORTEST));
         let (edges, title) = (tree_along(reader, from).await?, "Tree of shortest paths along edges");
         figures.push(map.tree("tree-cdt", title, from, edges, ALONG));
     }
@@ -173,7 +173,7 @@ impl<'a> Map<'a> {
             pair.geodesic
         );
         let along = Layer::edges("along edges", ALONG, along, 2.0);
-        let path = Layer::edges("shortest path", WAVE, path, 2.0);
+        let path = Layer::edges("shortest path", SHORTEST, path, 2.0);
         let layers = vec![self.land(), self.shore(0.5), along, path];
         let mut named = self.figure("worst", "The pair with the largest ratio", caption, layers);
         named.figure.bounds = bounds;

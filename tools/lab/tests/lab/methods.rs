@@ -51,7 +51,7 @@ fn all_methods_give_the_same_answers() {
 #[test]
 fn answers_report_their_cost() {
     let town = town();
-    for method in METHODS.into_iter().chain(["wave"]) {
+    for method in METHODS.into_iter().chain(["wavefront"]) {
         let ask = format!("query knn town.tiles --at 2,4 -k 2 --json --method {method}");
         assert_eq!(crate::support::json(town.path(), &ask)["statistics"], Value::Null);
         let answer = crate::support::json(town.path(), &format!("{ask} --stats"));
@@ -84,7 +84,7 @@ fn all_methods_but_the_wavefront_refuse_break_lines() {
     let lines = "tool build --quiet --obstacles houses.geojson --segments fences.csv --sites shops.csv -o lines.tiles";
     run(town.path(), lines);
     let ask = "query knn lines.tiles --at 2,4 --method";
-    run(town.path(), &format!("{ask} wave"));
+    run(town.path(), &format!("{ask} wavefront"));
     for method in METHODS {
         let error = fails(town.path(), 1, &format!("{ask} {method}"));
         assert!(error.contains("break lines"), "{error}");

@@ -21,7 +21,7 @@ impl MappedFile {
         // SAFETY: tile files are never changed in place where a reader may look, and the user
         // leaves a measured file unchanged. If the file were truncated, the process would end by a
         // signal instead of reading wrong bytes.
-        #[allow(unsafe_code)]
+        #[allow(unsafe_code, reason = "a memory map is unsafe to create")]
         let map = unsafe { Mmap::map(&file)? };
         map.advise(if is_scan { Advice::Sequential } else { Advice::Random })?;
         Ok(Self(Bytes::from_owner(map)))

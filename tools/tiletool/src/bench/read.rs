@@ -154,9 +154,9 @@ impl DeviceRuns {
 pub fn run(args: ReadArgs) -> anyhow::Result<()> {
     let report = common::block_on(measure(&args))?;
     if args.json {
-        common::print_json(&report)
+        common::print_json("the report", &report)
     } else {
-        common::print(&report.text())
+        common::print("the report", &report.text())
     }
 }
 

@@ -23,7 +23,7 @@ pub struct ReadReport {
 /// The rates of the bare device.
 #[derive(Serialize)]
 pub struct DeviceRates {
-    pub gb_per_s: f64,
+    pub sequential_gb_per_s: f64,
     /// The number of blocks of 1 MiB at a time with which the device was fastest.
     pub queue_depth: usize,
     pub depths: Vec<DepthRate>,
@@ -45,7 +45,7 @@ pub struct DepthRate {
 pub struct BackendRates {
     pub name: String,
     /// The rate of all tiles in order, cold.
-    pub gb_per_s: f64,
+    pub cold_gb_per_s: f64,
     pub ratio_to_device: Option<f64>,
     pub ratio_to_huge_pages: Option<f64>,
     pub seconds: f64,
@@ -80,7 +80,7 @@ impl DeviceRates {
             .collect();
         let best = depths.iter().max_by(|a, b| a.gb_per_s.total_cmp(&b.gb_per_s))?;
         Some(Self {
-            gb_per_s: best.gb_per_s,
+            sequential_gb_per_s: best.gb_per_s,
             queue_depth: best.queue_depth,
             huge_pages_gb_per_s: median(huge, Measurement::rate).rate(),
             random_gb_per_s: median(random, Measurement::rate).rate(),
@@ -100,8 +100,8 @@ impl BackendRates {
     ) -> Self {
         Self {
             name: name.to_owned(),
-            gb_per_s: cold.rate(),
-            ratio_to_device: device.map(|device| cold.rate() / device.gb_per_s),
+            cold_gb_per_s: cold.rate(),
+            ratio_to_device: device.map(|device| cold.rate() / device.sequential_gb_per_s),
             ratio_to_huge_pages: device.map(|device| cold.rate() / device.huge_pages_gb_per_s),
             seconds: cold.seconds,
             cpu_seconds: cold.cpu_seconds,
@@ -153,7 +153,7 @@ impl ReadReport {
             text += &format!(
                 "{:<8} {:>8.2} {:>10} {:>14} {:>11.2} {:>8.2} {:>9.2} {:>8.2} {:>10}\n",
                 backend.name,
-                backend.gb_per_s,
+                backend.cold_gb_per_s,
                 share(backend.ratio_to_device),
                 share(backend.ratio_to_huge_pages),
                 backend.cores_busy,

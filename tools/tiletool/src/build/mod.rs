@@ -80,10 +80,10 @@ pub struct BuildArgs {
     /// Resume an interrupted build from its last finished block; not possible with lines or sites
     #[arg(long, conflicts_with_all = ["segments", "walls", "obstacles", "sites"])]
     resume: bool,
-    /// Replace the output if it exists
+    /// Replace the output if it exists, and discard the work of an interrupted build
     #[arg(long)]
     force: bool,
-    /// Draw a map of the finished triangulation, as .svg or .png; a large file is thinned
+    /// Draw a map of the finished triangulation, as .svg or .png; a large file is sampled
     #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     plot: Option<PlotFile>,
     /// Print the summary as one JSON object
@@ -127,7 +127,11 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     let output = args.output.clone();
     let cancelled = Arc::new(Notify::new());
     let built = common::block_on(async move {
+        let has_work = work_folder(&output).join("plan").exists();
         let builder = Builder::new(&output, options)?;
+        if has_work && !args.resume && !args.quiet {
+            common::say("note: the work of an interrupted build is discarded (--force without --resume)");
+        }
         if args.resume && builder.needs_points() && !args.quiet {
             common::say("note: there is no finished work to resume; the build starts from the beginning");
         }
@@ -145,16 +149,19 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     }
     let plotted = args.draw(memory)?;
     if args.json {
-        common::print_json(&BuildReport {
-            summary: &summary,
-            read: &read,
-            plot: plotted.as_ref(),
-        })
+        common::print_json(
+            "the summary",
+            &BuildReport {
+                summary: &summary,
+                read: &read,
+                plot: plotted.as_ref(),
+            },
+        )
     } else if args.quiet {
         Ok(())
     } else {
         let plotted = plotted.map(|plotted| plotted.report()).unwrap_or_default();
-        common::print(&(report(&args.output, &summary, &read) + &plotted))
+        common::print("the summary", &(report(&args.output, &summary, &read) + &plotted))
     }
 }
 
@@ -229,14 +236,35 @@ async fn until_interrupted<T>(
     }
 }
 
+/// Returns the folder in which the library keeps the work of a build.
+fn work_folder(output: &Path) -> PathBuf {
+    let target = output_target(output);
+    let mut folder = target.unwrap_or_else(|_| output.to_owned()).into_os_string();
+    folder.push(".partial");
+    folder.into()
+}
+
 /// Adds to the error of a stopped build whether its work was kept and how to resume it.
 fn how_to_resume(error: anyhow::Error, output: &Path, can_resume: bool) -> anyhow::Error {
-    let target = output_target(output);
-    let mut folder = target.as_deref().unwrap_or(output).as_os_str().to_owned();
-    folder.push(".partial");
-    let folder = Path::new(&folder);
+    let folder = &work_folder(output);
     let what = match error.downcast_ref() {
-        Some(BuildError::Locked(_) | BuildError::NotOurs(_) | BuildError::OtherBuild { .. }) => return error,
+        Some(BuildError::WorkKept { path, bytes }) => {
+            return anyhow::anyhow!(
+                "{} holds the work of an interrupted build, {}: continue that build with --resume, or give --force to \
+                 discard its work and start again",
+                common::shown(path),
+                common::bytes(*bytes)
+            );
+        }
+        Some(BuildError::OtherBuild { path, what }) => {
+            return anyhow::anyhow!(
+                "{} holds the work of a build with other inputs or options, which cannot be resumed with these ({what}): \
+                 repeat that build's command with --resume, or give --force without --resume to discard its work and \
+                 start again",
+                common::shown(path)
+            );
+        }
+        Some(BuildError::Locked(_) | BuildError::NotOurs(_)) => return error,
         Some(BuildError::Cancelled) => "interrupted".to_owned(),
         _ if is_stopped(&error) => "interrupted".to_owned(),
         _ => format!("{error:#}"),
@@ -307,8 +335,22 @@ async fn build_points(
         memo: serde_json::to_string(&read)?,
     });
     let summary = builder.finish().await?;
+    if summary.points == 0 && !source.sources().is_empty() {
+        read.notes.push(match read.records {
+            0 => "the input has no points".to_owned(),
+            records => format!(
+                "no point of the input was taken, of {}",
+                common::counted(records, "record", "records")
+            ),
+        });
+    }
     if let Some(first) = summary.first_inverted {
-        read.notes.push(lines.inverted_note(summary.inverted_regions, first));
+        read.notes.push(lines.inverted_note(summary.inverted_parts, first));
+    }
+    if summary.sites_in_holes > 0 {
+        let sites = common::counted(summary.sites_in_holes, "site is", "sites are");
+        read.notes
+            .push(format!("{sites} inside obstacles or other holes, where no path leads"));
     }
     if summary.without_z > 0 {
         let vertices = common::counted(summary.without_z, "vertex", "vertices");

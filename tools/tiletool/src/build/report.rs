@@ -84,7 +84,7 @@ impl Serialize for BuildReport<'_> {
             ("invalid", read.invalid),
             ("duplicates", summary.duplicates),
             ("segments", read.segments),
-            ("ends", summary.ends),
+            ("added_vertices", summary.added_vertices),
             ("vertices", summary.vertices),
             ("triangles", summary.triangles),
             ("border_triangles", summary.border_triangles),
@@ -94,11 +94,12 @@ impl Serialize for BuildReport<'_> {
             ("deferred_segments", summary.deferred_segments),
             ("crossings", summary.crossings),
             ("split_points", summary.split_points),
-            ("inverted_regions", summary.inverted_regions),
+            ("inverted_parts", summary.inverted_parts),
             ("regions", summary.regions),
             ("hole_regions", summary.hole_regions),
             ("hole_triangles", summary.hole_triangles),
             ("sites", summary.sites),
+            ("sites_in_holes", summary.sites_in_holes),
             ("tiles", summary.tiles),
             ("input_bytes", read.input_bytes),
             ("file_bytes", summary.file_bytes),
@@ -206,10 +207,10 @@ fn line_rows(summary: &BuildSummary, read: &InputCounts) -> Vec<(&'static str, S
     let mut rows = Vec::new();
     if read.segments > 0 {
         let lines = format!(
-            "{}, {}, {} added at ends and sites; {:.2} % of the triangles held back",
+            "{}, {}, {} added; {:.2} % of the triangles held back",
             counted(read.segments, "segment", "segments"),
             counted(summary.constraint_edges, "constraint edge", "constraint edges"),
-            counted(summary.ends, "vertex", "vertices"),
+            counted(summary.added_vertices, "vertex", "vertices"),
             100.0 * share(summary.held_triangles, summary.triangles)
         );
         rows.push(("lines", lines));

@@ -19,7 +19,7 @@ use distributions::{Kind, LongSegments, Pslg, points, points3};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::common;
-use crate::output::StreamOutput;
+use crate::output::{StandardOutput, StreamOutput};
 pub use count::parse_count;
 
 /// Generate test points, and segments that do not cross, from a seed
@@ -75,8 +75,8 @@ pub fn run(args: GenerateArgs) -> anyhow::Result<()> {
     let data = TestData::new(&args).unwrap_or_else(|error| error.exit());
     if args.output == Path::new("-") {
         return data
-            .write_stream(&mut io::stdout().lock())
-            .context("cannot write to standard output");
+            .write_stream(&mut StandardOutput::of("the points"))
+            .map_err(Into::into);
     }
     let segment_path = args.output.with_extension("u32");
     let segments = data.write_files(&args.output, &segment_path, &common::interruption())?;
@@ -283,7 +283,7 @@ fn report(args: &GenerateArgs, records: u64, segments: Option<(u64, &Path)>) -> 
             "segments": segments.map_or(0, |(count, _)| count),
             "segments_output": segments.map(|(_, path)| path.to_string_lossy()),
         });
-        return ignore_broken_pipe(writeln!(io::stdout(), "{json}")).context("cannot write to standard output");
+        return common::print_json("the summary", &json);
     }
     let points = common::counted(records, "point", "points");
     common::say(format_args!("{points} in {}", common::shown(&args.output)));

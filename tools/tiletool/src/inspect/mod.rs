@@ -53,7 +53,7 @@ pub struct InspectArgs {
     #[arg(long, requires = "regions")]
     all: bool,
     /// Draw a map of the triangulation and the cells of its tiles, as .svg or .png; a large file is
-    /// thinned
+    /// sampled
     #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     plot: Option<PlotFile>,
     #[command(flatten)]
@@ -66,7 +66,7 @@ struct InspectReport<'a> {
     #[serde(flatten)]
     summary: &'a Summary,
     #[serde(skip_serializing_if = "Option::is_none")]
-    tiles: Option<Vec<TileRow>>,
+    tile_list: Option<Vec<TileRow>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     tile: Option<&'a WholeTile>,
     #[serde(flatten)]
@@ -98,13 +98,16 @@ pub fn run(args: InspectArgs) -> anyhow::Result<()> {
     let tile = tile.map(|tile| WholeTile::new(&directory, &tile));
     if args.json {
         let rows = || TileRow::all(&directory).collect();
-        return common::print_json(&InspectReport {
-            summary: &summary,
-            tiles: args.tiles.then(rows),
-            tile: tile.as_ref(),
-            regions: regions.as_ref(),
-            plot: plotted.as_ref(),
-        });
+        return common::print_json(
+            "the report",
+            &InspectReport {
+                summary: &summary,
+                tile_list: args.tiles.then(rows),
+                tile: tile.as_ref(),
+                regions: regions.as_ref(),
+                plot: plotted.as_ref(),
+            },
+        );
     }
     let coordinates = Coordinates::within(directory.metadata.bounds);
     let mut texts = Vec::new();
@@ -123,5 +126,5 @@ pub fn run(args: InspectArgs) -> anyhow::Result<()> {
     if let Some(plotted) = &plotted {
         texts.push(plotted.report());
     }
-    common::print(&texts.join("\n"))
+    common::print("the report", &texts.join("\n"))
 }

@@ -31,7 +31,7 @@ pub struct RegionRow {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct RegionTotal {
     regions: u64,
-    holes: u64,
+    hole_regions: u64,
     area: f64,
     hole_area: f64,
     triangles: u64,
@@ -41,9 +41,9 @@ pub struct RegionTotal {
 /// The largest regions, and the totals of all regions.
 #[derive(Serialize)]
 pub struct Regions {
-    #[serde(rename = "regions")]
+    #[serde(rename = "region_list")]
     rows: Vec<RegionRow>,
-    #[serde(rename = "regions_total")]
+    #[serde(rename = "region_totals")]
     total: RegionTotal,
 }
 
@@ -95,7 +95,7 @@ impl Ranking {
         total.area += row.area;
         total.triangles += row.triangles;
         if row.hole {
-            total.holes += 1;
+            total.hole_regions += 1;
             total.hole_area += row.area;
             total.hole_triangles += row.triangles;
         }
@@ -196,7 +196,7 @@ impl Regions {
             counted(total.regions, "region", "regions"),
             area(total.area),
             counted(total.triangles, "triangle", "triangles"),
-            counted(total.holes, "hole", "holes"),
+            counted(total.hole_regions, "hole", "holes"),
             area(total.hole_area),
             counted(total.hole_triangles, "triangle", "triangles"),
         );
@@ -239,7 +239,11 @@ mod tests {
             let regions = ranking.finish();
             assert_eq!(regions.rows.iter().map(|r| r.region).collect::<Vec<_>>(), [5, 0, 3, 2]);
             assert_eq!(
-                (regions.total.regions, regions.total.holes, regions.total.hole_area),
+                (
+                    regions.total.regions,
+                    regions.total.hole_regions,
+                    regions.total.hole_area
+                ),
                 (6, 1, 2.0)
             );
             assert_eq!((regions.total.triangles, regions.total.hole_triangles), (12, 2));

@@ -34,20 +34,20 @@ pub struct Summary {
     vertices: u64,
     triangles: u64,
     hull_edges: u64,
-    ends: u64,
+    added_vertices: u64,
     constraint_edges: u64,
     has_z: bool,
-    region_count: u64,
+    regions: u64,
     hole_regions: u64,
     hole_triangles: u64,
     exterior_is_hole: bool,
-    seeds: u64,
-    site_count: u64,
+    hole_points: u64,
+    sites: u64,
     crossings: u64,
-    borders: u64,
+    cell_borders: u64,
     lines: Vec<LineFile>,
     bounds: Option<Bounds>,
-    tile_count: u64,
+    tiles: u64,
     tile_vertices: u32,
     vertices_per_tile: Option<Distribution>,
     #[serde(flatten)]
@@ -85,8 +85,8 @@ struct InputFile {
 struct LineFile {
     name: String,
     kind: String,
-    first: u64,
-    lines: u64,
+    first_line: u64,
+    count: u64,
 }
 
 /// The distribution of numbers, with quartiles by nearest rank.
@@ -119,8 +119,8 @@ impl LineFile {
         Self {
             name: source.name.clone(),
             kind: source.kind.to_string(),
-            first: source.first,
-            lines: source.lines,
+            first_line: source.first,
+            count: source.lines,
         }
     }
 }
@@ -180,20 +180,20 @@ impl Summary {
             vertices: m.vertices,
             triangles: m.triangles,
             hull_edges: m.hull_edges,
-            ends: m.ends,
+            added_vertices: m.ends,
             constraint_edges: m.constraint_edges,
             has_z: m.has_z,
-            region_count: m.regions,
+            regions: m.regions,
             hole_regions: m.hole_regions,
             hole_triangles: m.hole_triangles,
             exterior_is_hole: m.exterior_is_hole,
-            seeds: m.seeds.len() as u64,
-            site_count: m.sites,
+            hole_points: m.seeds.len() as u64,
+            sites: m.sites,
             crossings: m.crossings,
-            borders: m.borders.len() as u64,
+            cell_borders: m.borders.len() as u64,
             lines: m.lines.iter().map(LineFile::new).collect(),
             bounds: Bounds::new(m.bounds),
-            tile_count: tiles.len() as u64,
+            tiles: tiles.len() as u64,
             tile_vertices: m.tile_vertices,
             vertices_per_tile: Distribution::of(tiles.iter().map(|t| t.vertices).collect()),
             parts: PartSizes::of(directory, file_bytes),
@@ -256,7 +256,7 @@ impl Summary {
             "lines",
             self.lines
                 .iter()
-                .map(|l| (&l.name, counted(l.lines, &l.kind, &format!("{}s", l.kind)))),
+                .map(|l| (&l.name, counted(l.count, &l.kind, &format!("{}s", l.kind)))),
         ));
         if let Some(crs) = &self.crs {
             lines.push(("CRS", shortened(crs, CRS_SHOWN)));
@@ -277,9 +277,9 @@ impl Summary {
             ("hull edges", thousands(self.hull_edges)),
         ];
         if self.constraint_edges > 0 {
-            let ends = counted(self.ends, "vertex", "vertices");
+            let added = counted(self.added_vertices, "vertex", "vertices");
             let edges = counted(self.constraint_edges, "edge", "edges");
-            lines.push(("constraints", format!("{edges}; {ends} added at ends and sites")));
+            lines.push(("constraints", format!("{edges}; {added} added")));
         }
         lines.extend(self.region_rows());
         if self.rect.is_empty() {
@@ -304,12 +304,12 @@ impl Summary {
             let crossings = thousands(self.crossings);
             lines.push(("crossings", format!("{crossings}; the lines were split there")));
         }
-        if self.borders > 0 {
-            let borders = counted(self.borders, "cell border", "cell borders");
+        if self.cell_borders > 0 {
+            let borders = counted(self.cell_borders, "cell border", "cell borders");
             lines.push(("steiner", format!("lines were split at {borders}")));
         }
-        if self.region_count > 0 {
-            lines.push(("regions", thousands(self.region_count)));
+        if self.regions > 0 {
+            lines.push(("regions", thousands(self.regions)));
         }
         if self.hole_regions > 0 {
             let (holes, triangles) = (
@@ -317,23 +317,23 @@ impl Summary {
                 counted(self.hole_triangles, "triangle", "triangles"),
             );
             let mut text = format!("{holes}, with {triangles}");
-            if self.seeds > 0 {
-                text += &format!("; {}", counted(self.seeds, "hole point", "hole points"));
+            if self.hole_points > 0 {
+                text += &format!("; {}", counted(self.hole_points, "hole point", "hole points"));
             }
             if self.exterior_is_hole {
                 text += "; the exterior is a hole";
             }
             lines.push(("holes", text));
         }
-        if self.site_count > 0 {
-            lines.push(("sites", thousands(self.site_count)));
+        if self.sites > 0 {
+            lines.push(("sites", thousands(self.sites)));
         }
         lines
     }
 
     fn tile_rows(&self) -> Vec<(&'static str, String)> {
         let limit = counted(self.tile_vertices.into(), "vertex", "vertices");
-        let mut lines = vec![("tiles", format!("{}, at most {limit} each", thousands(self.tile_count)))];
+        let mut lines = vec![("tiles", format!("{}, at most {limit} each", thousands(self.tiles)))];
         if let Some(d) = &self.vertices_per_tile {
             let shown = [
                 ("min", d.min),

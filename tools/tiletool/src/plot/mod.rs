@@ -72,7 +72,7 @@ pub struct Plotted {
     bytes: u64,
     width: u32,
     height: u32,
-    thinned: bool,
+    sampled: bool,
     vertices: u64,
     triangles: u64,
     peak_memory_bytes: Option<u64>,
@@ -82,8 +82,8 @@ impl Plotted {
     /// Returns the report for people, as one line.
     pub fn report(&self) -> String {
         let vertices = counted(self.vertices, "vertex", "vertices");
-        let drawn = match self.thinned {
-            true => format!("thinned to {vertices}"),
+        let drawn = match self.sampled {
+            true => format!("a sample of {vertices}"),
             false => format!("whole, {vertices}"),
         };
         let (width, height) = (self.width, self.height);
@@ -107,7 +107,7 @@ pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotte
         bytes,
         width: page.width,
         height: page.height,
-        thinned: scene.thinned,
+        sampled: scene.thinned,
         vertices: scene.points.len() as u64,
         triangles: scene.triangles,
         peak_memory_bytes: peak_memory(),

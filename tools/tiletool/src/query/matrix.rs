@@ -1,7 +1,7 @@
 //! `tiletool query matrix`: walking distances between all points of one list and all points of
 //! another.
 
-use std::io::{self, BufWriter, Write};
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -21,6 +21,7 @@ use super::batch::{self, Question};
 use super::print::push_status;
 use super::values::{COLLECTION, COLLECTION_END, bounds, line_string, pair, position, with_distance, write_feature};
 use crate::common::{self, cell, counted, thousands};
+use crate::output::StandardOutput;
 use crate::plot::{self, Overlay, PlotFile};
 
 /// Maximum number of paths in a picture, which also limits memory.
@@ -172,7 +173,7 @@ impl Matrix {
         format: Format,
         mut pairs: impl TryStream<Ok = PairDistance, Error = QueryError> + Unpin,
     ) -> anyhow::Result<u64> {
-        let mut out = BufWriter::new(io::stdout());
+        let mut out = BufWriter::new(StandardOutput::of("the answers"));
         match format {
             Format::Csv => writeln!(out, "from,to,from_x,from_y,to_x,to_y,status,distance,lower,upper")?,
             Format::GeoJson => write!(out, "{COLLECTION}")?,

@@ -1,7 +1,7 @@
 //! Prints answers for people and programs.
 
 use std::fmt::Write as _;
-use std::io::{self, BufWriter, Stdout, Write};
+use std::io::{BufWriter, Write};
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Bend, Distance, Near, Path, SiteFound};
@@ -15,11 +15,12 @@ use super::stage::Stage;
 use super::values::{COLLECTION, COLLECTION_END, bounds, line_string, pair, position, with_distance, write_feature};
 use super::{along, area};
 use crate::common::cell;
+use crate::output::StandardOutput;
 
 /// Prints answers, one after the other.
 pub struct Printer {
     format: Format,
-    out: BufWriter<Stdout>,
+    out: BufWriter<StandardOutput>,
     features: u64,
 }
 
@@ -27,7 +28,7 @@ impl Printer {
     /// Creates a printer and prints what precedes all answers. `in_stages` says whether answers
     /// come in stages.
     pub fn new(format: Format, ask: Ask, in_stages: bool) -> anyhow::Result<Self> {
-        let mut out = BufWriter::new(io::stdout());
+        let mut out = BufWriter::new(StandardOutput::of("the answers"));
         match format {
             Format::Csv if in_stages => writeln!(out, "{},{}", header(ask), Stage::HEADER)?,
             Format::Csv => writeln!(out, "{}", header(ask))?,

@@ -21,7 +21,7 @@ fn bench_read_compares_each_backend_with_the_device() {
     assert_eq!(names, ["threads", "mmap"]);
     for backend in backends {
         for key in [
-            "gb_per_s",
+            "cold_gb_per_s",
             "cpu_seconds",
             "warm_gb_per_s",
             "warm_gb_per_cpu_second",
@@ -36,7 +36,7 @@ fn bench_read_compares_each_backend_with_the_device() {
         Some(device) => {
             assert_eq!(device["depths"].as_array().unwrap().len(), 6);
             let rate = |value: &Value, key: &str| value[key].as_f64().unwrap();
-            let expected = rate(&backends[0], "gb_per_s") / device["gb_per_s"].as_f64().unwrap();
+            let expected = rate(&backends[0], "cold_gb_per_s") / device["sequential_gb_per_s"].as_f64().unwrap();
             assert!((rate(&backends[0], "ratio_to_device") - expected).abs() < 1e-9);
         }
         None => assert!(json["note"].as_str().unwrap().contains("bypassing the page cache")),

@@ -102,7 +102,7 @@ fn segments_become_chains_of_edges() {
     assert_eq!(summary["segments"], 23_541);
     assert_eq!(summary["constraint_edges"], 23_541);
     assert_eq!(summary["points"], 0);
-    assert_eq!(summary["ends"], 23_541);
+    assert_eq!(summary["added_vertices"], 23_541);
     assert_eq!(summary["vertices"], 23_541);
     scratch.json(&[&build[..], &[&coast, "-o", "one.tiles"]].concat());
     assert_eq!(scratch.ok(&["digest", "i.tiles"]), scratch.ok(&["digest", "one.tiles"]));

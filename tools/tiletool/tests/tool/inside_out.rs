@@ -51,7 +51,7 @@ fn with_split_lines_every_obstacle_is_covered() {
             folder,
             &format!("build --obstacles {name} --crossings split -o t.tiles --force --json"),
         );
-        assert_eq!(built["inverted_regions"], 1, "{name}");
+        assert_eq!(built["inverted_parts"], 1, "{name}");
         let note = built["notes"][0].as_str().unwrap();
         assert!(
             note.starts_with("1 part of a polygon is inside out, because "),

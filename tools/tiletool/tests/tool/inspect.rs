@@ -125,7 +125,7 @@ fn the_json_summary_describes_the_file() {
         number("core_triangles") + number("border_triangles"),
         number("triangles")
     );
-    assert!(number("border_triangles") > 0 && number("tile_count") >= 10);
+    assert!(number("border_triangles") > 0 && number("tiles") >= 10);
     let quartiles = ["min", "lower_quartile", "median", "upper_quartile", "max"];
     let quartiles = quartiles.map(|key| json["vertices_per_tile"][key].as_u64().unwrap());
     assert!(quartiles.is_sorted() && quartiles[0] > 0 && quartiles[4] <= 64);
@@ -144,7 +144,7 @@ fn the_json_summary_describes_the_file() {
     ] {
         assert!(!json[key].is_null(), "{key}");
     }
-    for key in ["tiles", "tile", "plot"] {
+    for key in ["tile_list", "tile", "region_list", "plot"] {
         assert!(json.get(key).is_none(), "{key}");
     }
 }
@@ -168,8 +168,8 @@ fn the_text_summary_describes_the_file() {
 fn tiles_prints_one_row_per_tile() {
     let case = Case::grid();
     let json = case.json(&["--tiles"]);
-    let tiles = json["tiles"].as_array().unwrap();
-    assert_eq!(tiles.len() as u64, json["tile_count"]);
+    let tiles = json["tile_list"].as_array().unwrap();
+    assert_eq!(tiles.len() as u64, json["tiles"]);
     let sum = |key: &str| tiles.iter().map(|tile| tile[key].as_u64().unwrap()).sum::<u64>();
     assert_eq!(sum("vertices"), 600);
     assert_eq!(sum("owned_triangles"), json["triangles"]);
@@ -241,7 +241,7 @@ fn a_small_file_is_drawn_whole() {
     assert!(colours > 10);
     assert!(svg.contains("The whole Delaunay triangulation of 600 vertices"));
     assert!(svg.contains(">map.tiles</text>"));
-    for id in 0..case.json(&[])["tile_count"].as_u64().unwrap() {
+    for id in 0..case.json(&[])["tiles"].as_u64().unwrap() {
         assert!(svg.contains(&format!(">{id}</text>")), "tile {id} has no label");
     }
     assert!(svg.matches("<path").count() < 20, "an element for each edge");
@@ -260,7 +260,7 @@ fn a_large_file_is_thinned() {
     assert!(svg.len() < 500_000, "{} bytes", svg.len());
     assert!(!svg.contains(">17</text>"), "labels for too many tiles");
     let again = case.in_folder("again.svg");
-    assert_eq!(case.json(&["--plot", text_of(&again)])["plot"]["thinned"], true);
+    assert_eq!(case.json(&["--plot", text_of(&again)])["plot"]["sampled"], true);
     assert_eq!(fs::read_to_string(again).unwrap(), svg);
 }
 
@@ -284,13 +284,13 @@ fn every_option_works_with_degenerate_files() {
         let json = case.json(&["--tiles"]);
         assert_eq!(json["vertices"], points.len());
         assert_eq!(json["bounds"].is_null(), points.is_empty());
-        assert_eq!(json["tiles"].as_array().unwrap().len() as u64, json["tile_count"]);
+        assert_eq!(json["tile_list"].as_array().unwrap().len() as u64, json["tiles"]);
         let regions = case.json(&["--regions", "--all"]);
-        assert_eq!(regions["regions_total"]["regions"], json["region_count"]);
-        let listed = regions["regions"].as_array().unwrap();
-        assert_eq!(listed.len() as u64, json["region_count"]);
+        assert_eq!(regions["region_totals"]["regions"], json["regions"]);
+        let listed = regions["region_list"].as_array().unwrap();
+        assert_eq!(listed.len() as u64, json["regions"]);
         let triangles: u64 = listed.iter().map(|region| region["triangles"].as_u64().unwrap()).sum();
-        assert_eq!(regions["regions_total"]["triangles"], triangles);
+        assert_eq!(regions["region_totals"]["triangles"], triangles);
         for options in [&[][..], &["--tiles"], &["--tile", "0"], &["--regions"]] {
             let inspect = case.command(options);
             if points.is_empty() && options.contains(&"0") {
@@ -315,7 +315,7 @@ fn an_error_names_its_cause() {
             assert!(error.contains(part), "{part} is missing: {error}");
         }
     };
-    let count = case.json(&[])["tile_count"].to_string();
+    let count = case.json(&[])["tiles"].to_string();
     failed(
         case.command(&["--tile", "99999"]),
         1,

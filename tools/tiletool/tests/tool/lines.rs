@@ -123,7 +123,7 @@ fn break_lines_and_walls_become_constraint_edges() {
         let counts = [
             ("segments", 3),
             ("constraint_edges", 6 + 7 + 1),
-            ("ends", 2),
+            ("added_vertices", 2),
             ("vertices", 51),
             ("crossings", 0),
             ("regions", 2),
@@ -132,13 +132,16 @@ fn break_lines_and_walls_become_constraint_edges() {
             ("sites", 0),
         ];
         assert_has(&built, &counts);
-        assert_has(&shown, &[("region_count", 2), ("constraint_edges", 14), ("ends", 2)]);
+        assert_has(
+            &shown,
+            &[("regions", 2), ("constraint_edges", 14), ("added_vertices", 2)],
+        );
         let lines = shown["lines"].as_array().unwrap();
         let expected = [("path.csv", 0, 2), ("fence.csv", 2, 1)];
         assert_eq!(lines.len(), 2);
         for (line, (name, first, count)) in lines.iter().zip(expected) {
             assert_eq!((&line["name"], &line["kind"]), (&name.into(), &kind.into()));
-            assert_has(line, &[("first", first), ("lines", count)]);
+            assert_has(line, &[("first_line", first), ("count", count)]);
         }
     }
 }
@@ -150,7 +153,7 @@ fn obstacles_are_holes() {
     let counts = [
         ("segments", 8),
         ("constraint_edges", 12),
-        ("ends", 0),
+        ("added_vertices", 0),
         ("regions", 3),
         ("hole_regions", 2),
         ("hole_triangles", 8 + 2),
@@ -158,7 +161,7 @@ fn obstacles_are_holes() {
     assert_has(&built, &counts);
     assert_has(&built, &[("input_bytes", (GRID.len() + HOUSES.len()) as u64)]);
     let counts = [
-        ("region_count", 3),
+        ("regions", 3),
         ("hole_regions", 2),
         ("hole_triangles", 10),
         ("triangles", 72),
@@ -192,7 +195,7 @@ fn the_exterior_is_kept_or_a_hole() {
     assert_has(&built, &[("hole_triangles", 2), ("triangles", 10)]);
     let keep = town.ok("digest t.tiles");
     let [_, shown] = town.build("court.poly --exterior hole");
-    assert_has(&shown, &[("hole_triangles", 2), ("seeds", 1)]);
+    assert_has(&shown, &[("hole_triangles", 2), ("hole_points", 1)]);
     assert_eq!(town.ok("digest t.tiles"), keep);
     assert_eq!(shown["lines"][0]["name"], "court.poly");
     assert_eq!(shown["lines"][0]["kind"], "wall");
@@ -212,8 +215,11 @@ fn the_exterior_is_kept_or_a_hole() {
 fn sites_keep_their_ids() {
     let town = town();
     let [built, shown] = town.build("grid.csv --sites shops.geojson --site-id name");
-    assert_has(&built, &[("sites", 3), ("ends", 1), ("vertices", 50), ("segments", 0)]);
-    assert_has(&shown, &[("site_count", 3), ("region_count", 0)]);
+    assert_has(
+        &built,
+        &[("sites", 3), ("added_vertices", 1), ("vertices", 50), ("segments", 0)],
+    );
+    assert_has(&shown, &[("sites", 3), ("regions", 0)]);
     // By default, the ids are the record numbers.
     let [built, _] = town.build("grid.csv --sites shops.geojson --obstacles houses.geojson");
     assert_has(&built, &[("sites", 3), ("hole_regions", 2)]);
@@ -341,10 +347,7 @@ fn lines_that_cross_are_split() {
         "{error}"
     );
     let [built, _] = town.build("--obstacles beside.geojson --crossings split");
-    assert_has(
-        &built,
-        &[("crossings", 0), ("inverted_regions", 1), ("hole_regions", 3)],
-    );
+    assert_has(&built, &[("crossings", 0), ("inverted_parts", 1), ("hole_regions", 3)]);
     assert_eq!(
         built["notes"][0],
         "1 part of a polygon is inside out, because rings are nested wrongly or cross, and still covered; the first is in \
@@ -352,7 +355,7 @@ fn lines_that_cross_are_split() {
     );
     // If nothing crosses, --crossings split makes no difference.
     let [built, _] = town.build("grid.csv --obstacles houses.geojson --crossings split");
-    assert_has(&built, &[("crossings", 0), ("ends", 0)]);
+    assert_has(&built, &[("crossings", 0), ("added_vertices", 0)]);
     let split = town.ok("digest t.tiles");
     town.build("grid.csv --obstacles houses.geojson --crossings error");
     assert_eq!(town.ok("digest t.tiles"), split);
@@ -382,11 +385,11 @@ fn segments_of_a_poly_file_refer_to_its_own_points() {
     fs::write(town.0.path().join("far.poly"), shifted).unwrap();
     let [built, shown] = town.build("court.poly far.poly grid.csv --walls path.csv");
     assert_has(&built, &[("segments", 8 + 8 + 2), ("hole_regions", 2)]);
-    assert_has(&shown, &[("seeds", 2)]);
+    assert_has(&shown, &[("hole_points", 2)]);
     let lines = shown["lines"].as_array().unwrap();
     let names: Vec<_> = lines
         .iter()
-        .map(|line| (line["name"].as_str().unwrap(), line["first"].as_u64().unwrap()))
+        .map(|line| (line["name"].as_str().unwrap(), line["first_line"].as_u64().unwrap()))
         .collect();
     assert_eq!(names, [("path.csv", 0), ("court.poly", 2), ("far.poly", 10)]);
 }

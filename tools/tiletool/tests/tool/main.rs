@@ -19,9 +19,11 @@ mod limits;
 mod lines;
 mod memory;
 mod outputs;
+mod printing;
 mod query;
 mod refusals;
 mod resume;
+mod sites;
 
 /// The program that the tests run.
 const PROGRAM: &str = env!("CARGO_BIN_EXE_tiletool");

@@ -128,6 +128,34 @@ fn all_commands_write_through_links_and_keep_them() {
 }
 
 #[test]
+fn a_missing_folder_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    prepare(path);
+    symlink("gone/away", path.join("link")).unwrap();
+    let before = names(path);
+    for (args, suffix) in WRITERS {
+        for (output, missing) in [
+            (format!("missing/out.{suffix}"), "missing"),
+            (format!("missing/deep/out.{suffix}"), "missing/deep"),
+        ] {
+            let errors = fails(path, 1, &format!("{args} {output}"));
+            assert!(
+                errors.contains(&format!("the folder {missing} does not exist; create it first")),
+                "{args}: {errors}"
+            );
+            assert!(
+                errors.contains(&output) && !errors.contains(".partial"),
+                "{args}: {errors}"
+            );
+        }
+        assert_eq!(names(path), before, "{args}");
+    }
+    let errors = fails(path, 1, "export t.tiles --format ply -o link");
+    assert!(errors.contains("gone does not exist; create it first"), "{errors}");
+}
+
+#[test]
 fn the_next_run_removes_the_files_of_a_killed_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
@@ -200,7 +228,9 @@ fn a_build_removes_the_spilled_files_of_a_killed_one() {
     }
     assert_eq!(names(&path.join("tmp")).len(), 1);
     let _ = fs::remove_file(path.join("out.tiles"));
-    run(path, "build p.f64 -o out.tiles --quiet");
+    // If all points had arrived, the killed build could be resumed, and its work is not removed by
+    // accident.
+    run(path, "build p.f64 -o out.tiles --quiet --force");
     assert!(names(&path.join("tmp")).is_empty());
     assert_eq!(names(path), ["out.tiles", "p.f64", "tmp"]);
 }

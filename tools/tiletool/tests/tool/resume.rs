@@ -128,9 +128,48 @@ fn keeps_the_work(signal: &str) {
     assert!(other.contains("p.f64"), "{other}");
     file.set_modified(modified).unwrap();
 
+    // Work that could be resumed is not removed by accident.
+    let work = names(&folder.join("p.tiles.partial"));
+    for rerun in [BUILD, "build p.f64 -o p.tiles", "build p.f64 --walls w.csv -o p.tiles"] {
+        fs::write(folder.join("w.csv"), "0,0,1,1\n").unwrap();
+        let kept = fails(folder, 1, rerun);
+        for part in [
+            "p.tiles.partial holds the work of an interrupted build, ",
+            "--resume",
+            "--force",
+        ] {
+            assert!(kept.contains(part), "{rerun}: {kept}");
+        }
+        assert_eq!(names(&folder.join("p.tiles.partial")), work, "{rerun}");
+    }
+
     run(folder, &format!("{BUILD} --resume"));
     run(folder, "verify --deep p.tiles --against p.f64");
     assert!(!folder.join("p.tiles.partial").exists());
+}
+
+#[test]
+fn force_discards_the_work_of_an_interrupted_build_and_says_so() {
+    let scratch = scratch();
+    let folder = scratch.path();
+    let mut child = start(folder, BUILD);
+    if !wait_for_a_block(folder, &mut child) {
+        println!("the build ended before it could be interrupted");
+        return;
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(folder.join("p.tiles.partial/plan").exists());
+    let output = tiletool(folder, &format!("{BUILD} --force")).output().unwrap();
+    let message = errors(&output);
+    assert!(output.status.success(), "{message}");
+    assert!(
+        message.contains("note: the work of an interrupted build is discarded"),
+        "{message}"
+    );
+    assert_eq!(names(folder), ["p.f64", "p.tiles"]);
+    let output = tiletool(folder, &format!("{BUILD} --force")).output().unwrap();
+    assert!(errors(&output).is_empty(), "{}", errors(&output));
 }
 
 #[test]
