@@ -116,8 +116,8 @@ impl EuclideanSearch {
                     self.push_cell(right, Rect { min_y: cut, ..cell });
                 }
                 KdNode::Leaf(tile) => {
-                    let at_least = f64::from_bits(key.0);
-                    let tile = self.tile(tile).await.map_err(|error| error.at_least(at_least))?;
+                    let lower_bound = f64::from_bits(key.0);
+                    let tile = self.tile(tile).await.map_err(|error| error.lower_bound(lower_bound))?;
                     self.push_tile(&tile);
                 }
             }

@@ -51,13 +51,13 @@ pub enum Progress<T> {
     Exact(T),
 }
 
-/// Returns the number of tiles with a cell for which `at_least` is at most `limit`.
-fn tiles_within(directory: &Directory, limit: f64, at_least: impl Fn(Rect) -> f64) -> u64 {
+/// Returns the number of tiles with a cell for which `lower_bound` is at most `limit`.
+fn tiles_within(directory: &Directory, limit: f64, lower_bound: impl Fn(Rect) -> f64) -> u64 {
     let nodes = directory.tree.nodes();
     let mut open = vec![(0, directory.metadata.bounds)];
     let mut tiles = 0;
     while let Some((node, cell)) = open.pop() {
-        if cell.is_empty() || at_least(cell) > limit {
+        if cell.is_empty() || lower_bound(cell) > limit {
             continue;
         }
         match nodes.get(node as usize) {

@@ -20,8 +20,10 @@ mod lines;
 mod memory;
 mod outputs;
 mod query;
+mod query_tables;
 mod refusals;
 mod resume;
+mod town;
 
 /// The program that the tests run.
 const PROGRAM: &str = env!("CARGO_BIN_EXE_tiletool");
