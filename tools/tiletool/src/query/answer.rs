@@ -50,9 +50,9 @@ pub type Polygon = Vec<Vec<Point>>;
 /// The area within a walking distance.
 #[derive(Clone, Debug)]
 pub struct Area {
-    /// Polygons inside the area.
+    /// Polygons inside the true area.
     pub polygons: Vec<Polygon>,
-    /// The size of the area.
+    /// The size of the polygons.
     pub size: f64,
 }
 

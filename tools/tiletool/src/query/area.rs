@@ -1,8 +1,8 @@
 //! The area within a walking distance, as polygons and as a number.
 //!
 //! Crate i_overlay unites the parts that the library returns. It rounds coordinates to a grid of
-//! 2^-30 of the area's size or finer, far below the tolerances with which arcs become lines. The
-//! number is the area of polygons with far more points than those that are drawn or printed.
+//! 2^-30 of the area's size or finer, far below the tolerance with which arcs become lines. The
+//! number is the area of the polygons.
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::QueryOptions;
@@ -18,11 +18,8 @@ use super::answer::{Area, Polygon, Status};
 use super::values::position;
 
 /// Maximum distance of an arc's straight edges from the arc, inside it, as a fraction of the arc's
-/// radius.
+/// radius. A sector of a disc loses 4/3 of this fraction of its area.
 pub const TOLERANCE: f64 = 1e-4;
-
-/// The same for the size of the area. A sector of a disc loses 4/3 of this fraction of its area.
-const FINE_TOLERANCE: f64 = 1e-6;
 
 /// Points that are at most this fraction of the radius away from a straight line are removed.
 const STRAIGHT: f64 = 1e-8;
@@ -39,33 +36,27 @@ pub async fn within(
     options: QueryOptions,
 ) -> anyhow::Result<(Status, Area)> {
     let mut parts = reader.area_within(at, radius, options);
-    let [mut coarse, mut fine]: [Shape; 2] = [Vec::new(), Vec::new()];
+    let mut outlines: Shape = Vec::new();
     let status = loop {
         match parts.try_next().await {
-            Ok(Some(part)) => {
-                let outline = |tolerance| part.outline(tolerance).iter().map(|p| [p.x, p.y]).collect();
-                coarse.push(outline(TOLERANCE));
-                fine.push(outline(FINE_TOLERANCE));
-            }
+            Ok(Some(part)) => outlines.push(part.outline(TOLERANCE).iter().map(|p| [p.x, p.y]).collect()),
             Ok(None) => break Status::Ok,
             Err(error) => break Status::of(error)?,
         }
     };
     // The union leaves rounded points on straight lines. Removing them could make lines touch, so
     // the result is united once more.
-    let rings = united(&coarse).into_iter().flatten();
+    let rings = united(&outlines).into_iter().flatten();
     let straight: Shape = rings.map(|ring| straightened(&ring, STRAIGHT * radius)).collect();
+    let shapes = united(&straight);
+    let sizes = shapes.iter().flatten().map(|ring| signed_area(ring, at));
+    // The sum of no numbers is -0.
+    let size = 0.0 + sizes.sum::<f64>();
     let point = |[x, y]: [f64; 2]| Point::new(x, y);
     let ring = |ring: Vec<[f64; 2]>| ring.into_iter().map(point).collect();
     let polygon = |shape: Shape| shape.into_iter().map(ring).collect();
-    let fine = united(&fine);
-    let sizes = fine.iter().flatten().map(|ring| signed_area(ring, at));
-    let area = Area {
-        polygons: united(&straight).into_iter().map(polygon).collect(),
-        // The sum of no numbers is -0.
-        size: 0.0 + sizes.sum::<f64>(),
-    };
-    Ok((status, area))
+    let polygons = shapes.into_iter().map(polygon).collect();
+    Ok((status, Area { polygons, size }))
 }
 
 /// Returns the union of counter-clockwise outlines.
