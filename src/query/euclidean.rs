@@ -109,8 +109,8 @@ impl EuclideanSearch {
             match self.reader.content_of(cell).await? {
                 CellContent::Cut(parts) => parts.into_iter().for_each(|part| self.push_cell(part)),
                 CellContent::Tile(tile) => {
-                    let at_least = f64::from_bits(key.0);
-                    let tile = self.tile(tile).await.map_err(|error| error.at_least(at_least))?;
+                    let lower_bound = f64::from_bits(key.0);
+                    let tile = self.tile(tile).await.map_err(|error| error.lower_bound(lower_bound))?;
                     self.push_tile(&tile);
                 }
             }

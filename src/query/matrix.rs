@@ -28,9 +28,9 @@ use crate::store::{ReadError, TileReader};
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct PairDistance {
     /// The index of the first point in its list.
-    pub from: usize,
+    pub from_index: usize,
     /// The index of the second point in its list.
-    pub to: usize,
+    pub to_index: usize,
     /// The distance, or the reason why there is none.
     pub outcome: DistanceOutcome,
     /// A shortest path, if the options request it and there is one.
@@ -57,7 +57,7 @@ pub enum DistanceOutcome {
     /// The wavefront reached its limit of tiles or time.
     OutOfBudget {
         /// A lower bound of the distance.
-        at_least: f64,
+        lower_bound: f64,
     },
 }
 
@@ -144,14 +144,14 @@ impl Matrix {
             .enumerate()
             .map(|(goal, ((found, path), end))| {
                 let (of_goal, [from, to]) = (inside(end), [start, goal]);
-                let (outcome, [from, to]) = if self.is_swapped {
+                let (outcome, [from_index, to_index]) = if self.is_swapped {
                     (of_goal.or(of_start), [to, from])
                 } else {
                     (of_start.or(of_goal), [from, to])
                 };
                 PairDistance {
-                    from,
-                    to,
+                    from_index,
+                    to_index,
                     outcome: outcome.unwrap_or(found),
                     path,
                 }
@@ -170,12 +170,12 @@ impl Matrix {
         let mut missing = self.goals.iter().filter(|goal| goal.query_point.is_free).count();
         let ended = self.reach(start, &mut outcomes, &mut missing).await;
         if let Err(error) = ended {
-            let QueryError::OutOfBudget { at_least } = error else {
+            let QueryError::OutOfBudget { lower_bound } = error else {
                 return Err(error);
             };
             for (outcome, _) in &mut outcomes {
                 if matches!(outcome, DistanceOutcome::Unreachable) {
-                    *outcome = DistanceOutcome::OutOfBudget { at_least };
+                    *outcome = DistanceOutcome::OutOfBudget { lower_bound };
                 }
             }
         }

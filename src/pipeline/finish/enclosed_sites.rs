@@ -17,8 +17,9 @@ use crate::store::{Needs, ReadError, Tile, TileId, TileReader};
 /// Returns the number of sites in holes. `with_sites` are the tiles with sites, in any order.
 pub(crate) async fn sites_in_holes(reader: &TileReader, mut with_sites: Vec<u32>) -> Result<u64, ReadError> {
     with_sites.sort_unstable();
-    let outside_is_free = !reader.directory().metadata.exterior_is_hole;
+    let outside_is_free = !reader.metadata().exterior_is_hole;
     let tiles = with_sites.into_iter().map(|tile| (TileId(tile), ())).collect();
+    let reader = reader.for_passes().await?;
     let plan = reader.plan(Needs::default())?;
     let counts = reader.for_some_tiles(tiles, plan, move |tile, ()| {
         let in_hole = |vertex| is_enclosed(&tile, vertex, outside_is_free);

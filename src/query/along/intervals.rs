@@ -207,7 +207,7 @@ impl TileReader {
     ) -> impl Stream<Item = Result<AlongInterval, QueryError>> + Send + Unpin + 'static + use<> {
         let reader = self.clone();
         // Nothing is known about the distance of what was not found.
-        let anywhere = |error: QueryError| error.at_least(0.0);
+        let anywhere = |error: QueryError| error.lower_bound(0.0);
         let start = async move { LineQuery::start(&reader, from, to, k, options).await.map_err(anywhere) };
         unfold(start, move |mut along: LineQuery| async move {
             let next = along.next().await.map_err(anywhere)?;

@@ -42,7 +42,7 @@ async fn sites(context: &mut QueryContext, method: Method, wanted: Wanted) -> Re
         Method::EuclidZhang | Method::Wavefront => zhang::sites(context, wanted).await,
     };
     match gathered {
-        Err(QueryError::OutOfBudget { at_least }) => Ok(Gathered::nothing(&context.source, at_least)),
+        Err(QueryError::OutOfBudget { lower_bound }) => Ok(Gathered::nothing(&context.source, lower_bound)),
         gathered => gathered,
     }
 }
@@ -142,7 +142,7 @@ impl TileReader {
         let Gathered {
             local,
             reached,
-            mut at_least,
+            mut lower_bound,
         } = sites(&mut context, method, wanted).await?;
         let mut sites = Vec::new();
         for reached in &reached {
@@ -166,11 +166,11 @@ impl TileReader {
                 let mut reached = reached.iter();
                 reached.find(|reached| local.candidates[reached.candidate].vertex == site.vertex)
             };
-            at_least = put_paths(&mut context, &mut sites, way_to).await?.or(at_least);
+            lower_bound = put_paths(&mut context, &mut sites, way_to).await?.or(lower_bound);
         }
         Ok(Measured {
             answer: sites,
-            at_least,
+            lower_bound,
             statistics: context.finish(),
         })
     }
@@ -197,7 +197,7 @@ impl TileReader {
                 let nearest_free = query_point.nearest_free(&mut tiles).await?;
                 return Ok(Measured {
                     answer: PathOutcome::InsideObstacle { point, nearest_free },
-                    at_least: None,
+                    lower_bound: None,
                     statistics: Statistics::default(),
                 });
             }
@@ -212,7 +212,7 @@ impl TileReader {
         let straight = distance(context.source.point, to.point);
         let found = path(&mut context, method, &to)
             .await
-            .map_err(|error| error.at_least(straight));
+            .map_err(|error| error.lower_bound(straight));
         let answer = match found? {
             Some(reached) => {
                 let ends = [&context.source, &to];
@@ -224,7 +224,7 @@ impl TileReader {
         };
         Ok(Measured {
             answer,
-            at_least: None,
+            lower_bound: None,
             statistics: context.finish(),
         })
     }

@@ -180,7 +180,7 @@ pub(super) struct Gathered {
     pub(super) local: Local,
     pub(super) reached: Vec<Reached>,
     /// If a limit was reached: a lower bound of the distances of the missing sites.
-    pub(super) at_least: Option<f64>,
+    pub(super) lower_bound: Option<f64>,
 }
 
 impl Gathered {
@@ -188,16 +188,16 @@ impl Gathered {
         Self {
             local,
             reached,
-            at_least: None,
+            lower_bound: None,
         }
     }
 
     /// Returns a result without sites, for a limit that was reached before any was found.
-    pub(super) fn nothing(source: &QueryPoint, at_least: f64) -> Self {
+    pub(super) fn nothing(source: &QueryPoint, lower_bound: f64) -> Self {
         Self {
             local: Local::new(source, None),
             reached: Vec::new(),
-            at_least: Some(at_least),
+            lower_bound: Some(lower_bound),
         }
     }
 }

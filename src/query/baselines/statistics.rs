@@ -53,7 +53,7 @@ pub struct Measured<T> {
     pub answer: T,
     /// If a limit of the options was reached: a lower bound of the distances of everything that the
     /// answer lacks.
-    pub at_least: Option<f64>,
+    pub lower_bound: Option<f64>,
     /// The cost.
     pub statistics: Statistics,
 }

@@ -150,11 +150,11 @@ impl Walk {
     /// Replaces the lower bound of a limit error: from the corner, no site is nearer than the first
     /// along edges, divided by the stretch factor.
     fn nothing_within(&self, error: QueryError) -> QueryError {
-        let QueryError::OutOfBudget { at_least } = error else {
+        let QueryError::OutOfBudget { lower_bound } = error else {
             return error;
         };
-        let first = self.collected.sites.first().map_or(at_least, |site| site.length);
-        error.at_least((first / (self.stretch * MARGIN) - self.gap).max(0.0))
+        let first = self.collected.sites.first().map_or(lower_bound, |site| site.length);
+        error.lower_bound((first / (self.stretch * MARGIN) - self.gap).max(0.0))
     }
 
     /// Collects what matters for sites within `radius`.

@@ -55,13 +55,13 @@ pub(super) async fn sites(
     let mut clock = Clock::start();
     let mut run = WavefrontRun::from_point(reader, at, Goal::Sites, wanted.limit(), options).await?;
     clock.lap("locate");
-    let (mut answer, mut at_least) = (Vec::new(), None);
+    let (mut answer, mut lower_bound) = (Vec::new(), None);
     while answer.len() < wanted.count() {
         let found = match run.next().await {
             Ok(Some(found)) => found,
             Ok(None) => break,
-            Err(QueryError::OutOfBudget { at_least: rest }) => {
-                at_least = Some(rest);
+            Err(QueryError::OutOfBudget { lower_bound: rest }) => {
+                lower_bound = Some(rest);
                 break;
             }
             Err(error) => return Err(error),
@@ -80,7 +80,7 @@ pub(super) async fn sites(
             clock.lap("wavefront");
             match run.path(&found, &QueryPoint::at(vertex)).await {
                 Err(QueryError::OutOfBudget { .. }) => {
-                    at_least = Some(site.distance.lower);
+                    lower_bound = Some(site.distance.lower);
                     break;
                 }
                 path => site.path = Some(path?),
@@ -93,7 +93,7 @@ pub(super) async fn sites(
     let statistics = cost(reader, &run, clock, answer.len()).await?;
     Ok(Measured {
         answer,
-        at_least,
+        lower_bound,
         statistics,
     })
 }
@@ -120,7 +120,7 @@ pub(super) async fn path(
     let statistics = cost(reader, &run, clock, 1).await?;
     Ok(Measured {
         answer,
-        at_least: None,
+        lower_bound: None,
         statistics,
     })
 }

@@ -154,7 +154,7 @@ pub(super) async fn sites(context: &mut QueryContext, wanted: Wanted) -> Result<
     // If a limit is reached: no site is nearer than the Euclidean distance of the first one.
     let nearest = euclidean.next.as_ref().map_or(f64::INFINITY, |near| near.distance);
     let found = settle(context, euclidean, wanted).await;
-    found.map_err(|error| error.at_least(nearest))
+    found.map_err(|error| error.lower_bound(nearest))
 }
 
 /// Adds obstacles and candidates until provisional paths are the true shortest paths.

@@ -101,7 +101,7 @@ pub(super) async fn sites(context: &mut QueryContext, wanted: Wanted) -> Result<
             Ok(Gathered {
                 local: disc.local,
                 reached: found,
-                at_least: Some(within),
+                lower_bound: Some(within),
             })
         }
         Err(error) => Err(error),

@@ -118,8 +118,8 @@ impl SitesAlongEdges {
                 return Ok(self.ready.pop().map(|Reverse(ready)| ready.value));
             }
             let found = self.vertices.next().await;
-            let at_least = nearest.unwrap_or(front);
-            let Some((found, node)) = found.map_err(|error| error.at_least(at_least))? else {
+            let lower_bound = nearest.unwrap_or(front);
+            let Some((found, node)) = found.map_err(|error| error.lower_bound(lower_bound))? else {
                 return Ok(self.ready.pop().map(|Reverse(ready)| ready.value));
             };
             if !self.met.insert(found.vertex.id) {

@@ -156,7 +156,7 @@ impl EdgeRun {
             tokio::task::yield_now().await;
             self.tiles
                 .check_time()
-                .map_err(|error| error.at_least(self.search.front()))?;
+                .map_err(|error| error.lower_bound(self.search.front()))?;
         }
         loop {
             let step = self.search.step(&self.tile);
@@ -165,7 +165,7 @@ impl EdgeRun {
                 EdgeSearchStep::Done => return Ok(None),
                 EdgeSearchStep::Need(id) => {
                     let tile = self.tiles.get(id).await;
-                    self.tile = tile.map_err(|error| error.at_least(self.search.front()))?;
+                    self.tile = tile.map_err(|error| error.lower_bound(self.search.front()))?;
                     self.check_tile()?;
                 }
             }

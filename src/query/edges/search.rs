@@ -31,7 +31,7 @@ pub(crate) enum EdgeSearchStep {
 struct QueueEntry {
     length: f64,
     /// The length plus the heuristic, if there is a goal.
-    at_least: f64,
+    lower_bound: f64,
     vertex: GraphVertex,
     point: Point,
     parent: Option<u32>,
@@ -43,7 +43,7 @@ struct QueueEntry {
 
 impl QueueEntry {
     fn order(&self, other: &Self) -> Ordering {
-        let by_length = self.at_least.total_cmp(&other.at_least);
+        let by_length = self.lower_bound.total_cmp(&other.lower_bound);
         let by_point = by_length.then_with(|| self.point.lex_cmp(other.point));
         // Entries of the source come last.
         let number = |entry: &Self| entry.parent.unwrap_or(u32::MAX);
@@ -127,7 +127,7 @@ impl EdgeSearch {
         };
         let start = |within| QueueEntry {
             length: 0.0,
-            at_least: towards.map_or(0.0, |goal| goal.ahead(point)),
+            lower_bound: towards.map_or(0.0, |goal| goal.ahead(point)),
             vertex: source,
             point,
             parent: None,
@@ -160,7 +160,7 @@ impl EdgeSearch {
         this.queue
             .extend(corners.iter().zip(0..).map(|(corner, rank)| QueueEntry {
                 length: 0.0,
-                at_least: 0.0,
+                lower_bound: 0.0,
                 vertex: corner.vertex,
                 point: corner.point,
                 parent: None,
@@ -180,7 +180,7 @@ impl EdgeSearch {
 
     /// Returns a lower bound of the lengths of all nodes that were not found yet.
     pub(crate) fn front(&self) -> f64 {
-        let front = self.queue.peek().map_or(f64::INFINITY, |entry| entry.at_least);
+        let front = self.queue.peek().map_or(f64::INFINITY, |entry| entry.lower_bound);
         self.towards.map_or(front, |goal| front / goal.weight)
     }
 
@@ -355,11 +355,11 @@ impl EdgeSearch {
     fn reach(&mut self, space: Option<FreeSpace<'_>>, node: u32, to: Corner, rank: u32) {
         let from = &self.nodes[node as usize];
         let length = from.length + distance(from.point, to.point);
-        let at_least = length + self.towards.map_or(0.0, |goal| goal.ahead(to.point));
+        let lower_bound = length + self.towards.map_or(0.0, |goal| goal.ahead(to.point));
         let to_disc = self
             .disc
             .map_or(0.0, |(center, radius)| (distance(to.point, center) - radius).max(0.0));
-        let is_wanted = at_least + to_disc <= self.limit;
+        let is_wanted = lower_bound + to_disc <= self.limit;
         if !is_wanted {
             return;
         }
@@ -375,7 +375,7 @@ impl EdgeSearch {
         }
         self.queue.push(QueueEntry {
             length,
-            at_least,
+            lower_bound,
             vertex: to.vertex,
             point: to.point,
             parent: Some(node),

@@ -35,10 +35,12 @@ pub enum QueryError {
         nearest_free: Option<Point>,
     },
     /// The query reached its limit of tiles or time.
-    #[error("the query reached its limit of tiles or time; everything that was not found is at least {at_least} away")]
+    #[error(
+        "the query reached its limit of tiles or time; everything that was not found is at least {lower_bound} away"
+    )]
     OutOfBudget {
-        /// Everything that was not found is at least this far away.
-        at_least: f64,
+        /// A lower bound of the distance of everything that was not found.
+        lower_bound: f64,
     },
     /// The tolerance of [`Mode::Within`](super::options::Mode::Within) is negative or not finite.
     #[error("{tolerance} is not a valid tolerance; give a finite number that is not negative, such as 0.05")]
@@ -64,15 +66,15 @@ pub enum QueryError {
 
 impl QueryError {
     /// If a limit was reached, replaces its lower bound; otherwise returns the error unchanged.
-    pub(crate) fn at_least(self, at_least: f64) -> Self {
-        self.bounded(|_| at_least)
+    pub(crate) fn lower_bound(self, lower_bound: f64) -> Self {
+        self.bounded(|_| lower_bound)
     }
 
     /// If a limit was reached, maps its lower bound; otherwise returns the error unchanged.
-    pub(crate) fn bounded(self, at_least: impl FnOnce(f64) -> f64) -> Self {
+    pub(crate) fn bounded(self, map: impl FnOnce(f64) -> f64) -> Self {
         match self {
-            Self::OutOfBudget { at_least: known } => Self::OutOfBudget {
-                at_least: at_least(known),
+            Self::OutOfBudget { lower_bound: known } => Self::OutOfBudget {
+                lower_bound: map(known),
             },
             other => other,
         }

@@ -85,7 +85,7 @@ impl Tiles {
         }
         self.check_time()?;
         if self.count() >= self.max_tiles && !self.asked.contains_key(&id) {
-            return Err(QueryError::OutOfBudget { at_least: 0.0 });
+            return Err(QueryError::OutOfBudget { lower_bound: 0.0 });
         }
         self.held.rotate_right(1);
         self.held[0] = None;
@@ -150,7 +150,7 @@ impl Tiles {
     /// Fails if the time limit is reached.
     pub(crate) fn check_time(&self) -> Result<(), QueryError> {
         match self.deadline {
-            Some(deadline) if Instant::now() >= deadline => Err(QueryError::OutOfBudget { at_least: 0.0 }),
+            Some(deadline) if Instant::now() >= deadline => Err(QueryError::OutOfBudget { lower_bound: 0.0 }),
             _ => Ok(()),
         }
     }

@@ -52,7 +52,7 @@ fn by_edges(tiles: &Tiles, along_edges: f64) -> f64 {
 
 /// Returns a lower bound of the length of a shortest path between two points, given a lower bound
 /// of the length along edges.
-fn at_least(tiles: &Tiles, ends: [Point; 2], along_edges: f64) -> f64 {
+fn lower_bound(tiles: &Tiles, ends: [Point; 2], along_edges: f64) -> f64 {
     straight(ends[0], ends[1]).max(by_edges(tiles, along_edges))
 }
 
@@ -65,8 +65,8 @@ async fn shortened(tiles: &mut Tiles, nodes: &[Node], weight: f64) -> Result<Fas
         });
     };
     let along_edges = Distance::of_legs(last.length, nodes.len()).lower;
-    let lower = at_least(tiles, [first.point, last.point], along_edges / weight);
-    let mut way = shorten(tiles, nodes).await.map_err(|error| error.at_least(lower))?;
+    let lower = lower_bound(tiles, [first.point, last.point], along_edges / weight);
+    let mut way = shorten(tiles, nodes).await.map_err(|error| error.lower_bound(lower))?;
     if way.is_empty() {
         way = vec![(first.point, None); 2];
     }
@@ -91,7 +91,7 @@ pub(crate) async fn way(
     let ends = [from.point, to.point];
     let (mut run, end) = EdgeRun::towards(tiles, from.clone(), to, WEIGHT).await?;
     let found = run.find(end).await;
-    let bound = |along_edges| at_least(&run.tiles, ends, along_edges);
+    let bound = |along_edges| lower_bound(&run.tiles, ends, along_edges);
     let Some(node) = found.map_err(|error| error.bounded(bound))? else {
         return Ok((run.tiles, None));
     };
@@ -108,7 +108,7 @@ async fn path_of(tiles: &mut Tiles, way: &FastWay, ends: [&QueryPoint; 2], certi
         points[point].1 = query_point.vertex();
     }
     let path = route::path_with(tiles, &points, ends, way.distance, [certify, false]).await;
-    path.map_err(|error| error.at_least(way.distance.lower))
+    path.map_err(|error| error.lower_bound(way.distance.lower))
 }
 
 /// Returns a path between two free points that need not be exact, and the number of tiles used.
@@ -173,7 +173,7 @@ impl FastSites {
             let known = by_edges(&run.tiles, site.distance.lower);
             let way = shortened(&mut run.tiles, &nodes, 1.0)
                 .await
-                .map_err(|error| error.at_least(known))?;
+                .map_err(|error| error.lower_bound(known))?;
             let is_near = way.distance.value <= self.radius;
             if !is_near {
                 continue;
@@ -182,7 +182,7 @@ impl FastSites {
             if self.options.paths {
                 let (source, to) = (run.source().clone(), QueryPoint::at(site.vertex));
                 let path = path_of(&mut run.tiles, &way, [&source, &to], self.options.certify).await;
-                site.path = Some(path.map_err(|error| error.at_least(known))?);
+                site.path = Some(path.map_err(|error| error.lower_bound(known))?);
             }
             return Ok(Some(site));
         }
@@ -274,8 +274,8 @@ pub(crate) fn paths(
                 }
                 Err(QueryError::OutOfBudget { .. }) => {
                     let rest = to[number..].iter().map(|&point| straight(from, point));
-                    let at_least = rest.fold(f64::INFINITY, f64::min);
-                    failed = Some(QueryError::OutOfBudget { at_least });
+                    let lower_bound = rest.fold(f64::INFINITY, f64::min);
+                    failed = Some(QueryError::OutOfBudget { lower_bound });
                     break;
                 }
                 Err(error) => return Err(error),

@@ -54,7 +54,7 @@ impl TileReader {
             let way = [&from, &to].map(|query_point| (query_point.point, None));
             let length = distance(from.point, to.point);
             let path = route::path(&mut tiles, &way, [&from, &to], length, options.certify).await;
-            let path = path.map_err(|error| error.at_least(length))?;
+            let path = path.map_err(|error| error.lower_bound(length))?;
             return Ok((PathOutcome::Found(path), tiles.count()));
         }
         let goal = Goal::Points(QueryPoints::new([&to]));

@@ -51,12 +51,12 @@ pub enum Progress<T> {
     Exact(T),
 }
 
-/// Returns the number of tiles with a cell for which `at_least` is at most `limit`.
-async fn tiles_within(reader: &TileReader, limit: f64, at_least: impl Fn(Rect) -> f64) -> Result<u64, QueryError> {
+/// Returns the number of tiles with a cell for which `lower_bound` is at most `limit`.
+async fn tiles_within(reader: &TileReader, limit: f64, lower_bound: impl Fn(Rect) -> f64) -> Result<u64, QueryError> {
     let mut open: Vec<Cell> = reader.root_cell().into_iter().collect();
     let mut tiles = 0;
     while let Some(cell) = open.pop() {
-        if cell.rect.is_empty() || at_least(cell.rect) > limit {
+        if cell.rect.is_empty() || lower_bound(cell.rect) > limit {
             continue;
         }
         match reader.content_of(cell).await? {

@@ -85,7 +85,7 @@ impl WavefrontRun {
             WavefrontStep::Done => return Ok(Some(None)),
             step => {
                 let went_on = self.go_on(step).await;
-                went_on.map_err(|error| error.at_least(self.wavefront.front()))?;
+                went_on.map_err(|error| error.lower_bound(self.wavefront.front()))?;
             }
         }
         Ok(None)
@@ -143,7 +143,7 @@ impl WavefrontRun {
         way.push((to.point, to.vertex()));
         let ends = [&self.source, to];
         let path = route::path(&mut self.tiles, &way, ends, found.length, self.options.certify).await;
-        path.map_err(|error| error.at_least(found.length))
+        path.map_err(|error| error.lower_bound(found.length))
     }
 
     pub(crate) fn legs(&self, found: &FoundTarget) -> usize {
@@ -165,7 +165,7 @@ impl WavefrontRun {
             if front >= enough {
                 return Ok(Approach::AtLeast(front));
             }
-            self.go_on(step).await.map_err(|error| error.at_least(front))?;
+            self.go_on(step).await.map_err(|error| error.lower_bound(front))?;
         }
     }
 }

@@ -244,7 +244,7 @@ fn intervals_of_a_long_line_agree_with_searches_and_stay_valid_under_budgets() {
         for tiles in 2..read {
             let budget = QueryOptions::default().max_tiles(tiles);
             let found: Vec<_> = reader.nearest_along(line[0], line[1], k, budget).collect().await;
-            let Some((Err(QueryError::OutOfBudget { at_least: 0.0 }), before)) = found.split_last() else {
+            let Some((Err(QueryError::OutOfBudget { lower_bound: 0.0 }), before)) = found.split_last() else {
                 assert!(found.iter().map(|found| found.as_ref().unwrap()).eq(&intervals));
                 continue;
             };

@@ -36,7 +36,7 @@ fn as_walk(outcome: DistanceOutcome) -> Walk {
         }
         DistanceOutcome::Unreachable => Walk::Unreachable,
         DistanceOutcome::InsideObstacle { .. } => Walk::Inside,
-        DistanceOutcome::OutOfBudget { at_least } => panic!("there is no budget to leave: {at_least}"),
+        DistanceOutcome::OutOfBudget { lower_bound } => panic!("there is no budget to leave: {lower_bound}"),
     }
 }
 
@@ -59,7 +59,7 @@ fn every_pair_agrees_with_the_oracle_in_the_promised_order() {
             for split in [4, points.len() - 4] {
                 let (from, to) = points.split_at(split);
                 let pairs = matrix(&reader, from, to).await;
-                let order: Vec<_> = pairs.iter().map(|pair| (pair.from, pair.to)).collect();
+                let order: Vec<_> = pairs.iter().map(|pair| (pair.from_index, pair.to_index)).collect();
                 let (rows, columns) = (0..from.len(), 0..to.len());
                 let expected: Vec<_> = if from.len() <= to.len() {
                     rows.flat_map(|i| columns.clone().map(move |j| (i, j))).collect()
@@ -69,7 +69,7 @@ fn every_pair_agrees_with_the_oracle_in_the_promised_order() {
                 assert_eq!(order, expected);
                 let truth: Vec<_> = from.iter().map(|&from| oracle.walks(from, to)).collect();
                 for pair in pairs {
-                    let (found, expected) = (as_walk(pair.outcome), truth[pair.from][pair.to]);
+                    let (found, expected) = (as_walk(pair.outcome), truth[pair.from_index][pair.to_index]);
                     assert!(same(found, expected), "{pair:?}, not {expected:?}");
                 }
             }
@@ -91,8 +91,8 @@ fn paths_of_pairs_equal_those_of_separate_searches() {
         let pairs: Vec<_> = pairs.try_collect().await.unwrap();
         let mut found = 0;
         for (pair, index) in pairs.into_iter().zip(0..) {
-            assert_eq!([pair.from, pair.to], [index / 3, index % 3]);
-            let alone = reader.shortest_path(from[pair.from], to[pair.to], options.clone());
+            assert_eq!([pair.from_index, pair.to_index], [index / 3, index % 3]);
+            let alone = reader.shortest_path(from[pair.from_index], to[pair.to_index], options.clone());
             let (DistanceOutcome::Found(distance), PathOutcome::Found(alone)) = (pair.outcome, alone.await.unwrap())
             else {
                 assert_eq!(pair.path, None);
@@ -101,7 +101,7 @@ fn paths_of_pairs_equal_those_of_separate_searches() {
             let path = pair.path.unwrap();
             assert!(path.is_certified && path.distance.value == distance.value);
             let ends = [path.points[0], path.points[path.points.len() - 1]];
-            assert_eq!(ends, [from[pair.from], to[pair.to]]);
+            assert_eq!(ends, [from[pair.from_index], to[pair.to_index]]);
             assert!((distance.value - alone.distance.value).abs() <= 1e-12 * distance.value);
             found += 1;
         }
@@ -160,9 +160,9 @@ fn empty_lists_invalid_points_and_budgets_give_partial_matrices_or_errors() {
                     panic!("{whole:?}")
                 };
                 match pair.outcome {
-                    DistanceOutcome::OutOfBudget { at_least } => {
+                    DistanceOutcome::OutOfBudget { lower_bound } => {
                         stopped += 1;
-                        assert!(at_least <= truth.value);
+                        assert!(lower_bound <= truth.value);
                     }
                     found => assert_eq!(found, whole.outcome),
                 }

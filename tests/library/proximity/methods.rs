@@ -186,24 +186,24 @@ fn sites_and_bounds_stay_valid_when_a_budget_is_used_up() {
         for method in [&METHODS[..], &[Method::Wavefront]].concat() {
             let ask = |options| reader.nearest_sites_by(method, at, 25, options);
             let whole = ask(QueryOptions::default()).await.unwrap();
-            assert_eq!((whole.answer.len(), whole.at_least), (25, None));
+            assert_eq!((whole.answer.len(), whole.lower_bound), (25, None));
             for tiles in 1..=whole.statistics.tiles {
                 let Ok(found) = ask(QueryOptions::default().max_tiles(tiles)).await else {
                     continue;
                 };
                 let count = found.answer.len();
                 assert_eq!(found.answer, whole.answer[..count], "{method:?}, {tiles} tiles");
-                let Some(at_least) = found.at_least else {
+                let Some(lower_bound) = found.lower_bound else {
                     assert_eq!(count, 25);
                     continue;
                 };
                 let next = whole.answer[count].distance.upper;
                 assert!(
-                    at_least <= next,
-                    "{method:?}, {tiles} tiles: {count} sites, then {at_least} > {next}"
+                    lower_bound <= next,
+                    "{method:?}, {tiles} tiles: {count} sites, then {lower_bound} > {next}"
                 );
                 some += usize::from(count > 0);
-                bounds += usize::from(at_least > 0.0);
+                bounds += usize::from(lower_bound > 0.0);
             }
         }
         assert!(some > 5 && bounds > 15, "{some} {bounds}");

@@ -348,7 +348,7 @@ fn a_progressive_search_returns_the_fast_answer_and_then_the_exact_one() {
         let mut stream = reader.shortest_path_progressive(from, to, QueryOptions::default().max_tiles(1));
         let error = stream.next().await.unwrap().unwrap_err();
         assert!(
-            matches!(error, QueryError::OutOfBudget { at_least } if at_least <= path.distance.value),
+            matches!(error, QueryError::OutOfBudget { lower_bound } if lower_bound <= path.distance.value),
             "{error}"
         );
         assert!(stream.next().await.is_none());
@@ -370,7 +370,7 @@ fn every_mode_keeps_its_bounds_within_a_budget() {
             for limited in limits.chain([options(mode).max_time(Duration::ZERO)]) {
                 match reader.shortest_path(from, to, limited).await {
                     Ok(PathOutcome::Found(path)) => check_distance(&path.distance, exact.distance.value, mode),
-                    Err(QueryError::OutOfBudget { at_least }) => assert!(at_least <= exact.distance.upper),
+                    Err(QueryError::OutOfBudget { lower_bound }) => assert!(lower_bound <= exact.distance.upper),
                     other => panic!("{mode:?}: {other:?}"),
                 }
             }

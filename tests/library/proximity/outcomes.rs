@@ -200,14 +200,18 @@ fn sites_found_before_a_budget_ended_are_valid() {
             };
             assert_eq!(found, whole[..found.len()]);
             if tiles < 1000 {
-                let Some(Err(QueryError::OutOfBudget { at_least })) = end else {
+                let Some(Err(QueryError::OutOfBudget { lower_bound })) = end else {
                     panic!("{tiles}: {end:?}")
                 };
-                assert!(whole[found.len()..].iter().all(|site| site.distance.value >= at_least));
+                assert!(
+                    whole[found.len()..]
+                        .iter()
+                        .all(|site| site.distance.value >= lower_bound)
+                );
                 assert!(
                     found
                         .last()
-                        .is_none_or(|last| last.distance.value <= at_least || at_least == 0.0)
+                        .is_none_or(|last| last.distance.value <= lower_bound || lower_bound == 0.0)
                 );
             } else {
                 assert!(end.is_none());
@@ -226,10 +230,10 @@ fn sites_found_before_a_budget_ended_are_valid() {
             QueryOptions::default().max_time(Duration::ZERO),
         ] {
             let error = reader.shortest_path(from, to, options).await.unwrap_err();
-            let QueryError::OutOfBudget { at_least } = error else {
+            let QueryError::OutOfBudget { lower_bound } = error else {
                 panic!("{error}")
             };
-            assert!(at_least <= path.distance.value);
+            assert!(lower_bound <= path.distance.value);
         }
     });
 }

@@ -159,7 +159,7 @@ impl Measure {
 }
 
 fn sites(measured: Measured<Vec<SiteFound>>) -> (Status, QueryResult, Statistics) {
-    let status = measured.at_least.map_or(Status::Ok, Status::Budget);
+    let status = measured.lower_bound.map_or(Status::Ok, Status::Budget);
     (status, QueryResult::Sites(measured.answer), measured.statistics)
 }
 

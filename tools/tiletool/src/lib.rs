@@ -26,6 +26,7 @@ mod progress;
 pub mod query;
 mod system;
 mod unchanged;
+mod units;
 mod verify;
 
 use std::io::ErrorKind;

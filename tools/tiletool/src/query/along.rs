@@ -3,15 +3,15 @@
 use std::fmt::Write as _;
 
 use delaunay_tiles::query::{AlongInterval, SiteAlong};
-use delaunay_tiles::shown;
 use serde_json::{Value, json};
 
-use super::answer::name;
+use super::answer::{displayed_name, name};
 use super::values::{pair, position};
 use crate::common::cell;
+use crate::units::number;
 
-/// The CSV columns of an interval.
-pub const COLUMNS: &str = "from_t,to_t,from_x,from_y,to_x,to_y,status,sites";
+/// The CSV columns of a site of an interval.
+pub const COLUMNS: &str = "from_t,to_t,from_x,from_y,to_x,to_y,status,rank,site,from_distance,to_distance";
 
 const fn status(interval: &AlongInterval) -> &'static str {
     match interval.sites {
@@ -20,20 +20,20 @@ const fn status(interval: &AlongInterval) -> &'static str {
     }
 }
 
-fn names(interval: &AlongInterval) -> Vec<String> {
-    let of = |site: &SiteAlong| name(Some(site.number), site.id.as_deref());
-    interval.sites.iter().flatten().map(of).collect()
-}
-
-/// Returns the CSV row of an interval, with all sites in one cell.
-pub fn row(interval: &AlongInterval) -> String {
+/// Returns the CSV rows of an interval: one for each site, or one without a site.
+pub fn rows(interval: &AlongInterval) -> Vec<String> {
     let positions = [interval.from_t, interval.to_t].map(|t| t.to_string()).join(",");
     let points = [interval.from, interval.to].map(pair).join(",");
-    format!(
-        "{positions},{points},{},{}",
-        status(interval),
-        cell(&names(interval).join(";"))
-    )
+    let start = format!("{positions},{points},{}", status(interval));
+    let row = |(site, rank): (&SiteAlong, u32)| {
+        let [from, to] = site.distances;
+        let site = cell(&name(Some(site.number), site.id.as_deref()));
+        format!("{start},{rank},{site},{from},{to}")
+    };
+    match interval.sites.as_deref() {
+        None | Some([]) => vec![format!("{start},,,,")],
+        Some(sites) => sites.iter().zip(1..).map(row).collect(),
+    }
 }
 
 /// Returns the JSON object of an interval.
@@ -68,7 +68,13 @@ pub fn push_interval(text: &mut String, interval: &AlongInterval) {
     let names = match &interval.sites {
         None => "inside an obstacle".to_owned(),
         Some(sites) if sites.is_empty() => "no site can be reached".to_owned(),
-        Some(_) => shown::text(&names(interval).join(", ")).into_owned(),
+        Some(sites) => {
+            let names = sites
+                .iter()
+                .map(|site| displayed_name(Some(site.number), site.id.as_deref()));
+            names.collect::<Vec<_>>().join(", ")
+        }
     };
-    _ = writeln!(text, "  {:<20} to {:<20} {names}", interval.from_t, interval.to_t);
+    let [from, to] = [interval.from_t, interval.to_t].map(number);
+    _ = writeln!(text, "  {from:<8} to {to:<8}  {names}");
 }

@@ -37,7 +37,7 @@ impl Status {
     pub fn of(error: QueryError) -> anyhow::Result<Self> {
         match error {
             QueryError::InsideObstacle { point, nearest_free } => Ok(Self::Inside(point, nearest_free)),
-            QueryError::OutOfBudget { at_least } => Ok(Self::Budget(at_least)),
+            QueryError::OutOfBudget { lower_bound } => Ok(Self::Budget(lower_bound)),
             other => Err(other.into()),
         }
     }
@@ -46,6 +46,15 @@ impl Status {
 /// A polygon as rings: the outer ring first, counter-clockwise, then the others, clockwise. First
 /// points are not repeated at the end.
 pub type Polygon = Vec<Vec<Point>>;
+
+/// The area within a walking distance.
+#[derive(Clone, Debug)]
+pub struct Area {
+    /// Polygons inside the true area.
+    pub polygons: Vec<Polygon>,
+    /// The size of the polygons.
+    pub size: f64,
+}
 
 /// The measured cost of an answer.
 #[derive(Clone, Debug)]
@@ -65,7 +74,7 @@ pub struct Answer {
     /// The cost, if it was measured.
     pub cost: Option<Measured>,
     /// The area within the radius, if it was requested.
-    pub area: Option<Vec<Polygon>>,
+    pub area: Option<Area>,
 }
 
 /// What a query found.
@@ -91,13 +100,13 @@ impl QueryResult {
 /// Returns the kind of element at a location (vertex, edge, triangle or outside) and the ids of its
 /// vertices.
 pub fn location_parts(location: &Location) -> (&'static str, Vec<String>) {
-    let (what, vertices) = match location {
+    let (element, vertices) = match location {
         Location::OnVertex(vertex) => ("vertex", std::slice::from_ref(vertex)),
         Location::OnEdge { ends, .. } => ("edge", &ends[..]),
         Location::InTriangle(triangle) => ("triangle", &triangle.vertices[..]),
         Location::Outside => ("outside", &[][..]),
     };
-    (what, vertices.iter().map(|vertex| vertex.id.to_string()).collect())
+    (element, vertices.iter().map(|vertex| vertex.id.to_string()).collect())
 }
 
 /// Returns the name of a site for people, on one line, with control characters escaped.

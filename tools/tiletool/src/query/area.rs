@@ -1,7 +1,8 @@
-//! The area within a walking distance, as polygons.
+//! The area within a walking distance, as polygons and as a number.
 //!
 //! Crate i_overlay unites the parts that the library returns. It rounds coordinates to a grid of
-//! 2^-30 of the area's size or finer, far below the tolerance with which arcs become lines.
+//! 2^-30 of the area's size or finer, far below the tolerance with which arcs become lines. The
+//! number is the area of the polygons.
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::QueryOptions;
@@ -13,26 +14,29 @@ use i_overlay::float::overlay::OverlayOptions;
 use i_overlay::float::simplify::SimplifyShape;
 use serde_json::{Value, json};
 
-use super::answer::{Polygon, Status};
+use super::answer::{Area, Polygon, Status};
 use super::values::position;
 
 /// Maximum distance of an arc's straight edges from the arc, inside it, as a fraction of the arc's
-/// radius.
+/// radius. A sector of a disc loses 4/3 of this fraction of its area.
 pub const TOLERANCE: f64 = 1e-4;
 
 /// Points that are at most this fraction of the radius away from a straight line are removed.
 const STRAIGHT: f64 = 1e-8;
 
-/// Returns the polygons of the area within `radius` of `at`. If a limit ended the query, they cover
-/// what was found until then.
+/// A polygon as rings of coordinates, for crate i_overlay.
+type Shape = Vec<Vec<[f64; 2]>>;
+
+/// Returns the area within `radius` of `at`. If a limit ended the query, it is the area of what was
+/// found until then.
 pub async fn within(
     reader: &TileReader,
     at: Point,
     radius: f64,
     options: QueryOptions,
-) -> anyhow::Result<(Status, Vec<Polygon>)> {
+) -> anyhow::Result<(Status, Area)> {
     let mut parts = reader.area_within(at, radius, options);
-    let mut outlines: Vec<Vec<[f64; 2]>> = Vec::new();
+    let mut outlines: Shape = Vec::new();
     let status = loop {
         match parts.try_next().await {
             Ok(Some(part)) => outlines.push(part.outline(TOLERANCE).iter().map(|p| [p.x, p.y]).collect()),
@@ -40,20 +44,39 @@ pub async fn within(
             Err(error) => break Status::of(error)?,
         }
     };
+    // The union leaves rounded points on straight lines. Removing them could make lines touch, so
+    // the result is united once more.
+    let rings = united(&outlines).into_iter().flatten();
+    let straight: Shape = rings.map(|ring| straightened(&ring, STRAIGHT * radius)).collect();
+    let shapes = united(&straight);
+    let sizes = shapes.iter().flatten().map(|ring| signed_area(ring, at));
+    // The sum of no numbers is -0.
+    let size = 0.0 + sizes.sum::<f64>();
+    let point = |[x, y]: [f64; 2]| Point::new(x, y);
+    let ring = |ring: Vec<[f64; 2]>| ring.into_iter().map(point).collect();
+    let polygon = |shape: Shape| shape.into_iter().map(ring).collect();
+    let polygons = shapes.into_iter().map(polygon).collect();
+    Ok((status, Area { polygons, size }))
+}
+
+/// Returns the union of counter-clockwise outlines.
+fn united(outlines: &[Vec<[f64; 2]>]) -> Vec<Shape> {
     let options = OverlayOptions {
         ogc: true,
         ..OverlayOptions::default()
     };
-    let union = outlines.simplify_shape_custom(FillRule::NonZero, options, Solver::default());
-    // The union leaves rounded points on straight lines. Removing them could make lines touch, so
-    // the result is united once more.
-    let rings = union.into_iter().flatten();
-    let straight: Vec<Vec<[f64; 2]>> = rings.map(|ring| straightened(&ring, STRAIGHT * radius)).collect();
-    let shapes = straight.simplify_shape_custom(FillRule::NonZero, options, Solver::default());
-    let point = |[x, y]: [f64; 2]| Point::new(x, y);
-    let ring = |ring: Vec<[f64; 2]>| ring.into_iter().map(point).collect();
-    let polygon = |shape: Vec<Vec<[f64; 2]>>| shape.into_iter().map(ring).collect();
-    Ok((status, shapes.into_iter().map(polygon).collect()))
+    SimplifyShape::simplify_shape_custom(&outlines, FillRule::NonZero, options, Solver::default())
+}
+
+/// Returns the area of a ring, negative if it is clockwise. `near` is a point near the ring, because
+/// products of large coordinates are rounded more.
+fn signed_area(ring: &[[f64; 2]], near: Point) -> f64 {
+    let next = ring.iter().cycle().skip(1);
+    let doubled = ring.iter().zip(next).map(|([ax, ay], [bx, by])| {
+        let ([ax, bx], [ay, by]) = ([ax, bx].map(|x| x - near.x), [ay, by].map(|y| y - near.y));
+        ax * by - bx * ay
+    });
+    0.5 * doubled.sum::<f64>()
 }
 
 /// Returns a ring without the points that are at most `slack` away from the line between their
@@ -91,6 +114,16 @@ pub fn geometry(polygons: &[Polygon]) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_area_of_rings_far_from_the_origin_is_exact() {
+        let [x, y] = [4_500_123.25, 5_400_321.75];
+        let ring = [[0.0, 0.0], [0.5, 0.0], [0.5, 0.25], [0.0, 0.25]].map(|[u, v]| [x + u, y + v]);
+        assert_eq!(signed_area(&ring, Point::new(x, y)), 0.125);
+        let reversed: Vec<_> = ring.into_iter().rev().collect();
+        assert_eq!(signed_area(&reversed, Point::new(x, y)), -0.125);
+        assert_eq!(signed_area(&[], Point::new(x, y)), 0.0);
+    }
 
     #[test]
     fn points_on_straight_lines_are_removed() {

@@ -13,6 +13,7 @@ use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
 use super::batch::{self, Question};
 use crate::common::{self, thousands};
 use crate::plot::PlotFile;
+use crate::units::Unit;
 
 #[derive(Args, Clone, Debug)]
 pub struct AtArgs {
@@ -143,6 +144,16 @@ impl ReadingArgs {
     pub async fn open(&self) -> anyhow::Result<TileReader> {
         let cache = Cache::new(usize::try_from(self.cache.as_u64()).unwrap_or(usize::MAX));
         common::open(&self.file, OpenOptions::default().cache(&cache)).await
+    }
+
+    /// Returns the unit of the file's coordinates. If `distances` are printed, also prints what their
+    /// readers must know about it to standard error.
+    pub fn unit(&self, reader: &TileReader, distances: bool) -> Unit {
+        let unit = Unit::of(reader.metadata());
+        if let Some(warning) = unit.warning().filter(|_| distances) {
+            common::say(format_args!("note: {}: {warning}", common::shown(&self.file)));
+        }
+        unit
     }
 
     /// Prints the elapsed time and the tiles read to standard error, if --stats is given. `things`

@@ -55,8 +55,8 @@ impl Ask {
         };
         let mut area = None;
         if let (Self::Range { radius, area: true }, Question::At(at), Status::Ok) = (self, question, status) {
-            let (end, polygons) = area::within(reader, at, radius, options).await?;
-            (status, area) = (end, Some(polygons));
+            let (end, found) = area::within(reader, at, radius, options).await?;
+            (status, area) = (end, Some(found));
         }
         Ok(Answer {
             question,

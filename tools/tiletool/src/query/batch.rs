@@ -7,6 +7,8 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::RowFile;
 use delaunay_tiles::shown;
 
+use crate::common;
+
 /// The point or points of one query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Question {
@@ -62,6 +64,9 @@ pub fn read(path: &Path, ways: bool) -> anyhow::Result<Vec<Question>> {
         };
         is_first = false;
         questions.push(question);
+    }
+    if questions.is_empty() {
+        common::say(format_args!("note: {} has no rows of {expected}", common::shown(path)));
     }
     Ok(questions)
 }

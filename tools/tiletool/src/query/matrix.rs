@@ -17,12 +17,14 @@ use serde_json::{Value, json};
 
 use super::answer::{Status, name};
 use super::args::{Format, FormatArgs, ReadingArgs};
+use super::asked::NO_SITES;
 use super::batch::{self, Question};
-use super::print::push_status;
+use super::text::{point, push_status};
 use super::values::{COLLECTION, COLLECTION_END, bounds, line_string, pair, position, with_distance, write_feature};
 use crate::common::{self, cell, counted, thousands};
 use crate::output::StandardOutput;
 use crate::plot::{self, Overlay, PlotFile};
+use crate::units::Unit;
 
 /// Maximum number of paths in a picture, which also limits memory.
 const MAX_DRAWN: u64 = 10_000;
@@ -92,7 +94,7 @@ impl NamedPoints {
                 (site.number, tile.point(site.vertex), name)
             }));
         }
-        ensure!(!sites.is_empty(), "{} has no sites", reader.name());
+        ensure!(!sites.is_empty(), "{}: {NO_SITES}", reader.name());
         sites.sort_by_key(|&(number, ..)| number);
         let (points, names) = sites.into_iter().map(|(_, point, name)| (point, name)).unzip();
         Ok(Self {
@@ -101,11 +103,9 @@ impl NamedPoints {
         })
     }
 
-    fn name(&self, index: usize) -> String {
-        match &self.names {
-            Some(names) => names[index].clone(),
-            None => index.to_string(),
-        }
+    /// Returns the name of a site; `None` if the points are no sites.
+    fn name_of(&self, index: usize) -> Option<&str> {
+        self.names.as_ref().map(|names| &*names[index])
     }
 }
 
@@ -115,6 +115,7 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
         let began = Instant::now();
         let reader = args.reading.open().await?;
         let matrix = Matrix::read(args, &reader).await?;
+        let unit = args.reading.unit(&reader, true);
         let format = args.format.format();
         let mut options = args.reading.limits();
         if args.plot.is_some() || format == Format::GeoJson {
@@ -127,7 +128,7 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
                 paths.extend(found.path.as_ref().map(|path| path.points.clone()));
             }
         });
-        let count = matrix.print(format, pairs).await?;
+        let count = matrix.print(format, unit, pairs).await?;
         if let Some(file) = &args.plot {
             plot::draw_query(&reader, file, &picture(args, matrix, paths)).await?;
         }
@@ -171,11 +172,18 @@ impl Matrix {
     async fn print(
         &self,
         format: Format,
+        unit: Unit,
         mut pairs: impl TryStream<Ok = PairDistance, Error = QueryError> + Unpin,
     ) -> anyhow::Result<u64> {
         let mut out = BufWriter::new(StandardOutput::of("the answers"));
         match format {
-            Format::Csv => writeln!(out, "from,to,from_x,from_y,to_x,to_y,status,distance,lower,upper")?,
+            Format::Csv => {
+                let site = if self.to.names.is_some() { "site," } else { "" };
+                writeln!(
+                    out,
+                    "from_index,to_index,{site}from_x,from_y,to_x,to_y,status,distance,lower,upper"
+                )?;
+            }
             Format::GeoJson => write!(out, "{COLLECTION}")?,
             Format::Text | Format::Json => {}
         }
@@ -185,7 +193,7 @@ impl Matrix {
                 Format::Csv => writeln!(out, "{}", self.row(&found))?,
                 Format::Json => writeln!(out, "{}", self.object(&found))?,
                 Format::GeoJson => write_feature(&mut out, count, &self.feature(&found))?,
-                Format::Text => write!(out, "{}", self.text(&found))?,
+                Format::Text => write!(out, "{}", self.text(unit, &found))?,
             }
             count += 1;
         }
@@ -199,12 +207,15 @@ impl Matrix {
     fn row(&self, found: &PairDistance) -> String {
         let numbers = match found.outcome {
             DistanceOutcome::Found(distance) => bounds(&distance),
-            DistanceOutcome::OutOfBudget { at_least } => format!(",{at_least},"),
+            DistanceOutcome::OutOfBudget { lower_bound } => format!(",{lower_bound},"),
             _ => ",,".to_owned(),
         };
-        let names = self.names(found).map(|name| cell(&name)).join(",");
+        let mut start = format!("{},{}", found.from_index, found.to_index);
+        if let Some(name) = self.to.name_of(found.to_index) {
+            start += &format!(",{}", cell(name));
+        }
         let ends = self.points(found).map(pair).join(",");
-        format!("{names},{ends},{},{numbers}", status(found.outcome).name())
+        format!("{start},{ends},{},{numbers}", status(found.outcome).name())
     }
 
     fn feature(&self, found: &PairDistance) -> Value {
@@ -219,10 +230,11 @@ impl Matrix {
     }
 
     fn object(&self, found: &PairDistance) -> Value {
-        let [from_at, to_at] = self.points(found).map(position);
-        let mut value = json!({"from": found.from, "to": found.to, "from_at": from_at, "to_at": to_at});
-        if let Some(names) = &self.to.names {
-            value["to"] = names[found.to].clone().into();
+        let [from, to] = self.points(found).map(position);
+        let [from_index, to_index] = [found.from_index, found.to_index];
+        let mut value = json!({"from_index": from_index, "to_index": to_index, "from": from, "to": to});
+        if let Some(name) = self.to.name_of(to_index) {
+            value["site"] = name.into();
         }
         status(found.outcome).add_to(&mut value);
         match found.outcome {
@@ -231,25 +243,23 @@ impl Matrix {
         }
     }
 
-    fn text(&self, found: &PairDistance) -> String {
-        let [a, b] = self.points(found);
-        let names = self.names(found);
-        let [from, to] = names.each_ref().map(|name| shown::text(name));
-        let mut text = format!("{from} ({}, {}) to {to} ({}, {})", a.x, a.y, b.x, b.y);
-        push_status(&mut text, status(found.outcome));
+    fn text(&self, unit: Unit, found: &PairDistance) -> String {
+        let [from, to] = self.points(found).map(point);
+        let name = match self.to.name_of(found.to_index) {
+            Some(name) => shown::text(name).into_owned(),
+            None => found.to_index.to_string(),
+        };
+        let mut text = format!("{} {from} to {name} {to}", found.from_index);
+        push_status(&mut text, status(found.outcome), unit);
         if let DistanceOutcome::Found(distance) = found.outcome {
-            text += &format!(": {}", distance.value);
+            text += &format!(": {}", unit.distance(distance.value));
         }
         text.push('\n');
         text
     }
 
     fn points(&self, found: &PairDistance) -> [Point; 2] {
-        [self.from.points[found.from], self.to.points[found.to]]
-    }
-
-    fn names(&self, found: &PairDistance) -> [String; 2] {
-        [self.from.name(found.from), self.to.name(found.to)]
+        [self.from.points[found.from_index], self.to.points[found.to_index]]
     }
 }
 
@@ -279,6 +289,6 @@ fn status(outcome: DistanceOutcome) -> Status {
         DistanceOutcome::Found(_) => Status::Ok,
         DistanceOutcome::Unreachable => Status::Unreachable,
         DistanceOutcome::InsideObstacle { point, nearest_free } => Status::Inside(point, nearest_free),
-        DistanceOutcome::OutOfBudget { at_least } => Status::Budget(at_least),
+        DistanceOutcome::OutOfBudget { lower_bound } => Status::Budget(lower_bound),
     }
 }

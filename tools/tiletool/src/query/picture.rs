@@ -8,6 +8,7 @@ use super::ask::Ask;
 use super::batch::Question;
 use crate::common::{counted, thousands};
 use crate::plot::Overlay;
+use crate::units::{Unit, number};
 
 /// Collects answers for a picture.
 pub struct Picture {
@@ -25,8 +26,8 @@ impl Picture {
         }
     }
 
-    /// Adds an answer.
-    pub fn take(&mut self, ask: Ask, answer: &Answer) {
+    /// Adds an answer. `unit` is the unit of the coordinates.
+    pub fn take(&mut self, ask: Ask, unit: Unit, answer: &Answer) {
         self.answers += 1;
         let overlay = &mut self.overlay;
         match answer.question {
@@ -61,8 +62,9 @@ impl Picture {
                 }
             }
         }
-        overlay.areas.extend(answer.area.iter().flatten().cloned());
-        self.last = title(ask, answer);
+        let polygons = answer.area.iter().flat_map(|area| &area.polygons);
+        overlay.areas.extend(polygons.cloned());
+        self.last = title(ask, unit, answer);
     }
 
     /// Returns the picture of all answers.
@@ -80,22 +82,12 @@ impl Picture {
     }
 }
 
-/// Formats a number with about six significant digits, without trailing zeros.
-fn short(v: f64) -> String {
-    let digits = (5 - v.abs().max(1e-9).log10().floor() as i32).clamp(0, 9) as usize;
-    let text = format!("{v:.digits$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
-    }
-}
-
 fn point_text(p: Point) -> String {
-    format!("({}, {})", short(p.x), short(p.y))
+    format!("({}, {})", number(p.x), number(p.y))
 }
 
 /// Returns the title of a picture: a query and its result.
-fn title(ask: Ask, answer: &Answer) -> String {
+fn title(ask: Ask, unit: Unit, answer: &Answer) -> String {
     let question = match answer.question {
         Question::At(at) => point_text(at),
         Question::Way(from, to) => format!("{} to {}", point_text(from), point_text(to)),
@@ -110,7 +102,7 @@ fn title(ask: Ask, answer: &Answer) -> String {
         QueryResult::Location(_) => String::new(),
         QueryResult::Near(near) => format!("  ·  {} found", near.len()),
         QueryResult::Sites(sites) => format!("  ·  {}", counted(sites.len() as u64, "site", "sites")),
-        QueryResult::Path(Some(path)) => format!("  ·  length {}", short(path.distance.value)),
+        QueryResult::Path(Some(path)) => format!("  ·  length {}", unit.distance(path.distance.value)),
         QueryResult::Path(None) => String::new(),
         QueryResult::Along(intervals) => format!("  ·  {}", counted(intervals.len() as u64, "interval", "intervals")),
     };
@@ -122,9 +114,11 @@ fn title(ask: Ask, answer: &Answer) -> String {
         Ask::Locate => "Where is".to_owned(),
         Ask::Nearest { k, .. } => format!("{} by Euclidean distance to", nearest(k)),
         Ask::Knn { k } => format!("{} by walking distance from", nearest(k)),
-        Ask::Range { radius, .. } => format!("Within {} of", short(radius)),
+        Ask::Range { radius, .. } => format!("Within {} of", unit.distance(radius)),
         Ask::Path => "The shortest path from".to_owned(),
         Ask::Along { k } => format!("{} along", nearest(k)),
     };
-    format!("{what} {question}{found}{ended}")
+    let area = answer.area.as_ref();
+    let area = area.map_or_else(String::new, |area| format!("  ·  area {}", unit.area(area.size)));
+    format!("{what} {question}{found}{area}{ended}")
 }

@@ -14,6 +14,7 @@ use tokio::sync::Semaphore;
 use super::answer::Answer;
 use super::args::Format;
 use super::ask::Ask;
+use super::asked::Asked;
 use super::batch::{self, Question};
 use super::command::QueryCommand;
 use super::picture::Picture;
@@ -90,9 +91,6 @@ fn questions(command: &QueryCommand) -> anyhow::Result<Vec<Question>> {
             _ => bail!("no point is given; give --at X,Y, or --batch FILE"),
         }
     }
-    if matches!(ask, Ask::Range { area: true, .. }) && common.plot.is_none() && !common.format.geojson {
-        bail!("--area needs --geojson or --plot FILE");
-    }
     if command.mode().1 && common.plot.is_some() {
         bail!("--plot draws one answer, and --progressive gives two; leave out one of them");
     }
@@ -120,7 +118,12 @@ where
     }
     let began = Instant::now();
     let count = common::counted(questions.len() as u64, "query", "queries");
-    let mut printer = Printer::new(format, ask, is_progressive)?;
+    let asked = Asked {
+        ask,
+        unit: args.reading.unit(&reader, ask != Ask::Locate),
+        has_sites: reader.metadata().sites > 0,
+    };
+    let mut printer = Printer::new(format, asked, is_progressive)?;
     if is_progressive {
         for question in questions {
             progress::answer(ask, &reader, question, options.clone(), &mut printer).await?;
@@ -150,7 +153,7 @@ where
             common::say(&cost.line);
         }
         if let Some(picture) = &mut picture {
-            picture.take(ask, &answer);
+            picture.take(ask, asked.unit, &answer);
         }
     }
     printer.finish()?;

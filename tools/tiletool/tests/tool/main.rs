@@ -21,9 +21,11 @@ mod memory;
 mod outputs;
 mod printing;
 mod query;
+mod query_tables;
 mod refusals;
 mod resume;
 mod sites;
+mod town;
 
 /// The program that the tests run.
 const PROGRAM: &str = env!("CARGO_BIN_EXE_tiletool");

@@ -1,71 +1,9 @@
 //! `tiletool query` from the command line.
 
 use std::fs;
-use std::path::PathBuf;
 
-use crate::support::{command, complaint, printed};
+use crate::town::Town;
 use serde_json::{Value, json};
-use tempfile::TempDir;
-
-/// A folder with a town: a square of 8 by 8 with an obstacle in the middle, a closed wall, and
-/// sites.
-struct Town(TempDir);
-
-impl Town {
-    fn new() -> Self {
-        let this = Self(tempfile::tempdir().unwrap());
-        let ring = |[x, y, u, v]: [i32; 4]| json!([[x, y], [u, y], [u, v], [x, v], [x, y]]);
-        let features = [ring([-1, -1, 1, 1]), ring([2, -4, 3, 2])];
-        let features = features.map(|ring| json!({"type": "Polygon", "coordinates": [ring]}));
-        this.write(
-            "houses.geojson",
-            json!({"type": "GeometryCollection", "geometries": features}).to_string(),
-        );
-        this.write("fences.csv", "-3,2,-2,2\n-2,2,-2,3\n-2,3,-3,3\n-3,3,-3,2\n");
-        this.write("points.csv", "-4,-4\n4,-4\n4,4\n-4,4\n");
-        this.write(
-            "shops.csv",
-            "0,3,baker\n\"-2.5\",2.5,inner\n3.5,0,\"far, far\"\n0,-3,pump\n",
-        );
-        let build = [
-            "build",
-            "points.csv",
-            "--obstacles",
-            "houses.geojson",
-            "--walls",
-            "fences.csv",
-        ];
-        this.run(0, &[&build[..], &["--sites", "shops.csv", "-o", "town.tiles"]].concat());
-        this
-    }
-
-    fn write(&self, name: &str, content: impl AsRef<[u8]>) {
-        fs::write(self.path(name), content).unwrap();
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    /// Runs a command that must end with this exit code. Returns its standard output, or its
-    /// standard error if the code is not 0.
-    #[track_caller]
-    fn run(&self, code: i32, args: &[&str]) -> String {
-        let command = command(self.0.path(), args);
-        match code {
-            0 => printed(command),
-            _ => complaint(command, code),
-        }
-    }
-
-    fn query(&self, what: &str, args: &[&str]) -> String {
-        self.run(0, &[&["query", what, "town.tiles"], args].concat())
-    }
-
-    fn json(&self, what: &str, args: &[&str]) -> Value {
-        serde_json::from_str(&self.query(what, &[args, &["--json"]].concat())).unwrap()
-    }
-}
 
 #[test]
 fn a_path_is_shortest_and_names_its_bends() {
@@ -185,13 +123,13 @@ fn locate_and_nearest_find_elements_and_sites() {
     );
     let inside = town.json("locate", &["--at", "0.5,0.75"]);
     assert_eq!(
-        (&inside["where"], &inside["status"]),
+        (&inside["element"], &inside["status"]),
         (&json!("triangle"), &json!("inside_obstacle"))
     );
     assert_eq!(inside["nearest_free"], json!([0.5, 1.0]));
     let outside = town.json("locate", &["--at", "-400,0.75"]);
     assert_eq!(
-        (&outside["where"], &outside["status"]),
+        (&outside["element"], &outside["status"]),
         (&json!("outside"), &json!("ok"))
     );
     let near = town.json("nearest", &["--at", "0,0"]);
@@ -251,181 +189,6 @@ fn mistakes_in_queries_are_errors_that_name_them() {
         let errors = town.run(code, &[&["query"], args].concat());
         assert!(errors.contains(complaint), "{args:?}: {errors}");
     }
-}
-
-#[test]
-fn a_matrix_has_the_distance_of_each_pair() {
-    let town = Town::new();
-    town.write("a.csv", "x,y\n-4,-4\n0,0\n4,4\n");
-    town.write("b.csv", "-4,4\n-2.5,2.5\n");
-    let table = town.query("matrix", &["--from-file", "a.csv", "--to-file", "b.csv", "--csv"]);
-    let mut lines = table.lines();
-    assert_eq!(
-        lines.next(),
-        Some("from,to,from_x,from_y,to_x,to_y,status,distance,lower,upper")
-    );
-    // The second list is the shorter one.
-    let rows: Vec<String> = lines
-        .map(|line| {
-            let cells: Vec<&str> = line.split(',').collect();
-            assert_eq!(cells.len(), 10, "{line}");
-            cells[..8].join(",")
-        })
-        .collect();
-    assert_eq!(
-        rows,
-        [
-            "0,0,-4,-4,-4,4,ok,8",
-            "1,0,0,0,-4,4,inside_obstacle,",
-            "2,0,4,4,-4,4,ok,8",
-            "0,1,-4,-4,-2.5,2.5,unreachable,",
-            "1,1,0,0,-2.5,2.5,inside_obstacle,",
-            "2,1,4,4,-2.5,2.5,unreachable,",
-        ]
-    );
-    let all = town.query("matrix", &["--batch", "a.csv", "--json"]);
-    let all: Vec<Value> = all.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    assert_eq!(all.len(), 9);
-    assert_eq!(
-        (&all[0]["distance"], &all[2]["distance"]),
-        (&json!(0.0), &all[6]["distance"])
-    );
-    assert_eq!(all[1]["nearest_free"].as_array().map(Vec::len), Some(2));
-    let sites = town.query("matrix", &["--from-file", "a.csv", "--sites"]);
-    assert_eq!(sites.lines().count(), 12);
-    assert!(
-        sites.starts_with("0 (-4, -4) to baker (0, 3): ")
-            && sites.contains("2 (4, 4) to inner (-2.5, 2.5): no path exists"),
-        "{sites}"
-    );
-    let shapes = town.query(
-        "matrix",
-        &[
-            "--from-file",
-            "a.csv",
-            "--to-file",
-            "b.csv",
-            "--geojson",
-            "--plot",
-            "m.svg",
-        ],
-    );
-    let shapes: Value = serde_json::from_str(&shapes).unwrap();
-    let [first, .., last] = &shapes["features"].as_array().unwrap()[..] else {
-        panic!("{shapes}")
-    };
-    let ends = [&first["geometry"]["coordinates"][0], &last["properties"]["from_at"]];
-    assert_eq!(ends, [&json!([-4.0, -4.0]), &json!([4.0, 4.0])]);
-    assert_eq!(
-        (&first["properties"]["distance"], &last["geometry"]),
-        (&json!(8.0), &Value::Null)
-    );
-    let itself: Value = serde_json::from_str(&town.query("matrix", &["--batch", "b.csv", "--geojson"])).unwrap();
-    let itself = &itself["features"][0]["geometry"];
-    assert_eq!(*itself, json!({"type": "Point", "coordinates": [-4.0, 4.0]}));
-    let picture = fs::read_to_string(town.path("m.svg")).unwrap();
-    assert!(
-        picture.contains("Shortest paths from 3 to 2 points") && picture.contains("2 found"),
-        "{picture}"
-    );
-    town.write("many.csv", "1,1\n".repeat(101));
-    let complaint = town.run(
-        1,
-        &[
-            "query",
-            "matrix",
-            "town.tiles",
-            "--batch",
-            "many.csv",
-            "--plot",
-            "m.svg",
-        ],
-    );
-    assert!(complaint.contains("10 201"), "{complaint}");
-    for args in [&[][..], &["--from-file", "a.csv"], &["--batch", "gone.csv"]] {
-        town.run(1, &[&["query", "matrix", "town.tiles"], args].concat());
-    }
-    town.run(
-        2,
-        &[
-            "query",
-            "matrix",
-            "town.tiles",
-            "--batch",
-            "a.csv",
-            "--from-file",
-            "a.csv",
-        ],
-    );
-}
-
-#[test]
-fn along_gives_the_nearest_sites_of_each_interval() {
-    let town = Town::new();
-    let line = ["--from", "-4,0", "--to", "4,0", "-k", "1"];
-    let table = town.query("along", &[&line[..], &["--csv"]].concat());
-    let rows: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
-    assert_eq!(
-        rows[0].join(","),
-        "line_from_x,line_from_y,line_to_x,line_to_y,from_t,to_t,from_x,from_y,to_x,to_y,status,sites"
-    );
-    let (first, last) = (&rows[1], &rows[rows.len() - 1]);
-    assert_eq!((first[4], last[5]), ("0", "1"));
-    // There are obstacles between -1 and 1, and between 2 and 3.
-    let inside: Vec<_> = rows.iter().filter(|row| row[10] == "inside_obstacle").collect();
-    assert_eq!(inside.len(), 2);
-    assert_eq!(
-        (&inside[0][4..10], inside[0][11]),
-        (&["0.375", "0.625", "-1", "0", "1", "0"][..], "")
-    );
-    assert!(last[11].starts_with("\"far"), "{last:?}");
-
-    let found = town.json("along", &line);
-    let intervals = found["intervals"].as_array().unwrap();
-    assert_eq!(intervals.len(), rows.len() - 1);
-    assert_eq!(intervals[0]["sites"].as_array().map(Vec::len), Some(1));
-    let drawn: Value = serde_json::from_str(&town.query("along", &[&line[..], &["--geojson"]].concat())).unwrap();
-    assert_eq!(drawn["features"][0]["geometry"]["coordinates"][0], json!([-4.0, 0.0]));
-    assert!(town.query("along", &line).contains("inside an obstacle"));
-    town.run(1, &["query", "along", "town.tiles"]);
-}
-
-/// Returns twice the area of a ring, positive if it is counter-clockwise.
-fn doubled_area(ring: &Value) -> f64 {
-    let at = |point: &Value, axis: usize| point[axis].as_f64().unwrap();
-    let points = ring.as_array().unwrap();
-    assert!(points.len() > 3 && points.first() == points.last());
-    points
-        .windows(2)
-        .map(|pair| at(&pair[0], 0) * at(&pair[1], 1) - at(&pair[1], 0) * at(&pair[0], 1))
-        .sum()
-}
-
-#[test]
-fn areas_are_polygons_inside_the_true_area() {
-    let town = Town::new();
-    // The area goes round the obstacle in the middle and meets itself: a ring with a hole.
-    let args = ["--at", "0,2", "--radius", "4.5", "--area", "--geojson"];
-    let drawn: Value = serde_json::from_str(&town.query("range", &args)).unwrap();
-    let area = &drawn["features"][0];
-    assert_eq!(
-        (&area["geometry"]["type"], &area["properties"]["tolerance"]),
-        (&json!("MultiPolygon"), &json!(1e-4))
-    );
-    let polygons = area["geometry"]["coordinates"].as_array().unwrap();
-    let rings = polygons[0].as_array().unwrap();
-    assert!(doubled_area(&rings[0]) > 0.0 && rings[1..].iter().all(|ring| doubled_area(ring) < 0.0));
-    assert!(drawn["features"].as_array().unwrap().len() > 1);
-    // Without obstacles, the area is a polygon inside the true disc.
-    let args = ["--at", "3.5,0", "--radius", "0.25", "--area", "--geojson"];
-    let disc: Value = serde_json::from_str(&town.query("range", &args)).unwrap();
-    let ring = &disc["features"][0]["geometry"]["coordinates"][0][0];
-    let part = doubled_area(ring) / (2.0 * std::f64::consts::PI * 0.25 * 0.25);
-    assert!((1.0 - 2e-4..=1.0 + 1e-6).contains(&part), "{part}");
-    town.run(
-        1,
-        &["query", "range", "town.tiles", "--at", "0,2", "--radius", "1", "--area"],
-    );
 }
 
 #[test]
