@@ -17,8 +17,8 @@
 //!
 //! Noting a half-edge checks that it agrees with its twin, so crossings need no check. Finding dead
 //! ends examines all half-edges of the tile, which takes some milliseconds for 65,536 vertices.
-//! That pays off where many searches come, so the first searches do without. The notes take 24 bytes
-//! of memory per triangle.
+//! That pays off where many searches come, so the first searches do without. The notes take 24
+//! bytes of memory per triangle.
 
 use std::sync::atomic::Ordering;
 

@@ -422,8 +422,14 @@ fn other_options_other_inputs_or_too_little_memory_cannot_resume_a_build() {
         let pushed = builder.push(&batches(&points, &[])[0]).await;
         assert!(matches!(pushed, Err(BuildError::PointsComplete)), "{pushed:?}");
         drop(builder);
-        // A build without `resume` removes the old work.
-        build_batches(&scratch.path, &batches(&points, &[]), resumable(false))
+        // A build without `resume` removes the old work only by force.
+        let refused = Builder::new(&scratch.path, resumable(false)).map(|_| ());
+        assert!(
+            matches!(refused, Err(BuildError::WorkKept { bytes, .. }) if bytes > 0),
+            "{refused:?}"
+        );
+        assert_eq!(left(&scratch), ["test.tiles.partial"]);
+        build_batches(&scratch.path, &batches(&points, &[]), resumable(false).force(true))
             .await
             .unwrap();
         assert_eq!(left(&scratch), ["test.tiles"]);
