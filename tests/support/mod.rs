@@ -133,6 +133,18 @@ pub fn runtime() -> tokio::runtime::Runtime {
         .unwrap()
 }
 
+/// Creates a runtime for a build with this number of threads. With one, the runtime has none of its
+/// own: tasks run on the thread of the caller.
+pub fn runtime_for(threads: usize) -> tokio::runtime::Runtime {
+    match threads {
+        1 => tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .unwrap(),
+        _ => runtime(),
+    }
+}
+
 /// Builds a file and returns its bytes.
 pub async fn file_bytes(batches: &[PointBatch], options: BuildOptions) -> Vec<u8> {
     let scratch = Scratch::new();

@@ -11,7 +11,7 @@ mod steiner;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use crate::support::{Random, Scratch, batches, distinct, points_of, runtime, verify_lines};
+use crate::support::{Random, Scratch, batches, distinct, points_of, runtime, runtime_for, verify_lines};
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::mesh::{Constrained, EngineKind, Inserter, Triangulation};
@@ -192,10 +192,10 @@ fn check(mut input: Input, ways: &[Way]) -> u64 {
         segments: input.segments.iter().rev().map(|&[a, b]| [b, a]).collect(),
     };
     Random(5).shuffle(&mut turned.segments);
-    runtime().block_on(async {
-        for (&(tile_vertices, merge_vertices, threads, memory), input) in
-            ways.iter().flat_map(|way| [(way, &input), (way, &turned)])
-        {
+    for (&(tile_vertices, merge_vertices, threads, memory), input) in
+        ways.iter().flat_map(|way| [(way, &input), (way, &turned)])
+    {
+        runtime_for(threads).block_on(async {
             let scratch = Scratch::new();
             let options = BuildOptions::default()
                 .tile_vertices(tile_vertices)
@@ -234,8 +234,8 @@ fn check(mut input: Input, ways: &[Way]) -> u64 {
             if merge_vertices == 1 << 16 && tile_vertices <= 64 {
                 input.check_edited(tile_vertices, expected, &way).await;
             }
-        }
-    });
+        });
+    }
     deferred
 }
 

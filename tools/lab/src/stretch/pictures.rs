@@ -42,7 +42,7 @@ pub async fn figures(
     at_once: usize,
 ) -> anyhow::Result<Figures> {
     let scene = Scene::gather(reader).await?;
-    if scene.thinned {
+    if scene.sampled {
         let vertices = thousands(reader.metadata().vertices);
         return Ok(Figures {
             drawn: Vec::new(),

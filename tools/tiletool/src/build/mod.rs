@@ -109,6 +109,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     allocator::keep_to(memory);
     let input_options = args.input.options().missing_z(options.missing_z);
     let is_filtered = !args.input.classes.is_empty() || args.input.returns != Returns::All;
+    args.plot.as_ref().map_or(Ok(()), PlotFile::check)?;
     let source = PointSource::open(&args.inputs, &input_options)?;
     let lines = args.lines.open(&args.inputs)?;
     // A .poly file is read twice: for its points and for its segments.

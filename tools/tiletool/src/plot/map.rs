@@ -7,7 +7,7 @@ use super::axis::{TICK_TEXT, fitted_text, text_width};
 use super::legend::{Legend, Sign};
 use super::page::Page;
 use super::scene::Scene;
-use super::style::{CONSTRAINT, EDGE, EDGE_THINNED, GREY, HOLE, INK, LINES, PAPER, SITE, WALL, fill, stroke};
+use super::style::{CONSTRAINT, EDGE, EDGE_SAMPLED, GREY, HOLE, INK, LINES, PAPER, SITE, WALL, fill, stroke};
 use super::svg::{Anchor, Path, Svg};
 use crate::common::{counted, thousands};
 
@@ -114,8 +114,8 @@ fn draw_mesh(svg: &mut Svg, legend: &mut Legend, scene: &Scene, page: &Page) {
 }
 
 fn draw_edges(svg: &mut Svg, legend: &mut Legend, scene: &Scene, pixels: &[(f64, f64)], spacing: f64) {
-    let (colour, width, text) = match scene.thinned {
-        true => (EDGE_THINNED, (0.05 * spacing).clamp(0.5, 0.8), "edges, thinned"),
+    let (colour, width, text) = match scene.sampled {
+        true => (EDGE_SAMPLED, (0.05 * spacing).clamp(0.5, 0.8), "edges of the sample"),
         false => (EDGE, (0.045 * spacing).clamp(0.4, 1.1), "edges"),
     };
     let others = match scene.walls.is_empty() {
@@ -245,8 +245,8 @@ fn caption(directory: &Directory, scene: &Scene) -> String {
         return "The file has no vertices".to_owned();
     }
     let all = counted(m.vertices, "vertex", "vertices");
-    match (scene.thinned, scene.triangles) {
-        (true, 0) => format!("Thinned: {} of {all}; no triangles", thousands(drawn)),
+    match (scene.sampled, scene.triangles) {
+        (true, 0) => format!("A sample, {} of {all}; no triangles", thousands(drawn)),
         (true, _) => {
             let without = match (m.constraint_edges, m.hole_triangles, m.sites) {
                 (0, 0, 0) => "",
@@ -254,7 +254,7 @@ fn caption(directory: &Directory, scene: &Scene) -> String {
                 _ => ", without constraints, holes and sites",
             };
             format!(
-                "Thinned: the Delaunay triangulation of {} of {all}{without}",
+                "The Delaunay triangulation of a sample, {} of {all}{without}",
                 thousands(drawn)
             )
         }

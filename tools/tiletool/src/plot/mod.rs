@@ -22,7 +22,7 @@ use delaunay_tiles::store::TileReader;
 use serde::Serialize;
 
 use crate::common::{bytes, counted, file_name};
-use crate::output;
+use crate::output::{self, StreamOutput};
 use page::Page;
 pub use query::Overlay;
 use scene::Scene;
@@ -62,6 +62,20 @@ impl PlotFile {
             _ => bail!("maps are drawn as SVG or PNG: the name must end in .svg or .png"),
         };
         Ok(Self { path, format })
+    }
+
+    /// Checks that the file can be created, so that a command fails before it computes for long.
+    ///
+    /// # Errors
+    /// Fails as writing the file would: if its folder does not exist or is read-only, for example.
+    pub fn check(&self) -> anyhow::Result<()> {
+        // Dropping the output removes its partial file.
+        drop(StreamOutput::create(&self.path).with_context(|| self.cannot_write())?);
+        Ok(())
+    }
+
+    fn cannot_write(&self) -> String {
+        format!("{}: cannot write the map", crate::common::shown(&self.path))
     }
 }
 
@@ -107,7 +121,7 @@ pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotte
         bytes,
         width: page.width,
         height: page.height,
-        sampled: scene.thinned,
+        sampled: scene.sampled,
         vertices: scene.points.len() as u64,
         triangles: scene.triangles,
         peak_memory_bytes: peak_memory(),
@@ -130,7 +144,6 @@ pub async fn draw_query(reader: &TileReader, file: &PlotFile, overlay: &Overlay)
 /// Writes a picture. Returns its number of bytes.
 fn save(file: &PlotFile, svg: String) -> anyhow::Result<u64> {
     let picture = file.format.encode(svg)?;
-    output::write(&file.path, &picture)
-        .with_context(|| format!("{}: cannot write the map", crate::common::shown(&file.path)))?;
+    output::write(&file.path, &picture).with_context(|| file.cannot_write())?;
     Ok(picture.len() as u64)
 }

@@ -7,7 +7,7 @@ use delaunay_tiles::store::{Tile, TileId, TileReader};
 use super::legend::{Legend, Sign};
 use super::map::{draw_axes, draw_frame, middle_cut};
 use super::page::Page;
-use super::style::{CONSTRAINT, EDGE_THINNED, GREY, HOLE, INK, LINES, PAPER, SITE, WALL, fill, stroke};
+use super::style::{CONSTRAINT, EDGE_SAMPLED, GREY, HOLE, INK, LINES, PAPER, SITE, WALL, fill, stroke};
 use super::svg::{Anchor, Path, Svg};
 
 const EXPLORED: &str = "#d6e6f5";
@@ -186,7 +186,7 @@ fn draw_base_map(svg: &mut Svg, legend: &mut Legend, base_map: &BaseMap, overlay
     if base_map.triangles <= MAX_MESH {
         svg.path(
             &base_map.edges,
-            &format!("{} stroke-opacity=\"0.45\"", stroke(EDGE_THINNED, 0.5)),
+            &format!("{} stroke-opacity=\"0.45\"", stroke(EDGE_SAMPLED, 0.5)),
         );
     }
     if overlay.explored.len() as u64 <= MAX_MESH {

@@ -38,7 +38,7 @@ pub struct Scene {
     /// The number of triangles of the drawn triangulation.
     pub triangles: u64,
     /// Whether the scene is a sample.
-    pub thinned: bool,
+    pub sampled: bool,
 }
 
 impl Scene {
@@ -66,7 +66,7 @@ impl Scene {
             holes: Vec::new(),
             sites: Vec::new(),
             triangles: 0,
-            thinned: false,
+            sampled: false,
         }
     }
 
@@ -173,7 +173,7 @@ impl Scene {
             points,
             edges,
             triangles: mesh.triangles.len() as u64,
-            thinned: true,
+            sampled: true,
             ..Self::empty(reader)
         })
     }

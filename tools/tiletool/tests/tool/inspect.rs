@@ -248,7 +248,7 @@ fn a_small_file_is_drawn_whole() {
 }
 
 #[test]
-fn a_large_file_is_thinned() {
+fn the_map_of_a_large_file_shows_a_sample() {
     // The points are evenly distributed: multiples of powers of the plastic number's inverse,
     // modulo 1.
     let points = (1..=32_000u32).map(|i| [0.754_877_666, 0.569_840_291].map(|step| (f64::from(i) * step).fract()));
@@ -256,7 +256,7 @@ fn a_large_file_is_thinned() {
     let case = Case::build(&lines, 64);
     let (svg, colours) = case.maps();
     assert!(colours > 10);
-    assert!(svg.contains("Thinned: the Delaunay triangulation of 10 000 of 32 000 vertices"));
+    assert!(svg.contains("The Delaunay triangulation of a sample, 10 000 of 32 000 vertices"));
     assert!(svg.len() < 500_000, "{} bytes", svg.len());
     assert!(!svg.contains(">17</text>"), "labels for too many tiles");
     let again = case.in_folder("again.svg");

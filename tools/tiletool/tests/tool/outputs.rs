@@ -151,6 +151,13 @@ fn a_missing_folder_is_named() {
         }
         assert_eq!(names(path), before, "{args}");
     }
+    // A build finds out before it computes, not when the map is drawn.
+    let errors = fails(path, 1, "build p.csv -o new.tiles --plot missing/map.svg");
+    assert!(
+        errors.contains("the folder missing does not exist; create it first"),
+        "{errors}"
+    );
+    assert_eq!(names(path), before);
     let errors = fails(path, 1, "export t.tiles --format ply -o link");
     assert!(errors.contains("gone does not exist; create it first"), "{errors}");
 }
