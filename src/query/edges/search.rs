@@ -97,7 +97,7 @@ pub(crate) struct EdgeSearch {
     queue: BinaryHeap<QueueEntry>,
     nodes: Vec<Node>,
     settled: HashSet<[GraphVertex; 2]>,
-    /// The lengths with which vertices with one free sector wait.
+    /// For each vertex with one free sector that waits, the length of the path to it.
     waiting: HashMap<GraphVertex, f64>,
     /// The disc outside which nothing is wanted, if there is one.
     disc: Option<(Point, f64)>,

@@ -39,7 +39,7 @@ pub struct Sizes {
 pub struct Case {
     /// Its name in a table.
     pub name: &'static str,
-    /// A file that it changes, after the file of which that is a copy.
+    /// The file that the program changes, which is made as a copy of another: (original, copy).
     pub copy: Option<(&'static str, &'static str)>,
     /// Its arguments, without `--memory`.
     pub args: &'static str,
