@@ -80,8 +80,8 @@ impl Tile {
         Ok(this)
     }
 
-    /// Checks lengths and ranges, so that no later access panics.
-    fn check(&self, entry: &TileEntry) -> Result<(), Damage> {
+    /// Checks that there are as many numbers of each kind as the entry asks for.
+    fn check_lengths(&self, entry: &TileEntry) -> Result<(), Damage> {
         let vertices = entry.vertices as usize;
         let (core, border) = (entry.core_triangles as usize, entry.border_triangles as usize);
         if self.z.is_some() != self.foreign_z.is_some() {
@@ -106,6 +106,14 @@ impl Tile {
                 return Err(Damage::new(format!("there are {found} {what}, not {expected}")));
             }
         }
+        Ok(())
+    }
+
+    /// Checks lengths and ranges, so that no later access panics.
+    fn check(&self, entry: &TileEntry) -> Result<(), Damage> {
+        self.check_lengths(entry)?;
+        let vertices = entry.vertices as usize;
+        let (core, border) = (entry.core_triangles as usize, entry.border_triangles as usize);
         let corners = self.corner_count() as u64;
         let core_half_edges = 3 * core as u64;
         let half_edges = core_half_edges + 3 * border as u64;

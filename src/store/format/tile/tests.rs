@@ -196,6 +196,8 @@ fn depths_of_all_sizes_are_read_as_they_were_written() {
 /// Corners of other tiles have a z if, and only if, the tile's own vertices have.
 #[test]
 fn all_corners_have_a_finite_z_or_none_has() {
+    // z of the vertices, z of the foreign vertex, what is wrong.
+    type Fault<'a> = (&'a [f64], Option<&'a [f64]>, &'a str);
     let with = |z: &[f64], foreign_z: Option<&[f64]>| {
         let (mut core, mut border) = drafts();
         core.z = z.to_vec();
@@ -212,7 +214,7 @@ fn all_corners_have_a_finite_z_or_none_has() {
     let without = with(&[], None).unwrap();
     assert_eq!((z(&without), without.has_z()), (vec![], false));
     assert!(tile.byte_size() > without.byte_size());
-    let faults: [(&[f64], Option<&[f64]>, &str); 9] = [
+    let faults: [Fault<'_>; 9] = [
         (&[1.0; 4], None, "disagree on whether there is a z"),
         (&[], Some(&[1.0]), "disagree on whether there is a z"),
         (&[], Some(&[]), "disagree on whether there is a z"),
