@@ -3,12 +3,13 @@
 use crate::edit::error::EditError;
 use crate::edit::tile::{EditTile, NewVertex};
 use crate::edit::tiles::Tiles;
+use crate::edit::vertex::EditVertex;
 use crate::edit::vertices;
 use crate::edit::work::Work;
 use crate::geometry::{Point, VertexIndex};
 use crate::input::MissingZ;
 use crate::mesh::point_table::PointTable;
-use crate::store::{TileId, Vertex, VertexId};
+use crate::store::{TileId, VertexId};
 
 /// An end of a segment: its tile, its point, and its number among all ends.
 type End = (TileId, Point, u32);
@@ -19,15 +20,16 @@ pub(crate) fn find_ends(
     tiles: &mut Tiles,
     work: &Work,
     is_stopped: &dyn Fn() -> bool,
-) -> Result<(Vec<Vertex>, u64), EditError> {
+) -> Result<(Vec<EditVertex>, u64), EditError> {
     let ends = by_tile(tiles, work)?;
     // A placeholder: each entry is replaced.
-    let filler = Vertex {
+    let filler = EditVertex {
         id: VertexId {
             tile: TileId(0),
             index: VertexIndex(0),
         },
         point: Point::new(0.0, 0.0),
+        z: 0.0,
     };
     let mut found = vec![filler; ends.len()];
     let mut added = 0;
@@ -70,7 +72,7 @@ fn by_tile(tiles: &Tiles, work: &Work) -> Result<Vec<End>, EditError> {
 
 /// Finds the vertices at ends in one tile, and writes them to `found`, by the numbers of the ends.
 /// Returns the ends for which vertices were added.
-fn find_in_tile(tiles: &mut Tiles, work: &Work, ends: &[End], found: &mut [Vertex]) -> Result<Vec<End>, EditError> {
+fn find_in_tile(tiles: &mut Tiles, work: &Work, ends: &[End], found: &mut [EditVertex]) -> Result<Vec<End>, EditError> {
     let id = ends[0].0;
     let numbers_in = |tile: &EditTile| -> Vec<Option<u32>> {
         let index = PointTable::new(tile.points());

@@ -32,6 +32,7 @@ mod summary;
 mod target;
 mod tile;
 mod tiles;
+mod vertex;
 mod vertices;
 mod work;
 mod workers;

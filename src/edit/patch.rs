@@ -6,15 +6,16 @@
 
 use foldhash::{HashMap, HashMapExt};
 
+use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, TriangleId};
 use crate::mesh::Twin;
-use crate::store::{TileId, Vertex, VertexId};
+use crate::store::{TileId, VertexId};
 
 /// A patch: triangles to remove and triangles to add. Half-edge s of triangle t has the number 3 t
 /// + s, among the old as among the new triangles.
 #[derive(Default)]
 pub(crate) struct Patch {
-    pub(crate) vertices: Vec<Vertex>,
+    pub(crate) vertices: Vec<EditVertex>,
     numbers: HashMap<VertexId, u32>,
     pub(crate) old: Vec<OldTriangle>,
     pub(crate) new: Vec<NewTriangle>,
@@ -149,7 +150,7 @@ impl Patch {
     }
 
     /// Returns the number of a vertex, and whether the vertex is new to the patch.
-    pub(crate) fn number(&mut self, vertex: Vertex) -> (u32, bool) {
+    pub(crate) fn number(&mut self, vertex: EditVertex) -> (u32, bool) {
         let next = self.vertices.len() as u32;
         let number = *self.numbers.entry(vertex.id).or_insert(next);
         if number == next {

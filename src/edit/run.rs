@@ -15,11 +15,12 @@ use crate::edit::strip::{LocatedSegment, SegmentInserter};
 use crate::edit::summary::EditSummary;
 use crate::edit::target::Target;
 use crate::edit::tiles::Tiles;
+use crate::edit::vertex::EditVertex;
 use crate::edit::work::Work;
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::io::start_thread;
 use crate::memory::EditShares;
-use crate::store::{Directory, Metadata, Vertex, hull_edges};
+use crate::store::{Directory, Metadata, hull_edges};
 
 /// Makes segments constraints of a file, on a thread of its own.
 pub(crate) async fn edit(
@@ -103,7 +104,7 @@ fn edit_here(
 fn insert(
     tiles: &mut Tiles,
     work: &Work,
-    ends: &[Vertex],
+    ends: &[EditVertex],
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<SegmentInserter, EditError> {
     let mut inserter = SegmentInserter::default();
@@ -118,7 +119,7 @@ fn insert(
 
 /// Returns segments in the order of a space-filling curve, so that segments that cross the same
 /// tiles come together. `ends` has the vertices at their ends.
-fn in_curve_order(segments: &[Segment], ends: &[Vertex]) -> impl Iterator<Item = LocatedSegment> {
+fn in_curve_order(segments: &[Segment], ends: &[EditVertex]) -> impl Iterator<Item = LocatedSegment> {
     let middle = |Segment { ends: [a, b], .. }: &Segment| Point::new((a.x + b.x) / 2.0, (a.y + b.y) / 2.0);
     let square = MortonSquare::around(Rect::around(segments.iter().map(middle)));
     let (ends, _) = ends.as_chunks();

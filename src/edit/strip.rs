@@ -14,29 +14,30 @@ use crate::edit::patch::{NewTriangle, OldTriangle, Patch, PatchTwin};
 use crate::edit::tile::EditTile;
 use crate::edit::tile::hubs::MOST_AROUND;
 use crate::edit::tiles::{Pin, Tiles};
+use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 use crate::mesh::{Cavity, Topology, WALLS};
-use crate::store::{EdgeSource, Vertex, VertexId};
+use crate::store::{EdgeSource, VertexId};
 
 /// A segment between two vertices of the file, to become constraint edges.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LocatedSegment {
-    pub(crate) ends: [Vertex; 2],
+    pub(crate) ends: [EditVertex; 2],
     pub(crate) source: EdgeSource,
 }
 
 /// The way from a vertex to the next vertex on a line.
 enum Reached {
     /// Along an edge, of these triangles, to this vertex.
-    Along(Vertex, Vec<[VertexId; 3]>),
+    Along(EditVertex, Vec<[VertexId; 3]>),
     /// Through the triangles of the strip, to this vertex.
-    Through(Vertex),
+    Through(EditVertex),
 }
 
 /// The direction in which a line leaves a vertex.
 enum Leaving {
     /// Along the edge of this half-edge, to the next vertex.
-    Along(HalfEdge, Vertex),
+    Along(HalfEdge, EditVertex),
     /// Into the triangle of this half-edge, which starts at the vertex.
     Into(HalfEdge),
 }
@@ -106,7 +107,7 @@ impl SegmentInserter {
     fn follow(
         &mut self,
         tiles: &mut Tiles,
-        from: Vertex,
+        from: EditVertex,
         to: Point,
         segment: LocatedSegment,
     ) -> Result<Reached, EditError> {
@@ -123,7 +124,7 @@ impl SegmentInserter {
     }
 
     /// Returns how a line leaves a vertex, in a tile that has the vertex.
-    fn leave(&mut self, tile: &EditTile, from: Vertex, to: Point) -> Option<Leaving> {
+    fn leave(&mut self, tile: &EditTile, from: EditVertex, to: Point) -> Option<Leaving> {
         let is_ahead = |p: Point| p.lex_cmp(from.point) == to.lex_cmp(from.point);
         tile.around(from.id.index).find_map(|half_edge| {
             self.examined += 1;
@@ -209,7 +210,7 @@ impl SegmentInserter {
 
     /// Adds the triangle that the segment enters through a half-edge, given the numbers of its
     /// ends. Returns the number of the apex.
-    fn push(&mut self, tile: &EditTile, entered: HalfEdge, [right, left]: [u32; 2], apex: Vertex) -> u32 {
+    fn push(&mut self, tile: &EditTile, entered: HalfEdge, [right, left]: [u32; 2], apex: EditVertex) -> u32 {
         let (apex, is_new) = self.strip.number(apex);
         self.is_passed_twice |= !is_new;
         let bits = tile.bits_from(entered);
@@ -250,7 +251,7 @@ impl SegmentInserter {
     }
 
     /// Adds the source of an edge in the tile that the edge belongs to.
-    fn note(&mut self, tiles: &mut Tiles, ends: [Vertex; 2], source: EdgeSource) -> Result<(), EditError> {
+    fn note(&mut self, tiles: &mut Tiles, ends: [EditVertex; 2], source: EdgeSource) -> Result<(), EditError> {
         self.edges += 1;
         let [a, b] = ends;
         let (ends, source) = match a.point.lex_cmp(b.point).is_lt() {
@@ -272,8 +273,8 @@ impl SegmentInserter {
 
 /// Returns whether to follow a line from its end: its start has many triangles, since thousands of
 /// lines may share it, and its end has fewer.
-fn is_shorter_from_end(tiles: &Tiles, [start, end]: [Vertex; 2]) -> Result<bool, EditError> {
-    let around = |vertex: Vertex| tiles.get(vertex.id.tile).map(|tile| tile.degree(vertex.id.index));
+fn is_shorter_from_end(tiles: &Tiles, [start, end]: [EditVertex; 2]) -> Result<bool, EditError> {
+    let around = |vertex: EditVertex| tiles.get(vertex.id.tile).map(|tile| tile.degree(vertex.id.index));
     let at_start = around(start)?;
     Ok(at_start > MOST_AROUND && around(end)? < at_start)
 }
@@ -333,7 +334,7 @@ fn mark(tiles: &mut Tiles, triangles: &[[VertexId; 3]], is_wall: bool) -> Result
 }
 
 /// Returns the error for a line that crosses a constraint.
-fn crossed(tiles: &Tiles, line: [Point; 2], edge: [Vertex; 2], segment: LocatedSegment) -> EditError {
+fn crossed(tiles: &Tiles, line: [Point; 2], edge: [EditVertex; 2], segment: LocatedSegment) -> EditError {
     // The tile that the edge belongs to knows its lines.
     let edge = match edge[0].point.lex_cmp(edge[1].point).is_lt() {
         true => edge,

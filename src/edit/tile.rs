@@ -11,6 +11,7 @@ mod twin;
 
 use foldhash::{HashMap, HashMapExt};
 
+use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, PackedHalfEdge, Point, TriangleId, VertexIndex};
 use crate::mesh::{Topology, WALLS};
 use crate::store::{EdgeSource, Tile, TileId, Vertex, VertexId, Weight};
@@ -28,11 +29,12 @@ const REMOVED: u8 = 1 << 7;
 pub(crate) struct EditTile {
     pub(crate) id: TileId,
     points: Vec<Point>,
+    /// The z of each vertex of the tile; empty if the file has no z.
     z: Vec<f64>,
     records: Vec<u64>,
     sites: Vec<(u32, u64)>,
     site_ids: Vec<String>,
-    foreign: Vec<Vertex>,
+    foreign: Vec<EditVertex>,
     foreign_corners: HashMap<VertexId, VertexIndex>,
     /// The corners of each triangle, or [`GONE`].
     triangles: Vec<[VertexIndex; 3]>,
@@ -66,8 +68,12 @@ impl EditTile {
         let vertices = tile.vertex_count();
         let triangles: Vec<[VertexIndex; 3]> = tile.triangle_ids().map(|t| tile.corners(t)).collect();
         let corners = triangles.as_flattened().iter().map(|&corner| corner.0 + 1).max();
-        let foreign: Vec<Vertex> = (vertices..corners.unwrap_or(0))
-            .map(|corner| tile.vertex(VertexIndex(corner)))
+        let foreign: Vec<EditVertex> = (vertices..corners.unwrap_or(0))
+            .map(|corner| {
+                let Vertex { id, point } = tile.vertex(VertexIndex(corner));
+                let z = tile.z(VertexIndex(corner)).unwrap_or(0.0);
+                EditVertex { id, point, z }
+            })
             .collect();
         let bits = |half_edge: HalfEdge| {
             let s = half_edge.corner();
@@ -140,27 +146,28 @@ impl EditTile {
     }
 
     /// Returns the vertex of a corner, the tile's own or another's.
-    pub(crate) fn vertex(&self, corner: VertexIndex) -> Vertex {
+    pub(crate) fn vertex(&self, corner: VertexIndex) -> EditVertex {
         match self.points.get(corner.index()) {
-            Some(&point) => Vertex {
+            Some(&point) => EditVertex {
                 id: VertexId {
                     tile: self.id,
                     index: corner,
                 },
                 point,
+                z: self.z.get(corner.index()).copied().unwrap_or(0.0),
             },
             None => self.foreign[corner.index() - self.points.len()],
         }
     }
 
     /// Returns the vertex that a half-edge starts from.
-    pub(crate) fn origin_vertex(&self, half_edge: HalfEdge) -> Vertex {
+    pub(crate) fn origin_vertex(&self, half_edge: HalfEdge) -> EditVertex {
         self.vertex(self.origin(half_edge))
     }
 
     /// Returns the corners of a half-edge's triangle, from the half-edge's origin on, and the bits
     /// of the triangle's half-edges, from this one on.
-    pub(crate) fn triangle(&self, half_edge: HalfEdge) -> ([Vertex; 3], u8) {
+    pub(crate) fn triangle(&self, half_edge: HalfEdge) -> ([EditVertex; 3], u8) {
         let half_edges = [half_edge, half_edge.next(), half_edge.prev()];
         (
             half_edges.map(|half_edge| self.origin_vertex(half_edge)),

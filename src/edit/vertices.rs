@@ -15,9 +15,10 @@ use crate::edit::exchange::exchange;
 use crate::edit::patch::{NewTriangle, OldTriangle, Patch, PatchTwin};
 use crate::edit::tile::NewVertex;
 use crate::edit::tiles::{Pin, Tiles};
+use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, MortonSquare, Orientation, Point, Rect, TriangleId, VertexIndex, in_circle, orient2d};
 use crate::mesh::{Embedded, EndlessWalk, Topology, WALLS};
-use crate::store::{MAX_TILE_VERTICES, TileId, Vertex, VertexId};
+use crate::store::{MAX_TILE_VERTICES, TileId, VertexId};
 
 /// Adds vertices to a tile. None of them exists yet.
 pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Result<(), EditError> {
@@ -46,10 +47,12 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
         return Err(tiles.damaged(id, Contradiction::NoVertices));
     };
     let mut inserter = VertexInserter::default();
-    for (&NewVertex { point, line, .. }, index) in new.iter().zip((first..).map(VertexIndex)) {
-        let vertex = Vertex {
+    for (&NewVertex { point, z, line, .. }, index) in new.iter().zip((first..).map(VertexIndex)) {
+        let vertex = EditVertex {
             id: VertexId { tile: id, index },
             point,
+            // As the tile's own z: without z in the file, that of an end is left out.
+            z: if has_z { z } else { 0.0 },
         };
         let Some(start) = locate(tiles, VertexId { tile: id, index: from }, point)? else {
             return Err(EditError::Outside { line, point });
@@ -117,11 +120,11 @@ struct CavityEdge {
 }
 
 /// An edge on which a vertex lies: its ends, and the bits of a half-edge.
-type SplitEdge = ([Vertex; 2], u8);
+type SplitEdge = ([EditVertex; 2], u8);
 
 impl VertexInserter {
     /// Inserts a vertex into the closed triangle of a half-edge.
-    fn add(&mut self, tiles: &mut Tiles, vertex: Vertex, start: (Pin, HalfEdge)) -> Result<(), EditError> {
+    fn add(&mut self, tiles: &mut Tiles, vertex: EditVertex, start: (Pin, HalfEdge)) -> Result<(), EditError> {
         let split = self.find_cavity(tiles, vertex.point, start)?;
         let on_constraint = split.filter(|(_, bits)| bits & 1 == 1);
         let Self {
@@ -248,9 +251,9 @@ fn turned(ids: [VertexId; 3]) -> [VertexId; 3] {
 }
 
 /// Gives both parts of a split edge the sources of the edge.
-fn split_sources(tiles: &mut Tiles, ends: [Vertex; 2], vertex: Vertex) -> Result<(), EditError> {
+fn split_sources(tiles: &mut Tiles, ends: [EditVertex; 2], vertex: EditVertex) -> Result<(), EditError> {
     let [a, b] = ends;
-    let owner = |ends: [Vertex; 2]| match ends[0].point.lex_cmp(ends[1].point).is_lt() {
+    let owner = |ends: [EditVertex; 2]| match ends[0].point.lex_cmp(ends[1].point).is_lt() {
         true => ends[0].id.tile,
         false => ends[1].id.tile,
     };

@@ -48,9 +48,6 @@ pub(super) enum Contradiction {
         /// The number of tiles in the file.
         tiles: usize,
     },
-    /// The z of this vertex is not finite.
-    #[error("vertex {0} has no finite z")]
-    InfiniteZ(VertexIndex),
     /// Only one of the tile and the directory says that vertices have a z.
     #[error("it and the directory disagree on whether there is a z")]
     HasZ,

@@ -4,10 +4,6 @@
 //! system. The numbers of a triangle's vertices are in its property `vertices`, from which its
 //! neighbours can be found. If there are no triangles (fewer than three points, or only collinear
 //! ones), the vertices themselves are written as points, so that none is lost.
-//!
-//! A tile knows the coordinates of corners that other tiles own, but not their z. Those tiles are
-//! fetched through the reader's cache. Tiles are in spatial order, so most of them are in the
-//! cache.
 
 use std::io::Write;
 use std::sync::Arc;
@@ -17,10 +13,10 @@ use futures::stream::StreamExt;
 use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
 use super::output::{ExportJob, Output};
-use super::text::{put, put_number, put_vertex};
-use super::tile_part::{CHUNK_BYTES, CutBy, ForeignZ, TilePart};
+use super::text::{put, put_vertex};
+use super::tile_part::{CHUNK_BYTES, CutBy, TilePart};
 use crate::geometry::VertexIndex;
-use crate::store::{Needs, ReadError, Tile, joined, spawn};
+use crate::store::{Needs, spawn};
 
 pub(super) async fn write<W: Write + Send + 'static>(
     job: &mut ExportJob<'_>,
@@ -28,27 +24,23 @@ pub(super) async fn write<W: Write + Send + 'static>(
 ) -> Result<(), ExportError> {
     job.passes(1);
     let has_triangles = job.reader().metadata().triangles > 0;
-    let plan = job.reader().plan(needs(&job.numbering))?;
+    let plan = job.reader().plan(needs())?;
     let numbering = Arc::clone(&job.numbering);
     let tiles = job.reader().pass(job.reader().tile_ids(), plan).map(move |tile| {
         let numbering = Arc::clone(&numbering);
-        let task = tile.map(|tile| {
-            tokio::spawn(async move {
-                let foreign = Arc::new(foreign_z(&numbering, &tile).await?);
-                spawn(move || {
-                    let tile = Arc::new(tile);
-                    let triangles = numbering.cut(&tile, CutBy::Triangles, &foreign)?;
-                    // In a file without triangles, no tile may have any either.
-                    if has_triangles {
-                        Ok(triangles)
-                    } else {
-                        numbering.cut(&tile, CutBy::Vertices, &foreign)
-                    }
-                })
-                .await?
+        async move {
+            let tile = Arc::new(tile?);
+            spawn(move || {
+                let triangles = numbering.cut(&tile, CutBy::Triangles)?;
+                // In a file without triangles, no tile may have any either.
+                if has_triangles {
+                    Ok(triangles)
+                } else {
+                    numbering.cut(&tile, CutBy::Vertices)
+                }
             })
-        });
-        async move { joined(task?).await? }
+            .await?
+        }
     });
     let features = move |numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>| {
         out.reserve(CHUNK_BYTES as usize);
@@ -69,52 +61,14 @@ pub(super) async fn write<W: Write + Send + 'static>(
 }
 
 /// Returns the memory that the pass needs.
-fn needs(numbering: &Numbering) -> Needs {
+fn needs() -> Needs {
     let needs = ExportJob::needs();
     // The positions of the texts of a part's vertices, and these texts.
-    let mut needs = Needs {
+    Needs {
         per_thread: needs.per_thread + CHUNK_BYTES / 2,
         per_vertex: size_of::<u32>() as u64,
         ..needs
-    };
-    if numbering.has_z() {
-        // For each tile in use, another one, in the cache or on its way there.
-        needs.fixed += numbering.reader().cache().capacity() as u64;
-        needs.per_thread += numbering.reader().largest_tile();
     }
-    needs
-}
-
-/// Returns the z of corners that other tiles own, for the triangles that this tile owns.
-async fn foreign_z(numbering: &Numbering, tile: &Tile) -> Result<ForeignZ, ReadError> {
-    let reader = numbering.reader();
-    let mut foreign = ForeignZ::new();
-    if !numbering.has_z() {
-        return Ok(foreign);
-    }
-    for triangle in tile
-        .border_triangle_ids()
-        .filter(|&triangle| numbering.is_written(tile, triangle))
-    {
-        let corners = tile.corners(triangle).into_iter();
-        for corner in corners.filter(|&corner| !tile.has_vertex(corner)) {
-            let vertex = tile.vertex(corner).id;
-            let number = numbering.number(vertex);
-            number.map_err(|fault| numbering.damaged(tile.id(), fault))?;
-            foreign.insert(vertex, 0.0);
-        }
-    }
-    let mut other: Option<Arc<Tile>> = None;
-    for (vertex, z) in &mut foreign {
-        let owner = match &other {
-            Some(owner) if owner.id() == vertex.tile => owner,
-            _ => other.insert(reader.tile(vertex.tile).await?),
-        };
-        let found = numbering.z(owner, vertex.index);
-        let found = found.map_err(|fault| numbering.damaged(vertex.tile, fault))?;
-        *z = found.unwrap_or(0.0);
-    }
-    Ok(foreign)
 }
 
 fn put_polygons(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Result<(), Contradiction> {
@@ -125,12 +79,12 @@ fn put_polygons(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Re
     // The position where the text of a vertex starts, counted from 1; the text ends with its
     // bracket. 0 if there is no text yet.
     let mut starts = vec![0u32; tile.vertex_count() as usize];
-    let mut put_position = |corner: VertexIndex, out: &mut Vec<u8>| -> Result<(), Contradiction> {
+    let mut put_position = |corner: VertexIndex, out: &mut Vec<u8>| {
         if let Some(start) = starts.get_mut(corner.index()) {
             if *start == 0 {
                 *start = texts.len() as u32 + 1;
                 texts.push(b'[');
-                put_vertex(numbering, tile, corner, b',', None, &mut texts)?;
+                put_vertex(tile, corner, b',', None, &mut texts);
                 texts.push(b']');
             }
             let text = &texts[*start as usize - 1..];
@@ -139,19 +93,11 @@ fn put_polygons(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Re
                 .position(|&byte| byte == b']')
                 .map_or(text.len(), |end| end + 1);
             out.extend_from_slice(&text[..end]);
-            return Ok(());
+            return;
         }
-        let vertex = tile.vertex(corner);
         out.push(b'[');
-        put_number(out, vertex.point.x);
-        out.push(b',');
-        put_number(out, vertex.point.y);
-        if let Some(&z) = part.foreign_z.get(&vertex.id) {
-            out.push(b',');
-            put_number(out, z);
-        }
+        put_vertex(tile, corner, b',', None, out);
         out.push(b']');
-        Ok(())
     };
     part.for_each_triangle(numbering, |corners, [a, b, c]| {
         let separator = if out.is_empty() { "" } else { ",\n" };
@@ -163,10 +109,10 @@ fn put_polygons(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Re
             ),
         );
         for corner in corners {
-            put_position(corner, out)?;
+            put_position(corner, out);
             out.push(b',');
         }
-        put_position(corners[0], out)?;
+        put_position(corners[0], out);
         out.extend_from_slice(b"]]}}");
         Ok(())
     })
@@ -183,7 +129,7 @@ fn put_points(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Resu
                  \"geometry\":{{\"type\":\"Point\",\"coordinates\":["
             ),
         );
-        put_vertex(numbering, &part.tile, vertex, b',', None, out)?;
+        put_vertex(&part.tile, vertex, b',', None, out);
         out.extend_from_slice(b"]}}");
     }
     Ok(())

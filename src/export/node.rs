@@ -45,7 +45,7 @@ fn header(job: &ExportJob<'_>, counts: &str) -> Vec<u8> {
 fn put_nodes(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Result<(), Contradiction> {
     for (vertex, number) in part.vertices(numbering) {
         put(out, format_args!("{number} "));
-        put_vertex(numbering, &part.tile, vertex, b' ', None, out)?;
+        put_vertex(&part.tile, vertex, b' ', None, out);
         out.push(b'\n');
     }
     Ok(())

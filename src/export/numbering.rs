@@ -6,7 +6,7 @@
 
 use super::error::Contradiction;
 use super::options::ExportOptions;
-use crate::geometry::{TriangleId, VertexIndex};
+use crate::geometry::TriangleId;
 use crate::store::{PassReader, ReadError, Tile, TileId, VertexId};
 
 /// The number of each tile's first vertex.
@@ -79,20 +79,5 @@ impl Numbering {
     /// Returns whether a triangle is written as part of this tile.
     pub(super) fn is_written(&self, tile: &Tile, triangle: TriangleId) -> bool {
         tile.owns(triangle) && !(self.leaves_out_holes() && tile.is_hole(triangle))
-    }
-
-    /// Returns whether the vertices have a z.
-    pub(super) fn has_z(&self) -> bool {
-        self.reader.metadata().has_z
-    }
-
-    /// Returns the z of a vertex of a tile, if the file has z. Fails if the z is not finite, or if
-    /// the tile and the directory disagree on whether there is a z.
-    pub(super) fn z(&self, tile: &Tile, vertex: VertexIndex) -> Result<Option<f64>, Contradiction> {
-        match tile.z(vertex) {
-            Some(z) if !z.is_finite() => Err(Contradiction::InfiniteZ(vertex)),
-            z if z.is_some() != self.has_z() => Err(Contradiction::HasZ),
-            z => Ok(z),
-        }
     }
 }

@@ -30,7 +30,7 @@ pub(super) async fn write<W: Write + Send + 'static>(
 fn put_vertices(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Result<(), Contradiction> {
     for (vertex, _) in part.vertices(numbering) {
         out.extend_from_slice(b"v ");
-        put_vertex(numbering, &part.tile, vertex, b' ', Some(0.0), out)?;
+        put_vertex(&part.tile, vertex, b' ', Some(0.0), out);
         out.push(b'\n');
     }
     Ok(())

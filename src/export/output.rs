@@ -150,7 +150,7 @@ impl<'a> ExportJob<'a> {
             let numbering = Arc::clone(&numbering);
             async move {
                 let tile = tile?;
-                spawn(move || numbering.cut(&Arc::new(tile), cut, &Arc::default())).await?
+                spawn(move || numbering.cut(&Arc::new(tile), cut)).await?
             }
         });
         let written = self

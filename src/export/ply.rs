@@ -46,9 +46,9 @@ pub(super) async fn write<W: Write + Send + 'static>(
     }
     let records = record_type(job, &metadata).await?;
     output.push(header(&metadata, &job.numbering, records)).await?;
-    let vertices = move |numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>| {
+    let vertices = move |_: &Numbering, part: &TilePart, out: &mut Vec<u8>| {
         let mut vertices = part.range.clone().map(VertexIndex);
-        vertices.try_for_each(|vertex| put_vertex(numbering, &part.tile, vertex, records, out))
+        vertices.try_for_each(|vertex| put_vertex(&part.tile, vertex, records, out))
     };
     job.pass(output, CutBy::Vertices, vertices).await?;
     job.pass(output, CutBy::Triangles, put_faces).await?;
@@ -125,15 +125,9 @@ fn header(metadata: &Metadata, numbering: &Numbering, records: RecordType) -> Ve
     out
 }
 
-fn put_vertex(
-    numbering: &Numbering,
-    tile: &Tile,
-    vertex: VertexIndex,
-    records: RecordType,
-    out: &mut Vec<u8>,
-) -> Result<(), Contradiction> {
+fn put_vertex(tile: &Tile, vertex: VertexIndex, records: RecordType, out: &mut Vec<u8>) -> Result<(), Contradiction> {
     let p = tile.point(vertex);
-    let z = numbering.z(tile, vertex)?.unwrap_or(0.0);
+    let z = tile.z(vertex).unwrap_or(0.0);
     for number in [p.x, p.y, z] {
         out.extend_from_slice(&number.to_le_bytes());
     }

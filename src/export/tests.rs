@@ -44,11 +44,13 @@ impl Draft {
         let (a, b, c) = (Point::new(0.0, 0.0), Point::new(1.0, 0.0), Point::new(2.0, 1.0));
         let foreign = [vec![(self.foreign, c)], vec![(vertex(0, 0), a), (vertex(0, 1), b)]];
         let own = [vec![a, b], vec![c]];
+        let foreign_z = [vec![7.0], vec![5.0, 6.0]];
         let file = MemoryFile::default();
         let mut writer = TileWriter::new(file.clone());
         let mut tiles = Vec::new();
+        let foreign = foreign.into_iter().zip(foreign_z);
         let parts = own.into_iter().zip(foreign).zip(self.z).zip(self.records).zip(0u32..);
-        for ((((points, foreign), z), records), tile) in parts {
+        for ((((points, (foreign, foreign_z)), z), records), tile) in parts {
             let vertices = points.len() as u32;
             let core = CoreDraft {
                 points,
@@ -58,6 +60,7 @@ impl Draft {
             };
             let border = BorderDraft {
                 vertices,
+                foreign_z: (!core.z.is_empty()).then_some(foreign_z),
                 foreign,
                 triangles: vec![if tile == 0 { [0, 1, 2] } else { [1, 2, 0] }],
                 neighbours: vec![[Twin::Hull; 3]],

@@ -2,7 +2,6 @@
 
 use std::io::Write;
 
-use super::error::Contradiction;
 use super::numbering::Numbering;
 use crate::geometry::VertexIndex;
 use crate::store::Tile;
@@ -18,25 +17,17 @@ pub(super) fn put_number(out: &mut Vec<u8>, number: f64) {
     put(out, format_args!("{number:?}"));
 }
 
-/// Appends the coordinates of a vertex, separated by `separator`, and its z, or `no_z` if it has
+/// Appends the coordinates of a corner, separated by `separator`, and its z, or `no_z` if it has
 /// none.
-pub(super) fn put_vertex(
-    numbering: &Numbering,
-    tile: &Tile,
-    vertex: VertexIndex,
-    separator: u8,
-    no_z: Option<f64>,
-    out: &mut Vec<u8>,
-) -> Result<(), Contradiction> {
-    let p = tile.point(vertex);
+pub(super) fn put_vertex(tile: &Tile, corner: VertexIndex, separator: u8, no_z: Option<f64>, out: &mut Vec<u8>) {
+    let p = tile.point(corner);
     put_number(out, p.x);
     out.push(separator);
     put_number(out, p.y);
-    if let Some(z) = numbering.z(tile, vertex)?.or(no_z) {
+    if let Some(z) = tile.z(corner).or(no_z) {
         out.push(separator);
         put_number(out, z);
     }
-    Ok(())
 }
 
 /// Returns the lines of a header that describe the origin of an export.

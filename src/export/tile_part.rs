@@ -1,14 +1,13 @@
 //! Parts of tiles. A part is formatted at once, so that no text exceeds a mebibyte, however large
 //! the tile is.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
 use super::error::Contradiction;
 use super::numbering::Numbering;
 use crate::geometry::{TriangleId, VertexIndex};
-use crate::store::{ReadError, TileInPass, VertexId};
+use crate::store::{ReadError, TileInPass};
 
 /// The number of vertices, triangles or edges in a part.
 const PART: u32 = 2048;
@@ -37,12 +36,7 @@ pub(super) struct TilePart {
     pub(super) written_before: u64,
     /// Whether this is the last part of its tile.
     pub(super) is_last: bool,
-    /// The z of corners that other tiles own, if the format needs them.
-    pub(super) foreign_z: Arc<ForeignZ>,
 }
-
-/// The z of vertices of other tiles, ordered by tile.
-pub(super) type ForeignZ = BTreeMap<VertexId, f64>;
 
 impl TilePart {
     /// Calls `take` with the corners, and the numbers of the corners, of each triangle that is
@@ -77,14 +71,12 @@ impl TilePart {
 }
 
 impl Numbering {
-    /// Cuts a tile into parts, at least one. If it is cut by triangles, fails unless the number of
-    /// triangles that it owns is that of the directory.
-    pub(super) fn cut(
-        &self,
-        tile: &Arc<TileInPass>,
-        cut: CutBy,
-        foreign_z: &Arc<ForeignZ>,
-    ) -> Result<Vec<TilePart>, ReadError> {
+    /// Cuts a tile into parts, at least one. Fails if the tile and the directory disagree on whether
+    /// there is a z, or, if it is cut by triangles, on the number of triangles that it owns.
+    pub(super) fn cut(&self, tile: &Arc<TileInPass>, cut: CutBy) -> Result<Vec<TilePart>, ReadError> {
+        if tile.has_z() != self.reader().metadata().has_z {
+            return Err(self.damaged(tile.id(), Contradiction::HasZ));
+        }
         let count = match cut {
             CutBy::Vertices => tile.vertex_count(),
             CutBy::Triangles => tile.triangle_count(),
@@ -114,7 +106,6 @@ impl Numbering {
                 range,
                 triangles,
                 written_before: 0,
-                foreign_z: Arc::clone(foreign_z),
             });
         }
         let expected = self.reader().directory().tiles[tile.id().0 as usize].owned_triangles;

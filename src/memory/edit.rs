@@ -4,7 +4,7 @@ use super::shortage::{MemoryShortage, MemoryUse};
 
 /// Bytes per inserted segment: the segment, its ends during the search for them, and the vertices
 /// that these become.
-const EDIT_SEGMENT_BYTES: u64 = 184;
+const EDIT_SEGMENT_BYTES: u64 = 200;
 
 /// The shares of an edit's memory, without its segments.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,14 +10,14 @@ const WORK_BYTES: u64 = 400;
 
 /// Bytes per seam vertex while its node is merged: kernel, mesh, fates, and the triangles and the
 /// seam that result.
-pub(crate) const SEAM_WORK_BYTES: u64 = 250;
+pub(crate) const SEAM_WORK_BYTES: u64 = 310;
 
 /// Bytes per held triangle while its node is merged: it is glued to others, gets constraints, and
 /// is on its way to the log.
-pub(crate) const HELD_WORK_BYTES: u64 = 250;
+pub(crate) const HELD_WORK_BYTES: u64 = 280;
 
 /// Bytes per waiting seam vertex, with its share of unsettled triangles.
-pub(crate) const SEAM_BYTES: u64 = 48;
+pub(crate) const SEAM_BYTES: u64 = 56;
 
 /// Bytes per point in a block without z. [`POINT_WITH_Z_BYTES`] is for points with z.
 const POINT_BYTES: u64 = 20;

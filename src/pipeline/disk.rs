@@ -22,8 +22,10 @@ impl DiskLoad {
     fn bytes(self) -> [u64; 2] {
         /// Bytes of a vertex in the file, measured without z.
         const VERTEX_BYTES: u64 = 53;
-        /// Bytes of the border log for each point, measured with evenly distributed points.
+        /// Bytes of the border log for each point, measured with evenly distributed points; with z
+        /// its triangles are a third longer.
         const BORDER_BYTES: u64 = 5;
+        const BORDER_BYTES_WITH_Z: u64 = 7;
         /// Bytes of an edge's source in the file, and of a segment in the border log, which holds a
         /// fifth of the edges.
         const SOURCE_BYTES: u64 = 8;
@@ -31,7 +33,8 @@ impl DiskLoad {
             .points
             .saturating_mul(VERTEX_BYTES + if self.has_z { 8 } else { 0 });
         let of_segments = self.segments.saturating_mul(SOURCE_BYTES);
-        let log = self.points.saturating_mul(BORDER_BYTES).saturating_add(of_segments);
+        let border_bytes = if self.has_z { BORDER_BYTES_WITH_Z } else { BORDER_BYTES };
+        let log = self.points.saturating_mul(border_bytes).saturating_add(of_segments);
         let spilled = log.saturating_add(self.segment_bytes);
         [of_points.saturating_add(of_segments), spilled]
     }
@@ -80,7 +83,7 @@ mod tests {
             has_z: true,
             ..points
         };
-        assert_eq!(with_segments.bytes(), [61_000 + 4000, 5000 + 4000 + 30_000]);
+        assert_eq!(with_segments.bytes(), [61_000 + 4000, 7000 + 4000 + 30_000]);
         let absurd = DiskLoad {
             points: u64::MAX,
             segments: u64::MAX,

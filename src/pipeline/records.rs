@@ -103,6 +103,8 @@ impl Seam {
 pub(crate) struct SeamVertex {
     pub(crate) id: VertexId,
     pub(crate) point: Point,
+    /// For the borders of other tiles; 0 if the points have no z.
+    pub(crate) z: f64,
 }
 
 /// The data that a node passes up for its constraints.

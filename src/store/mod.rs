@@ -35,7 +35,7 @@ pub(crate) use format::superblock::BLOCK;
 pub use format::superblock::{FORMAT_VERSION, FileId};
 pub(crate) use format::tile::{Component, HalfEdgeNote, HalfEdgeNotes, NoteKind, VertexNotes};
 pub use format::tile::{Site, Tile, TileEdge, Vertex};
-pub(crate) use pass::{Needs, PassPlan, PassReader, TileInPass, by_tile, joined, list_for, spawn};
+pub(crate) use pass::{Needs, PassPlan, PassReader, TileInPass, by_tile, list_for, spawn};
 pub use reader::{OpenOptions, TileReader};
 pub use verify::{LineBatch, VerifyError, VerifyReport};
 pub(crate) use writer::TileWriter;

@@ -15,7 +15,6 @@ use futures::stream;
 use futures::stream::{Stream, StreamExt, TryStreamExt};
 use parking_lot::Mutex;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
-use tokio::task::JoinHandle;
 
 use crate::io::{blocking, memory_of};
 use crate::memory::FileShares;
@@ -352,17 +351,6 @@ pub(crate) fn spawn<T: Send + 'static>(
     work: impl FnOnce() -> T + Send + 'static,
 ) -> impl Future<Output = Result<T, ReadError>> + Send + 'static {
     blocking(work).map_err(ReadError::thread)
-}
-
-/// Awaits a task. A panic in the task continues here.
-pub(crate) async fn joined<T>(task: JoinHandle<T>) -> Result<T, ReadError> {
-    match task.await {
-        Ok(done) => Ok(done),
-        Err(error) => match error.try_into_panic() {
-            Ok(panic) => std::panic::resume_unwind(panic),
-            Err(_) => Err(ReadError::Cancelled),
-        },
-    }
 }
 
 #[cfg(test)]

@@ -59,6 +59,10 @@ fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
             .map(|corner| tile.vertex(VertexIndex(tile.vertex_count() + corner)))
             .map(|v| (v.id, v.point))
             .collect(),
+        foreign_z: tile.has_z().then(|| {
+            let corners = (0..foreign).map(|corner| VertexIndex(tile.vertex_count() + corner));
+            corners.filter_map(|corner| tile.z(corner)).collect()
+        }),
         triangles: of_border.to_vec(),
         neighbours: tile
             .border_triangle_ids()

@@ -15,6 +15,7 @@ mod edits;
 mod export;
 mod faults;
 mod format;
+mod heights;
 mod hostile;
 mod input;
 mod invariance;

@@ -4,10 +4,11 @@
 //! triangle that was late when the tile was first written may be in the core now.
 
 use crate::edit::tile::EditTile;
-use crate::geometry::{HalfEdge, Point, Rect, TriangleId};
+use crate::edit::vertex::EditVertex;
+use crate::geometry::{HalfEdge, Rect, TriangleId};
 use crate::mesh::{Topology, Twin};
 use crate::store::format::components::{components, of_core};
-use crate::store::{BorderDraft, Component, CoreDraft, Extent, TileEntry, VertexId};
+use crate::store::{BorderDraft, Component, CoreDraft, Extent, TileEntry};
 
 /// The drafts that a tile is written from.
 pub(crate) struct Drafts {
@@ -27,7 +28,7 @@ struct Numbering {
     /// The number of the triangle at each position that has one.
     triangles: Vec<TriangleId>,
     /// The vertices of other tiles that are corners.
-    foreign: Vec<(VertexId, Point)>,
+    foreign: Vec<EditVertex>,
     /// The number of each corner.
     corners: Vec<u32>,
 }
@@ -123,7 +124,8 @@ impl EditTile {
         BorderDraft {
             vertices: self.points.len() as u32,
             core_triangles: numbering.of_core.len() as u32,
-            foreign: numbering.foreign.clone(),
+            foreign: numbering.foreign.iter().map(|v| (v.id, v.point)).collect(),
+            foreign_z: (!self.z.is_empty()).then(|| numbering.foreign.iter().map(|v| v.z).collect()),
             triangles: self.numbered_corners(triangles, numbering),
             neighbours: triangles
                 .iter()
@@ -172,7 +174,7 @@ impl EditTile {
 
     /// Returns the vertices of other tiles that border triangles have, by id; and the number of
     /// each corner among the tile's own and these.
-    fn foreign_in_order(&self, of_border: &[TriangleId]) -> (Vec<(VertexId, Point)>, Vec<u32>) {
+    fn foreign_in_order(&self, of_border: &[TriangleId]) -> (Vec<EditVertex>, Vec<u32>) {
         let own = self.points.len();
         let mut is_used = vec![false; self.foreign.len()];
         for &corner in of_border.iter().flat_map(|&triangle| &self.triangles[triangle.index()]) {
@@ -186,9 +188,7 @@ impl EditTile {
         for (&index, number) in used.iter().zip(own as u32..) {
             corner_now[own + index] = number;
         }
-        let foreign = used
-            .iter()
-            .map(|&index| (self.foreign[index].id, self.foreign[index].point));
+        let foreign = used.iter().map(|&index| self.foreign[index]);
         (foreign.collect(), corner_now)
     }
 

@@ -5,9 +5,10 @@ use std::iter;
 use crate::edit::contradiction::Contradiction;
 use crate::edit::patch::{NewTriangle, OldPosition, Patch, PatchTwin, TilePositions, TileShare};
 use crate::edit::tile::{EditTile, GONE, REMOVED, make_room};
+use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, TriangleId, VertexIndex};
 use crate::mesh::{Topology, Twin};
-use crate::store::{Vertex, VertexId};
+use crate::store::VertexId;
 
 /// A new triangle whose first half-edge runs between two vertices of other tiles. Its twin
 /// must be looked up in another tile.
@@ -190,7 +191,7 @@ impl EditTile {
     }
 
     /// Returns the corner of a vertex. Adds it if the tile does not have it yet.
-    fn corner_for(&mut self, vertex: Vertex) -> VertexIndex {
+    fn corner_for(&mut self, vertex: EditVertex) -> VertexIndex {
         if let Some(corner) = self.corner(vertex.id) {
             return corner;
         }

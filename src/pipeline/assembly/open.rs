@@ -77,6 +77,7 @@ impl Assembly {
             finished.log_length,
             shares.border_log,
             self.options.tile_vertices,
+            plan.has_z,
         );
         let blocks = Arc::new(plan.blocks);
         let journal = has_journal

@@ -107,10 +107,11 @@ pub(crate) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
     let mut core = std::mem::replace(&mut workspace.core, CoreDraft::empty());
     let without_z = put_vertices(&mut core, &kept, attributes);
     put_sites(&mut core, items, attributes, rules);
-    let seam = triangulate(workspace, &core.points, input)?;
+    let vertex = |index: u32| seam_vertex(tile, &core, index);
+    let seam = triangulate(workspace, &core.points, input, vertex)?;
     let mut boundary_edges = core_triangles(workspace, &mut core);
     let elsewhere = take_edges(&mut core, &workspace.edges);
-    let vertex = |index: u32| seam_vertex(tile, &core.points, index);
+    let vertex = |index: u32| seam_vertex(tile, &core, index);
     let edges = elsewhere.into_iter().map(|subsegment| DoneEdge {
         ends: subsegment.ends.map(vertex),
         source: subsegment.source,
@@ -181,8 +182,13 @@ fn put_vertices(core: &mut CoreDraft, kept: &[Item], attributes: &Attributes) ->
 }
 
 /// Triangulates the points and inserts the segments. Leaves the mesh in the workspace.
-fn triangulate(workspace: &mut Workspace, points: &[Point], input: LeafInput<'_>) -> Result<Seam, LeafError> {
-    let LeafInput { tile, cell, .. } = input;
+fn triangulate(
+    workspace: &mut Workspace,
+    points: &[Point],
+    input: LeafInput<'_>,
+    vertex: impl Fn(u32) -> SeamVertex,
+) -> Result<Seam, LeafError> {
+    let cell = input.cell;
     let (vertices, unsettled) = workspace.run(points, cell, |_| true);
     workspace.edge_bits.clear();
     workspace.edges.clear();
@@ -194,7 +200,7 @@ fn triangulate(workspace: &mut Workspace, points: &[Point], input: LeafInput<'_>
             points,
             input.segments,
             input.segment_indices,
-            tile,
+            &vertex,
             cell == Rect::PLANE,
         )?
     };
@@ -203,21 +209,19 @@ fn triangulate(workspace: &mut Workspace, points: &[Point], input: LeafInput<'_>
         below: points.len() as u64,
         unsettled,
         pending,
-        vertices: vertices
-            .into_iter()
-            .map(|index| seam_vertex(tile, points, index))
-            .collect(),
+        vertices: vertices.into_iter().map(vertex).collect(),
     })
 }
 
-/// Returns a leaf's vertex with its tile and position.
-fn seam_vertex(tile: TileId, points: &[Point], index: u32) -> SeamVertex {
+/// Returns a leaf's vertex with its tile, position and z.
+fn seam_vertex(tile: TileId, core: &CoreDraft, index: u32) -> SeamVertex {
     SeamVertex {
         id: VertexId {
             tile,
             index: VertexIndex(index),
         },
-        point: points[index as usize],
+        point: core.points[index as usize],
+        z: core.z.get(index as usize).copied().unwrap_or(0.0),
     }
 }
 

@@ -53,6 +53,7 @@ pub(crate) fn assemble(
         core_triangles: state.core_triangles,
         vertex_sides: vertex_sides(mesh),
         foreign: mesh.foreign.iter().map(|v| (v.id, v.point)).collect(),
+        foreign_z: group.has_z.then(|| mesh.foreign.iter().map(|v| v.z).collect()),
         triangles: mesh.late.iter().map(|late| late.corners).collect(),
         neighbours,
         core_links,

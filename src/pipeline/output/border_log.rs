@@ -28,8 +28,9 @@ const CORNER: usize = 24;
 /// or a wall.
 const CONSTRAINT: u32 = 1 << 31;
 const WALL: u32 = 1 << 30;
-/// Bytes of a triangle in the log: its corners and its number.
+/// Bytes of a triangle in the log: its corners and its number. With z, those of its corners follow.
 const TRIANGLE: usize = 3 * CORNER + 4;
+const TRIANGLE_WITH_Z: usize = TRIANGLE + 3 * 8;
 /// Bytes of a boundary half-edge in the log: tile, from, to, half-edge, component.
 const BOUNDARY_EDGE: usize = 20;
 /// Bytes of a constraint edge in the log: tile and index of both ends, source. The edge belongs to
@@ -41,7 +42,7 @@ const ANCHOR: usize = 16;
 const BUFFER: usize = 64 << 10;
 
 impl LateTriangle {
-    fn encode(&self, bytes: &mut Vec<u8>) {
+    fn encode(&self, has_z: bool, bytes: &mut Vec<u8>) {
         for (corner, edge) in self.corners.iter().zip(0..) {
             let bit = |at: u32, mark: u32| if self.edge_bits >> at & 1 == 1 { mark } else { 0 };
             let mark = bit(edge, CONSTRAINT) | bit(edge + WALLS, WALL);
@@ -51,11 +52,15 @@ impl LateTriangle {
             bytes.extend_from_slice(&corner.point.y.to_le_bytes());
         }
         bytes.extend_from_slice(&self.number.to_le_bytes());
+        if has_z {
+            bytes.extend(self.corners.iter().flat_map(|corner| corner.z.to_le_bytes()));
+        }
     }
 
     fn decode(bytes: &[u8]) -> Self {
         let word = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"));
         let mut edge_bits = 0;
+        let z = bytes[TRIANGLE..].as_chunks().0;
         let corners = [0, 1, 2].map(|edge| {
             let id = word(edge * CORNER);
             let index = (id >> 32) as u32;
@@ -68,6 +73,7 @@ impl LateTriangle {
                     index: VertexIndex(index & !(CONSTRAINT | WALL)),
                 },
                 point: Point::new(coordinate(0), coordinate(1)),
+                z: z.get(edge).map_or(0.0, |&z| f64::from_le_bytes(z)),
             }
         });
         Self {
@@ -76,6 +82,11 @@ impl LateTriangle {
             number: words::<1>(&bytes[3 * CORNER..])[0],
         }
     }
+}
+
+/// Returns the bytes of a triangle in the log.
+fn triangle_bytes(has_z: bool) -> usize {
+    if has_z { TRIANGLE_WITH_Z } else { TRIANGLE }
 }
 
 /// Yields each value once.
@@ -96,6 +107,8 @@ pub(crate) struct BorderLog {
     length: u64,
     tiles: u32,
     tiles_per_group: u32,
+    /// Whether triangles have the z of their corners.
+    has_z: bool,
     groups: Vec<TileGroup>,
     /// Number of triangles so far.
     triangles: u64,
@@ -115,8 +128,8 @@ struct TileGroup {
 
 impl BorderLog {
     /// Creates a log in `file` after its first `length` bytes, with `buffers` bytes of buffers, for
-    /// tiles of up to `tile_vertices` vertices.
-    pub(crate) fn new(file: Arc<File>, length: u64, buffers: usize, tile_vertices: usize) -> Self {
+    /// tiles of up to `tile_vertices` vertices, with z or without.
+    pub(crate) fn new(file: Arc<File>, length: u64, buffers: usize, tile_vertices: usize, has_z: bool) -> Self {
         Self {
             file,
             length,
@@ -124,6 +137,7 @@ impl BorderLog {
             // A tile of m vertices has about 16 √m late triangles, so a group has some 65,000,
             // which are a few megabytes.
             tiles_per_group: (4096.0 / (tile_vertices as f64).sqrt()).ceil() as u32,
+            has_z,
             groups: Vec::new(),
             triangles: 0,
             buffered: 0,
@@ -208,8 +222,8 @@ impl BorderLog {
             let triangle = LateTriangle { number, ..*triangle };
             self.triangles += 1;
             for group in distinct(triangle.corners.map(|v| self.group_of(v.id.tile.0) as u32)) {
-                triangle.encode(&mut self.groups[group as usize].buffers[TRIANGLES]);
-                self.buffered += TRIANGLE;
+                triangle.encode(self.has_z, &mut self.groups[group as usize].buffers[TRIANGLES]);
+                self.buffered += triangle_bytes(self.has_z);
                 self.relieve(group as usize, TRIANGLES)?;
             }
         }
@@ -327,7 +341,7 @@ impl BorderLog {
             self.read += spilled as u64;
             entries.extend_from_slice(buffer);
         }
-        Ok(GroupBorders::new(by_kind, tiles))
+        Ok(GroupBorders::new(by_kind, tiles, self.has_z))
     }
 }
 
@@ -339,6 +353,8 @@ pub(crate) struct GroupBorders {
     triangles: ByTile,
     edges: ByTile,
     anchors: ByTile,
+    /// Whether the vertices have z.
+    pub(crate) has_z: bool,
 }
 
 /// Entries of equal length, indexed by tile.
@@ -404,15 +420,16 @@ impl ByTile {
 }
 
 impl GroupBorders {
-    fn new([boundary_edges, triangles, edges, anchors]: [Vec<u8>; KINDS], tiles: Range<u32>) -> Self {
+    fn new([boundary_edges, triangles, edges, anchors]: [Vec<u8>; KINDS], tiles: Range<u32>, has_z: bool) -> Self {
         let of_one = |bytes: &[u8]| words::<1>(bytes);
         let of_triangle = |bytes: &[u8]| [0, CORNER, 2 * CORNER].map(|at| words::<1>(&bytes[at..])[0]);
         Self {
             boundary_edges: ByTile::new(boundary_edges, BOUNDARY_EDGE, &tiles, of_one),
-            triangles: ByTile::new(triangles, TRIANGLE, &tiles, of_triangle),
+            triangles: ByTile::new(triangles, triangle_bytes(has_z), &tiles, of_triangle),
             edges: ByTile::new(edges, EDGE, &tiles, of_one),
             anchors: ByTile::new(anchors, ANCHOR, &tiles, of_one),
             tiles,
+            has_z,
         }
     }
 

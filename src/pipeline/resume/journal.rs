@@ -45,7 +45,7 @@ pub(crate) struct SavedPlan {
     pub(crate) plan: BlockPlan,
 }
 
-const MAGIC: &[u8; 8] = b"dtplan02";
+const MAGIC: &[u8; 8] = b"dtplan03";
 
 impl SavedPlan {
     /// Writes the plan to `path` atomically: the file is renamed to `path` once it is complete and
@@ -179,6 +179,7 @@ pub(crate) fn encode(block: &FinishedBlock, seam: &Seam) -> Vec<u8> {
         out.u32(vertex.id.index.0);
         out.f64(vertex.point.x);
         out.f64(vertex.point.y);
+        out.f64(vertex.z);
     });
     out.list(seam.unsettled.as_flattened(), |out, &corner| out.u32(corner));
     let (length, crc) = (out.0.len() as u32 - 8, crc32c::crc32c(&out.0[8..]));
@@ -216,6 +217,7 @@ fn decode(bytes: &[u8]) -> Option<(FinishedBlock, Seam)> {
         Some(SeamVertex {
             id: VertexId { tile, index },
             point: Point::new(from.f64()?, from.f64()?),
+            z: from.f64()?,
         })
     };
     let block = FinishedBlock {

@@ -1,10 +1,12 @@
 //! The triangle that contains a point, and the z of the triangulation there.
 
+use std::sync::Arc;
+
 use super::location::Location;
 use super::walk::{Locate, WalkStep};
-use crate::geometry::Point;
+use crate::geometry::{Point, VertexIndex};
 use crate::query::request::{Contradiction, representable};
-use crate::store::{ReadError, TileReader, VertexId};
+use crate::store::{ReadError, Tile, TileReader, VertexId};
 
 /// Point location.
 impl TileReader {
@@ -16,12 +18,19 @@ impl TileReader {
     /// If a tile cannot be read, or tiles contradict each other. A point that is not finite is
     /// outside.
     pub async fn locate(&self, x: f64, y: f64) -> Result<Location, ReadError> {
+        let found = self.locate_in_tile(x, y).await?;
+        Ok(found.map_or(Location::Outside, |(_, location)| location))
+    }
+
+    /// Returns the location of a point, with a tile that has the triangle or the vertex. Returns
+    /// `None` if the point is outside the box around all vertices.
+    async fn locate_in_tile(&self, x: f64, y: f64) -> Result<Option<(Arc<Tile>, Location)>, ReadError> {
         let target = Point::new(representable(x), representable(y));
         if !self.metadata().bounds.contains(target) {
-            return Ok(Location::Outside);
+            return Ok(None);
         }
         let Some(mut id) = self.tile_at(target).await? else {
-            return Ok(Location::Outside);
+            return Ok(None);
         };
         let mut walk = Locate::new(target, self.metadata().triangles);
         loop {
@@ -29,7 +38,7 @@ impl TileReader {
             let step = walk.step(&tile);
             match step.map_err(|contradiction| self.damaged(id, contradiction.to_string()))? {
                 WalkStep::Need(other) => id = other,
-                WalkStep::Done(walked) => return Ok(walked.location),
+                WalkStep::Done(walked) => return Ok(Some((tile, walked.location))),
             }
         }
     }
@@ -37,7 +46,8 @@ impl TileReader {
     /// Returns the z of the triangulation at a point, on the plane through the corners of its
     /// triangle. Returns `None` if the point is outside or the file has no z.
     ///
-    /// Reads the tiles that own the corners.
+    /// Reads the tiles that [`locate`](Self::locate) reads, and no others: a tile has the z of all
+    /// corners of its triangles.
     ///
     /// # Errors
     /// As [`locate`](Self::locate).
@@ -68,24 +78,22 @@ impl TileReader {
     /// # }
     /// ```
     pub async fn z_at(&self, x: f64, y: f64) -> Result<Option<f64>, ReadError> {
-        let vertices = match self.locate(x, y).await? {
-            Location::InTriangle(triangle) | Location::OnEdge { triangle, .. } => triangle.vertices,
-            Location::OnVertex(vertex) => return self.z_of(vertex.id).await,
+        let Some((tile, location)) = self.locate_in_tile(x, y).await? else {
+            return Ok(None);
+        };
+        let triangle = match location {
+            Location::InTriangle(triangle) | Location::OnEdge { triangle, .. } => triangle.triangle,
+            Location::OnVertex(vertex) => return Ok(z_in(&tile, vertex.id)),
             Location::Outside => return Ok(None),
         };
-        let mut corners = [0.0; 3];
-        for (z, vertex) in corners.iter_mut().zip(vertices) {
-            match self.z_of(vertex.id).await? {
-                Some(found) => *z = found,
-                None => return Ok(None),
-            }
-        }
+        let [Some(za), Some(zb), Some(zc)] = tile.corners(triangle).map(|corner| tile.z(corner)) else {
+            return Ok(None);
+        };
         let point = Point::new(x, y);
-        let [a, b, c] = vertices.map(|vertex| vertex.point);
+        let [a, b, c] = tile.triangle_points(triangle);
         let doubled = |p: Point, q: Point, r: Point| (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x);
         let whole = doubled(a, b, c);
         let [of_b, of_c] = [doubled(a, point, c) / whole, doubled(a, b, point) / whole];
-        let [za, zb, zc] = corners;
         Ok(Some(za + of_b * (zb - za) + of_c * (zc - za)))
     }
 
@@ -102,4 +110,13 @@ impl TileReader {
         }
         Ok(tile.z(vertex.index))
     }
+}
+
+/// Returns the z of a vertex of a tile, or of a corner that another tile owns.
+fn z_in(tile: &Tile, vertex: VertexId) -> Option<f64> {
+    if vertex.tile == tile.id() {
+        return tile.z(vertex.index);
+    }
+    let mut foreign = (tile.vertex_count()..tile.corner_count() as u32).map(VertexIndex);
+    tile.z(foreign.find(|&corner| tile.vertex(corner).id == vertex)?)
 }

@@ -68,6 +68,8 @@ pub(crate) struct BorderDraft {
     pub(crate) core_triangles: u32,
     /// The vertices of other tiles, in order.
     pub(crate) foreign: Vec<(VertexId, Point)>,
+    /// The z of each of these; `None` if the file has no z.
+    pub(crate) foreign_z: Option<Vec<f64>>,
     /// The corners of the triangles: numbers below `vertices` are the tile's own vertices, the
     /// others index `foreign`.
     pub(crate) triangles: Vec<[u32; 3]>,
@@ -217,6 +219,7 @@ impl BorderDraft {
             .map(|&(id, p)| schema::ForeignVertex::new(p.x, p.y, id.tile.0, id.index.0))
             .collect();
         let foreign = builder.create_vector(&foreign);
+        let foreign_z = self.foreign_z.as_ref().map(|z| builder.create_vector(z));
         let constraints = half_edge_bits(&mut builder, &self.constraints, 0);
         let walls = half_edge_bits(&mut builder, &self.constraints, WALLS);
         let components = optional(&mut builder, self.components.iter().map(|&c| c.into()));
@@ -249,6 +252,7 @@ impl BorderDraft {
             edge_sides,
             edge_sources,
             edges,
+            foreign_z,
         };
         let root = schema::Border::create(&mut builder, &args);
         builder.finish(root, None);

@@ -13,7 +13,9 @@ pub(crate) const BLOCK: u64 = 4096;
 /// The offset of the first extent.
 pub(crate) const FIRST_EXTENT: u64 = 2 * BLOCK;
 /// The version of the format that this library writes and reads.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
+/// The last version that no release wrote. Its files are not worth a reader: they are built again.
+const LAST_UNRELEASED: u32 = 1;
 /// The maximum size of a FlatBuffer in a file, in bytes.
 pub(crate) const MAX_FLATBUFFER: u64 = 64 << 20;
 /// The maximum size of a directory, its root and its pages, in bytes.
@@ -79,10 +81,14 @@ impl Superblock {
         if block.len() < BLOCK as usize || block[0..8] != MAGIC {
             return Err(Damage::new("it is no tile file: the superblock's magic is missing"));
         }
-        if u32_at(8) != FORMAT_VERSION {
+        let version = u32_at(8);
+        if version != FORMAT_VERSION {
+            let why = match version <= LAST_UNRELEASED {
+                true => "; it was written by a pre-release; build it again",
+                false => "",
+            };
             return Err(Damage::new(format!(
-                "it has format version {}, this program reads version {FORMAT_VERSION}",
-                u32_at(8)
+                "it has format version {version}, this program reads version {FORMAT_VERSION}{why}"
             )));
         }
         let (expected, found) = (u32_at(4092), crc32c::crc32c(&block[..4092]));
@@ -173,6 +179,21 @@ mod tests {
         assert_eq!(chosen(&torn), Ok((block(1), 4096)));
         torn[50] ^= 1;
         assert!(Superblock::choose(&torn).is_err());
+    }
+
+    #[test]
+    fn a_file_of_a_pre_release_is_refused_with_advice() {
+        let of_version = |version: u32| {
+            let mut old = block(1).encode();
+            old[8..12].copy_from_slice(&version.to_le_bytes());
+            Superblock::decode(&old).unwrap_err().to_string()
+        };
+        for version in [0, 1] {
+            let error = of_version(version);
+            assert!(error.contains("written by a pre-release; build it again"), "{error}");
+        }
+        let error = of_version(FORMAT_VERSION + 1);
+        assert!(!error.contains("pre-release"), "{error}");
     }
 
     #[test]

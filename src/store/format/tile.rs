@@ -58,6 +58,8 @@ pub struct Tile {
     neighbours: Packed,
     vertex_sides: Packed,
     foreign: Bytes,
+    /// The z of each foreign vertex. There is none if, and only if, `z` has none.
+    foreign_z: Option<Bytes>,
     border_triangles: Packed,
     border_neighbours: Packed,
     core_links: Packed,
@@ -157,6 +159,7 @@ impl Tile {
             + self.edges.as_ref().map_or(0, Packed::byte_size)
             + self.z.as_ref().map_or(0, Bytes::len)
             + self.foreign.len()
+            + self.foreign_z.as_ref().map_or(0, Bytes::len)
             + self.half_edge_bits.iter().map(HalfEdgeBits::byte_size).sum::<usize>()
             + self.sources.iter().flatten().map(EdgeSources::byte_size).sum::<usize>()
             + self.regions.byte_size()
@@ -184,10 +187,22 @@ impl Tile {
         self.vertex_indices().map(|vertex| self.point(vertex))
     }
 
-    /// Returns the z of a vertex of the tile, or `None` if the file has no z.
+    /// Returns whether the corners have a z. All tiles of a sound file agree on this.
     #[must_use]
-    pub fn z(&self, vertex: VertexIndex) -> Option<f64> {
-        self.z.as_ref().map(|z| f64_at(z, 8 * vertex.index()))
+    pub(crate) fn has_z(&self) -> bool {
+        self.z.is_some()
+    }
+
+    /// Returns the z of a corner, which is a vertex of this tile or of another one. Returns `None`
+    /// if the file has no z.
+    #[must_use]
+    pub fn z(&self, corner: VertexIndex) -> Option<f64> {
+        let (corner, vertices) = (corner.index(), self.records.len());
+        let (bytes, index) = match corner.checked_sub(vertices) {
+            None => (&self.z, corner),
+            Some(foreign) => (&self.foreign_z, foreign),
+        };
+        bytes.as_ref().map(|z| f64_at(z, 8 * index))
     }
 
     /// Returns the number of the input record that a vertex of the tile came from.

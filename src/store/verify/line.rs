@@ -17,9 +17,25 @@ use crate::store::verify::error::{Fault, VerifyError};
 /// The interval of the line that a tile has.
 struct LineInterval {
     tile: TileId,
-    first: Vertex,
+    first: OnLine,
     /// The vertex of another tile that an edge leads to.
-    next: Option<Vertex>,
+    next: Option<OnLine>,
+}
+
+/// A vertex, and its z as a tile stores it.
+#[derive(Clone, Copy)]
+struct OnLine {
+    vertex: Vertex,
+    z: Option<f64>,
+}
+
+impl OnLine {
+    fn of(tile: &Tile, corner: VertexIndex) -> Self {
+        Self {
+            vertex: tile.vertex(corner),
+            z: tile.z(corner),
+        }
+    }
 }
 
 impl TileReader {
@@ -34,11 +50,20 @@ impl TileReader {
             check_collinear(&tile, &mut start).map_err(|fault| fault.of(tile.id()))?;
             intervals.extend(check_edges(&tile, lines).map_err(|fault| fault.of(tile.id()))?);
         }
-        intervals.sort_unstable_by(|a, b| a.first.point.lex_cmp(b.first.point));
+        intervals.sort_unstable_by(|a, b| a.first.vertex.point.lex_cmp(b.first.vertex.point));
         for (index, interval) in intervals.iter().enumerate() {
+            let Some(next) = interval.next else { continue };
             let follows = intervals.get(index + 1).map(|next| next.first);
-            if interval.next.is_some() && interval.next != follows {
+            let Some(follows) = follows.filter(|follows| follows.vertex == next.vertex) else {
                 let reason = "its last edge leads to a vertex that is not the next one on the line";
+                return Err(Fault::new(reason).of(interval.tile));
+            };
+            if next.z.map(f64::to_bits) != follows.z.map(f64::to_bits) {
+                let [z, right] = [next.z, follows.z].map(Option::unwrap_or_default);
+                let reason = format!(
+                    "it says that vertex {} has z {z:?}, but the tile that owns it says {right:?}",
+                    next.vertex.id
+                );
                 return Err(Fault::new(reason).of(interval.tile));
             }
         }
@@ -88,7 +113,8 @@ fn check_edges(tile: &Tile, lines: &[LineSource]) -> Result<Option<LineInterval>
             )));
         }
         if to.id.tile != tile.id() {
-            next = Some(to);
+            let [_, corner] = tile.corners_of_edge(edge);
+            next = Some(OnLine::of(tile, corner));
         }
         let mut sources = tile.edge_sources(edge).peekable();
         if sources.peek().is_none() {
@@ -101,7 +127,7 @@ fn check_edges(tile: &Tile, lines: &[LineSource]) -> Result<Option<LineInterval>
     }
     Ok(Some(LineInterval {
         tile: tile.id(),
-        first: tile.vertex(first),
+        first: OnLine::of(tile, first),
         next,
     }))
 }

@@ -192,13 +192,50 @@ fn a_repeated_vertex_an_isolated_vertex_and_a_wrong_z_are_found() {
         apart.tiles[0].points.push(q);
         apart.tiles[0].z.push(0.0);
         assert!(found(&apart).2.contains("is missing or does not start there"));
-        let mut nan = model.clone();
-        nan.tiles[0].z[2] = f64::NAN;
-        found(&nan);
+        for z in [f64::NAN, f64::INFINITY] {
+            let mut infinite = model.clone();
+            infinite.tiles[0].z[2] = z;
+            let error = infinite.verify().unwrap_err().to_string();
+            assert!(error.contains("vertex 2 has no finite z"), "{error}");
+        }
         let mut flat = model.clone();
         flat.tiles.last_mut().unwrap().z.clear();
         found(&flat);
     }
+}
+
+#[test]
+fn a_border_with_another_z_of_a_foreign_vertex_is_found() {
+    let mut tried = 0;
+    for model in &models()[..2] {
+        for tile in 0..model.tiles.len() {
+            let id = TileId(tile as u32);
+            let foreign = model.tiles[tile].border.iter().flatten().filter(|v| v.tile != id);
+            for &v in foreign.step_by(7) {
+                let right = model.tiles[v.tile.0 as usize].z[v.index.index()];
+                // The smallest possible step.
+                let z = right.next_up();
+                let mut wrong = model.clone();
+                wrong.tiles[tile].z_beliefs.insert(v, z);
+                let (at, triangle, reason) = found(&wrong);
+                let says = format!("it says that vertex {v} has z {z:?}, but the tile that owns it says {right:?}");
+                assert_eq!((at, triangle.is_some(), reason), (id, true, says));
+                tried += 1;
+            }
+        }
+    }
+    assert!(tried > 50, "{tried}");
+    // Equal numbers with different bits.
+    let mut wrong = models()[0].clone();
+    let v = *wrong.tiles[0].border.iter().flatten().find(|v| v.tile.0 > 0).unwrap();
+    wrong.tiles[v.tile.0 as usize].z[v.index.index()] = 0.0;
+    wrong.verify().unwrap();
+    wrong.tiles[0].z_beliefs.insert(v, -0.0);
+    assert!(
+        found(&wrong)
+            .2
+            .contains("has z -0.0, but the tile that owns it says 0.0")
+    );
 }
 
 #[test]

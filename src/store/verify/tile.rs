@@ -6,9 +6,9 @@ use xxhash_rust::xxh3::xxh3_128;
 
 use crate::geometry::{HalfEdge, Orientation, Rect, TriangleId, VertexIndex, in_circle, orient2d};
 use crate::mesh::{Topology, Twin};
-use crate::store::format::ids::TileId;
-use crate::store::format::tile::Tile;
+use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::tile::regions::Component;
+use crate::store::format::tile::{Tile, Vertex};
 use crate::store::verify::error::Fault;
 use crate::store::verify::{regions, star};
 
@@ -58,7 +58,7 @@ pub(super) fn check(
         tile: tile.id(),
         owned: 0,
         bounds: Rect::around(tile.points()),
-        has_z: tile.vertex_count() == 0 || tile.z(VertexIndex(0)).is_some(),
+        has_z: tile.vertex_count() == 0 || tile.has_z(),
         edges: 0,
         constraint_edges: tile.owned_constraints().count() as u64,
         hull_edges: 0,
@@ -96,7 +96,7 @@ pub(super) fn check(
     Ok(report)
 }
 
-/// Checks that vertices are in their cell, no two at the same point, and that z is finite.
+/// Checks that vertices are in their cell, and no two at the same point.
 fn check_vertices(tile: &Tile, cell: Rect, seen_points: &mut VertexPoints) -> Result<(), Fault> {
     seen_points.clear();
     seen_points.reserve(tile.vertex_count() as usize);
@@ -113,9 +113,6 @@ fn check_vertices(tile: &Tile, cell: Rect, seen_points: &mut VertexPoints) -> Re
                 "vertex {vertex} at ({}, {}) has the same coordinates as another",
                 p.x, p.y
             )));
-        }
-        if tile.z(vertex).is_some_and(|z| !z.is_finite()) {
-            return Err(Fault::new(format!("the z of vertex {vertex} is not finite")));
         }
     }
     Ok(())
@@ -220,25 +217,41 @@ fn share(tile: &Tile, triangle: TriangleId, sums: &mut HashMap<(TileId, TileId),
 /// Returns the tile that a triangle belongs to.
 pub(super) fn owner(tile: &Tile, triangle: TriangleId) -> TileId {
     let [a, b, c] = tile.vertices(triangle);
-    let smaller = |p: crate::store::format::tile::Vertex, q: crate::store::format::tile::Vertex| {
+    let smaller = |p: Vertex, q: Vertex| {
         if p.point.lex_cmp(q.point).is_le() { p } else { q }
     };
     smaller(smaller(a, b), c).id.tile
 }
 
-/// Returns a hash of a triangle's corners, with their ids and points, from the corner with the
+/// Returns the corners of a triangle, from the one with the smallest id on, and the place of this
+/// one among the triangle's corners.
+fn smallest_first(tile: &Tile, triangle: TriangleId) -> ([VertexIndex; 3], usize) {
+    let mut corners = tile.corners(triangle);
+    let smallest = (0..3).min_by_key(|&i| tile.vertex(corners[i]).id).unwrap_or(0);
+    corners.rotate_left(smallest);
+    (corners, smallest)
+}
+
+/// Returns the z of each corner of a triangle, with the ids of the corners, from the corner with
+/// the smallest id on.
+pub(super) fn heights(tile: &Tile, triangle: TriangleId) -> [(VertexId, Option<f64>); 3] {
+    let (corners, _) = smallest_first(tile, triangle);
+    corners.map(|corner| (tile.vertex(corner).id, tile.z(corner)))
+}
+
+/// Returns a hash of a triangle's corners, with their ids, points and z, from the corner with the
 /// smallest id on, of which of its edges are constraints and walls, and of its component.
 pub(super) fn hash(tile: &Tile, triangle: TriangleId) -> u128 {
-    let mut corners = tile.vertices(triangle);
-    let smallest = (0..3).min_by_key(|&i| corners[i].id).unwrap_or(0);
-    corners.rotate_left(smallest);
+    let (corners, smallest) = smallest_first(tile, triangle);
     let mut bits = HalfEdge::of_triangle(triangle)
         .map(|half_edge| u64::from(tile.is_constraint(half_edge)) | u64::from(tile.is_wall(half_edge)) << 1);
     bits.rotate_left(smallest);
     let Component { region, depth, is_hole } = tile.component(triangle);
-    let of_corners = corners.iter().zip(bits).flat_map(|(v, bits)| {
-        let id = u64::from(v.id.tile.0) << 32 | u64::from(v.id.index.0);
-        [id, v.point.x.to_bits(), v.point.y.to_bits(), bits]
+    let of_corners = corners.into_iter().zip(bits).flat_map(|(corner, bits)| {
+        let Vertex { id, point } = tile.vertex(corner);
+        let number = u64::from(id.tile.0) << 32 | u64::from(id.index.0);
+        let z = tile.z(corner).map_or(0, f64::to_bits);
+        [number, point.x.to_bits(), point.y.to_bits(), z, bits]
     });
     let of_region = [region, i64::from(depth) as u64, u64::from(is_hole)];
     let bytes: Vec<u8> = of_corners.chain(of_region).flat_map(u64::to_le_bytes).collect();

@@ -10,7 +10,7 @@ use crate::geometry::{Rect, TriangleId};
 use crate::memory::FileShares;
 use crate::store::error::ReadError;
 use crate::store::format::directory::Directory;
-use crate::store::format::ids::TileId;
+use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::tile::Tile;
 use crate::store::pass::{Needs, PassPlan, PassReader, Workspaces};
 use crate::store::reader::TileReader;
@@ -192,6 +192,11 @@ impl PassReader {
                 .map(|(_, &t)| t)
                 .min()
         };
+        if let Some(difference) = other_z([&owning, &sharing], [&of_owner, &of_other])
+            && let Some(error) = self.of_other_z([owner, other], &difference).await?
+        {
+            return Ok(error);
+        }
         let fault = if let Some(triangle) = lacking(&of_owner, &of_other) {
             Fault::at(
                 triangle,
@@ -212,6 +217,53 @@ impl PassReader {
         };
         Ok(fault)
     }
+
+    /// Returns the error for the one of two tiles whose z of a vertex is not that of the tile that
+    /// owns the vertex, if that tile has it.
+    async fn of_other_z(&self, tiles: [TileId; 2], difference: &OtherZ) -> Result<Option<VerifyError>, ReadError> {
+        let vertex = difference.vertex;
+        let owner = match self.directory().tiles.get(vertex.tile.0 as usize) {
+            Some(entry) if vertex.index.0 < entry.vertices => self.tile(vertex.tile).await?,
+            _ => return Ok(None),
+        };
+        let right = owner.z(vertex.index);
+        let mut stored = tiles.into_iter().zip(difference.stored);
+        let wrong = stored.find(|(_, (_, z))| z.map(f64::to_bits) != right.map(f64::to_bits));
+        let error = wrong.and_then(|(tile, (triangle, z))| {
+            let (z, right) = (z?, right?);
+            let reason = format!("it says that vertex {vertex} has z {z:?}, but the tile that owns it says {right:?}");
+            Some(Fault::at(triangle, reason).of(tile))
+        });
+        Ok(error)
+    }
+}
+
+/// A corner of a triangle that two tiles share, for which they store different z.
+struct OtherZ {
+    vertex: VertexId,
+    /// For each of the tiles its number of the triangle, and its z.
+    stored: [(TriangleId, Option<f64>); 2],
+}
+
+/// Returns the first corner of the triangles that two tiles share for which they store different z.
+fn other_z(tiles: [&Tile; 2], shared: [&HashMap<u128, TriangleId>; 2]) -> Option<OtherZ> {
+    let corners = |which: usize| {
+        let triangles = shared[which].values();
+        triangles.map(move |&triangle| {
+            let heights = tile::heights(tiles[which], triangle);
+            (heights.map(|(id, _)| id), (triangle, heights.map(|(_, z)| z)))
+        })
+    };
+    let of_other: HashMap<_, _> = corners(1).collect();
+    let differences = corners(0).filter_map(|(ids, (triangle, z))| {
+        let (there, other) = of_other.get(&ids)?;
+        let corner = (0..3).find(|&corner| z[corner].map(f64::to_bits) != other[corner].map(f64::to_bits))?;
+        Some(OtherZ {
+            vertex: ids[corner],
+            stored: [(triangle, z[corner]), (*there, other[corner])],
+        })
+    });
+    differences.min_by_key(|difference| difference.stored[0].0)
 }
 
 /// The sums over all tiles.

@@ -244,7 +244,7 @@ async fn compare(file: &File, bytes: Vec<u8>) {
 #[test]
 fn limits_on_the_format_page_are_those_of_the_code() {
     let page = Page::read();
-    assert_eq!(FORMAT_VERSION, 1);
+    assert_eq!(FORMAT_VERSION, 2);
     let (least, most) = (BuildOptions::MIN_TILE_VERTICES, BuildOptions::MAX_TILE_VERTICES);
     assert_eq!(
         page.limits["vertices that a tile is cut for"],
@@ -270,7 +270,9 @@ fn check(bytes: &[u8], points: &[Point], z: &[f64]) -> File {
     let mut digest = Digest::default();
     for (number, tile) in file.tiles.iter().enumerate() {
         assert!(!tile.points.is_empty() && tile.points.len() <= directory.tile_vertices as usize);
-        assert_eq!(tile.z.len(), if directory.has_z { tile.points.len() } else { 0 });
+        let heights = |corners: usize| if directory.has_z { corners } else { 0 };
+        assert_eq!(tile.z.len(), heights(tile.points.len()));
+        assert_eq!(tile.foreign_z.len(), heights(tile.foreign_count()));
         for (v, &p) in tile.points.iter().enumerate() {
             assert_eq!(file.tile_at(p), number, "cells are half-open");
             assert_eq!(

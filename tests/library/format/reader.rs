@@ -49,6 +49,7 @@ pub struct Tile {
     vertex_half_edges: Vec<Option<usize>>,
     /// Point, tile and index in that tile.
     foreign: Vec<(Point, usize, usize)>,
+    pub foreign_z: Vec<f64>,
     border_neighbours: Vec<Twin>,
     core_links: Vec<(usize, usize)>,
     border_vertex_half_edges: Vec<(usize, usize)>,
@@ -161,7 +162,7 @@ impl File {
             bytes: &bytes[..block],
         };
         assert_eq!(superblock.raw("magic", 8), b"DELTILES");
-        assert_eq!((superblock.u32("version"), superblock.u32("features")), (1, 0));
+        assert_eq!((superblock.u32("version"), superblock.u32("features")), (2, 0));
         assert_eq!(superblock.u64("generation"), 1);
         assert_eq!(superblock.u64("file_length"), bytes.len() as u64);
         assert!(
@@ -367,17 +368,17 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
         (generations, entry.u32("generation"), entry.u32("codec")),
         ([1; 2], 1, 0)
     );
-    let doubles = |slot| {
-        let (first, count) = core.vector(slot).unwrap_or((0, 0));
-        (0..count)
-            .map(|i| f64_at(core_bytes, first + 8 * i))
-            .collect::<Vec<f64>>()
+    let doubles = |(table, bytes): (Table<'_>, &[u8]), slot| {
+        let (first, count) = table.vector(slot).unwrap_or((0, 0));
+        (0..count).map(|i| f64_at(bytes, first + 8 * i)).collect::<Vec<f64>>()
     };
+    let (core_z, foreign_z) = (in_core("z"), in_border("foreign_z"));
+    assert_eq!(core.vector(core_z).is_some(), border.vector(foreign_z).is_some());
     let of_core = |field, marks| packed(page, core.table(in_core(field)).unwrap(), marks);
     let of_border = |field| unmarked(page, border.table(in_border(field)).unwrap());
     let half_edge = |value: Result<u64, u64>| value.ok().map(|v| v as usize);
     let first_record = core.u64(in_core("first_record"));
-    let points: Vec<Point> = doubles(in_core("coordinates"))
+    let points: Vec<Point> = doubles((core, core_bytes), in_core("coordinates"))
         .chunks(2)
         .map(|xy| Point::new(xy[0], xy[1]))
         .collect();
@@ -431,7 +432,8 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
         owned: entry.u32("owned_triangles"),
         bounds: ["min_x", "min_y", "max_x", "max_y"].map(|f| entry.f64(f)),
         points,
-        z: doubles(in_core("z")),
+        z: doubles((core, core_bytes), core_z),
+        foreign_z: doubles((border, border_bytes), foreign_z),
         records: of_core("records", 0)
             .into_iter()
             .map(|r| first_record + r.unwrap())
@@ -476,6 +478,8 @@ impl Tile {
             Some(foreign) => {
                 let (p, tile, index) = self.foreign[foreign];
                 assert_eq!(file.tiles[tile].points[index], p);
+                let [z, right] = [self.foreign_z.get(foreign), file.tiles[tile].z.get(index)];
+                assert_eq!(z.map(|z| z.to_bits()), right.map(|z| z.to_bits()));
                 (tile, p)
             }
         }
@@ -487,6 +491,11 @@ impl Tile {
             None => (tile, corner),
             Some(foreign) => (self.foreign[foreign].1, self.foreign[foreign].2),
         }
+    }
+
+    /// Returns the number of corners that other tiles own.
+    pub fn foreign_count(&self) -> usize {
+        self.foreign.len()
     }
 
     pub fn twin(&self, half_edge: usize) -> Twin {

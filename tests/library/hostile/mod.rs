@@ -287,6 +287,7 @@ async fn use_all(bytes: Vec<u8>, right: &Digest, story: &str) -> Outcome {
             );
             let bounds = Rect::around(points.iter().copied());
             assert_eq!(reader.metadata().bounds, bounds, "{story}");
+            check_z(&reader, story).await;
             assert!(
                 points.iter().all(|p| p.x.to_bits() == p.normalized().x.to_bits()),
                 "{story}"
@@ -307,6 +308,19 @@ async fn use_all(bytes: Vec<u8>, right: &Digest, story: &str) -> Outcome {
     match tokio::time::timeout(LONGEST, all).await {
         Ok(outcome) => outcome,
         Err(_) => panic!("{story}: it hangs"),
+    }
+}
+
+/// Checks that tiles have the z of each corner of their triangles as its owner has it.
+async fn check_z(reader: &TileReader, story: &str) {
+    let tiles: Vec<_> = reader.tiles().try_collect().await.unwrap();
+    for tile in &tiles {
+        for corner in tile.triangle_ids().flat_map(|triangle| tile.corners(triangle)) {
+            let id = tile.vertex(corner).id;
+            let right = tiles[id.tile.0 as usize].z(id.index);
+            assert_eq!(tile.z(corner).map(f64::to_bits), right.map(f64::to_bits), "{story}");
+            assert_eq!(right.is_some_and(f64::is_finite), reader.metadata().has_z, "{story}");
+        }
     }
 }
 
@@ -343,6 +357,40 @@ fn changed_bytes_with_right_checksums_never_give_a_wrong_answer() {
     }
     println!("refused, found, same, other points: {outcomes:?}");
     assert!(outcomes[..3].iter().all(|&n| n > 50), "{outcomes:?}");
+}
+
+/// A z that is not the owner's is found, and one that is none is refused.
+#[test]
+fn changed_z_of_foreign_vertices_with_right_checksums_is_found() {
+    /// The slot of `foreign_z` in a border.
+    const FOREIGN_Z: usize = 16;
+    let patient = patients().pop().unwrap();
+    let mut outcomes = [0; 2];
+    let runtime = runtime();
+    for border in &patient.borders {
+        let table = support::flat::Table::root(&patient.bytes[border.at..]);
+        let (first, count) = table.vector(FOREIGN_Z).expect("the file has z");
+        assert!(count > 0);
+        for (place, &value) in (0..count).zip([f64::NAN, 1e9, f64::INFINITY, -0.5, f64::MAX].iter().cycle()) {
+            let mut mutated = patient.clone();
+            mutated.put(border.at + first + 8 * place, &value.to_le_bytes());
+            mutated.sew();
+            let found = runtime.block_on(digest_of(mutated.bytes)).unwrap_err();
+            let says = match value.is_finite() {
+                true => format!("has z {value:?}, but the tile that owns it says "),
+                false => "of another tile has no finite z".to_owned(),
+            };
+            assert!(found.contains(&says), "{found}");
+            outcomes[usize::from(value.is_finite())] += 1;
+        }
+        // A vector of another length.
+        let mut mutated = patient.clone();
+        mutated.put(border.at + first - 4, &(count as u32 - 1).to_le_bytes());
+        mutated.sew();
+        let found = runtime.block_on(digest_of(mutated.bytes)).unwrap_err();
+        assert!(found.contains("z of foreign vertices, not"), "{found}");
+    }
+    assert!(outcomes.iter().all(|&n| n > 20), "{outcomes:?}");
 }
 
 #[test]

@@ -22,7 +22,7 @@ use delaunay_tiles::io::MemoryFile;
 use delaunay_tiles::query::baselines::{Method, Stretch};
 use delaunay_tiles::query::{Mode, QueryOptions};
 use delaunay_tiles::store::{LineKind, OpenOptions, TileReader};
-use delaunay_tiles::{BuildOptions, Builder};
+use delaunay_tiles::{BuildOptions, Builder, MissingZ};
 use futures::{StreamExt, TryStreamExt};
 use surgery::Patient;
 
@@ -44,7 +44,7 @@ fn runtime() -> tokio::runtime::Runtime {
         .expect("a runtime")
 }
 
-/// Builds a town of 400 points with a house, a fence and two shops, in tiles of at most 40.
+/// Builds a town of 400 points with z, with a house, a fence and two shops, in tiles of at most 40.
 pub fn town() -> Patient {
     let path = std::env::temp_dir().join(format!("fuzz-{}.tiles", std::process::id()));
     let ring = |x: f64, y: f64, r: f64| {
@@ -60,7 +60,10 @@ pub fn town() -> Patient {
         .map(|i| Point::new(f64::from(i % 20), f64::from(i / 20) + f64::from(i % 7) / 16.0))
         .collect();
     let built = runtime().block_on(async {
-        let options = BuildOptions::default().tile_vertices(40).force(true);
+        let options = BuildOptions::default()
+            .tile_vertices(40)
+            .force(true)
+            .missing_z(MissingZ::Zero);
         let mut builder = Builder::new(&path, options)?;
         builder.push_lines(LineKind::Wall, 0, &ring(14.25, 13.125, 2.0))?;
         builder.push_lines(LineKind::Obstacle, 1, &ring(5.5, 6.25, 3.0))?;
@@ -73,7 +76,7 @@ pub fn town() -> Patient {
             .push(&PointBatch {
                 records: (0..400).collect(),
                 points,
-                z: Vec::new(),
+                z: (0..400).map(f64::from).collect(),
             })
             .await?;
         builder.finish().await
@@ -127,6 +130,7 @@ async fn ask(bytes: Vec<u8>) {
     let options = || QueryOptions::default().certified();
     for (x, y) in [(1.25, 1.5), (5.5, 6.0), (14.0, 13.0), (19.0, 3.0), (-3.0, 40.0)] {
         let _ = reader.locate(x, y).await;
+        let _ = reader.z_at(x, y).await;
         let _ = reader
             .nearest_sites(Point::new(x, y), options())
             .take(3)

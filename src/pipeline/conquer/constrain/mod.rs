@@ -36,13 +36,12 @@ pub(crate) mod refusal;
 
 use crate::collections::bucket_sort::bucket_sort;
 use crate::constraints::segment::Segment;
-use crate::geometry::{HalfEdge, PackedHalfEdge, Point, VertexIndex};
+use crate::geometry::{HalfEdge, PackedHalfEdge, Point};
 use crate::mesh::Triangulation;
 use crate::pipeline::conquer::constrain::node_mesh::ConstrainOutcome;
 use crate::pipeline::conquer::constrain::refusal::Refusal;
 use crate::pipeline::conquer::node::{Fate, Workspace};
 use crate::pipeline::records::{DoneEdge, LateTriangle, OpenSegment, Pending, SeamVertex, Subsegment};
-use crate::store::{TileId, VertexId};
 use lines::NodeLines;
 use node_mesh::NodeMesh;
 
@@ -53,7 +52,7 @@ pub(crate) fn constrain_leaf(
     points: &[Point],
     segments: &[Segment],
     segment_indices: &[u32],
-    tile: TileId,
+    vertex: impl Fn(u32) -> SeamVertex,
     is_root: bool,
 ) -> Result<Pending, Refusal> {
     let mesh = std::mem::take(&mut workspace.mesh);
@@ -69,13 +68,6 @@ pub(crate) fn constrain_leaf(
         is_on_line,
         workspace.most_sources,
     );
-    let vertex = |index: u32| SeamVertex {
-        id: VertexId {
-            tile,
-            index: VertexIndex(index),
-        },
-        point: points[index as usize],
-    };
     let Workspace { inserter, deferral, .. } = workspace;
     let limit = if is_root { usize::MAX } else { deferral.leaf_limit() };
     let meeting = segment_indices.iter().map(|&segment| segments[segment as usize]);

@@ -868,6 +868,7 @@ pub mod delaunay_tiles {
             pub const VT_EDGE_SIDES: ::flatbuffers::VOffsetT = 30;
             pub const VT_EDGE_SOURCES: ::flatbuffers::VOffsetT = 32;
             pub const VT_EDGES: ::flatbuffers::VOffsetT = 34;
+            pub const VT_FOREIGN_Z: ::flatbuffers::VOffsetT = 36;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -879,6 +880,9 @@ pub mod delaunay_tiles {
                 args: &'args BorderArgs<'args>,
             ) -> ::flatbuffers::WIPOffset<Border<'bldr>> {
                 let mut builder = BorderBuilder::new(_fbb);
+                if let Some(x) = args.foreign_z {
+                    builder.add_foreign_z(x);
+                }
                 if let Some(x) = args.edges {
                     builder.add_edges(x);
                 }
@@ -1105,6 +1109,20 @@ pub mod delaunay_tiles {
                         .get::<::flatbuffers::ForwardsUOffset<Packed>>(Border::VT_EDGES, None)
                 }
             }
+            /// z of each foreign vertex, as its owner has it. Absent: the file has no z.
+            #[inline]
+            pub fn foreign_z(&self) -> Option<::flatbuffers::Vector<'a, f64>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, f64>>>(
+                            Border::VT_FOREIGN_Z,
+                            None,
+                        )
+                }
+            }
         }
 
         impl ::flatbuffers::Verifiable for Border<'_> {
@@ -1150,6 +1168,11 @@ pub mod delaunay_tiles {
                         false,
                     )?
                     .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("edges", Self::VT_EDGES, false)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, f64>>>(
+                        "foreign_z",
+                        Self::VT_FOREIGN_Z,
+                        false,
+                    )?
                     .finish();
                 Ok(())
             }
@@ -1171,6 +1194,7 @@ pub mod delaunay_tiles {
             pub edge_sides: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub edge_sources: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub edges: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
+            pub foreign_z: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, f64>>>,
         }
         impl<'a> Default for BorderArgs<'a> {
             #[inline]
@@ -1192,6 +1216,7 @@ pub mod delaunay_tiles {
                     edge_sides: None,
                     edge_sources: None,
                     edges: None,
+                    foreign_z: None,
                 }
             }
         }
@@ -1280,6 +1305,11 @@ pub mod delaunay_tiles {
                     .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Border::VT_EDGES, edges);
             }
             #[inline]
+            pub fn add_foreign_z(&mut self, foreign_z: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, f64>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Border::VT_FOREIGN_Z, foreign_z);
+            }
+            #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> BorderBuilder<'a, 'b, A> {
                 let start = _fbb.start_table();
                 BorderBuilder {
@@ -1318,6 +1348,7 @@ pub mod delaunay_tiles {
                 ds.field("edge_sides", &self.edge_sides());
                 ds.field("edge_sources", &self.edge_sources());
                 ds.field("edges", &self.edges());
+                ds.field("foreign_z", &self.foreign_z());
                 ds.finish()
             }
         }

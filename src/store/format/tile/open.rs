@@ -58,6 +58,7 @@ impl Tile {
             neighbours: open(core, "neighbours", core_table.neighbours())?,
             vertex_sides: open(core, "vertex sides", core_table.vertex_sides())?,
             foreign: border.slice_ref(border_table.foreign().bytes()),
+            foreign_z: border_table.foreign_z().map(|z| border.slice_ref(z.bytes())),
             border_triangles: open(border, "border triangles", border_table.triangles())?,
             border_neighbours: open(border, "border neighbours", border_table.neighbours())?,
             core_links: open(border, "core links", border_table.core_links())?,
@@ -79,13 +80,19 @@ impl Tile {
         Ok(this)
     }
 
-    /// Checks lengths and ranges, so that no later access panics.
-    fn check(&self, entry: &TileEntry) -> Result<(), Damage> {
+    /// Checks that there are as many numbers of each kind as the entry asks for.
+    fn check_lengths(&self, entry: &TileEntry) -> Result<(), Damage> {
         let vertices = entry.vertices as usize;
         let (core, border) = (entry.core_triangles as usize, entry.border_triangles as usize);
+        if self.z.is_some() != self.foreign_z.is_some() {
+            return Err(Damage::new("its core and its border disagree on whether there is a z"));
+        }
+        let z_count = |z: &Option<Bytes>, expected: usize| z.as_ref().map_or(expected, |z| z.len() / 8);
+        let foreign = self.foreign_count();
         for (what, found, expected) in [
             ("coordinates", self.coordinates.len(), 16 * vertices),
-            ("z", self.z.as_ref().map_or(8 * vertices, Bytes::len), 8 * vertices),
+            ("z", z_count(&self.z, vertices), vertices),
+            ("z of foreign vertices", z_count(&self.foreign_z, foreign), foreign),
             ("records", self.records.len(), vertices),
             ("corners of the core", self.triangles.len(), 3 * core),
             ("neighbours of the core", self.neighbours.len(), 3 * core),
@@ -99,6 +106,14 @@ impl Tile {
                 return Err(Damage::new(format!("there are {found} {what}, not {expected}")));
             }
         }
+        Ok(())
+    }
+
+    /// Checks lengths and ranges, so that no later access panics.
+    fn check(&self, entry: &TileEntry) -> Result<(), Damage> {
+        self.check_lengths(entry)?;
+        let vertices = entry.vertices as usize;
+        let (core, border) = (entry.core_triangles as usize, entry.border_triangles as usize);
         let corners = self.corner_count() as u64;
         let core_half_edges = 3 * core as u64;
         let half_edges = core_half_edges + 3 * border as u64;
@@ -140,7 +155,8 @@ impl Tile {
         if overflows(self.records.largest()) && self.records.iter().any(overflows) {
             return Err(Damage::new("a record number exceeds 64 bits"));
         }
-        self.check_points()
+        self.check_points()?;
+        self.check_z()
     }
 
     /// Checks that all coordinates are valid.
@@ -162,6 +178,29 @@ impl Tile {
                 "corner {corner} has the invalid coordinates ({}, {})",
                 p.x, p.y
             ))),
+            None => Ok(()),
+        }
+    }
+
+    /// Checks that each z is finite.
+    fn check_z(&self) -> Result<(), Damage> {
+        // As for coordinates, no early exit.
+        let all = |bytes: &Bytes| {
+            let values = bytes.as_chunks().0.iter();
+            values.fold(true, |all, &z| all & f64::from_le_bytes(z).is_finite())
+        };
+        if [&self.z, &self.foreign_z].into_iter().flatten().all(all) {
+            return Ok(());
+        }
+        let is_infinite = |&corner: &u32| self.z(VertexIndex(corner)).is_some_and(|z| !z.is_finite());
+        match (0..self.corner_count() as u32).find(is_infinite) {
+            Some(vertex) if vertex < self.vertex_count() => {
+                Err(Damage::new(format!("vertex {vertex} has no finite z")))
+            }
+            Some(corner) => {
+                let id = self.vertex(VertexIndex(corner)).id;
+                Err(Damage::new(format!("vertex {id} of another tile has no finite z")))
+            }
             None => Ok(()),
         }
     }

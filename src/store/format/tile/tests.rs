@@ -56,6 +56,8 @@ fn full_drafts() -> (CoreDraft, BorderDraft) {
     core.edge_sources = vec![(2, source(LineKind::Wall, 3)), (2, source(LineKind::Obstacle, 5))];
     core.sites = vec![(0, 4), (2, 0), (2, 900)];
     core.site_ids = ["", "pump", "é"].map(str::to_owned).to_vec();
+    core.z = vec![1.5, -2.0, 0.0, 4.0];
+    border.foreign_z = Some(vec![3.25]);
     border.constraints = vec![0b001_101];
     border.components = vec![2];
     border.regions = [(70_000, 1, true), (9, 0, false), (3, -2, false)]
@@ -191,6 +193,52 @@ fn depths_of_all_sizes_are_read_as_they_were_written() {
     }
 }
 
+/// Corners of other tiles have a z if, and only if, the tile's own vertices have.
+#[test]
+fn all_corners_have_a_finite_z_or_none_has() {
+    // z of the vertices, z of the foreign vertex, what is wrong.
+    type Fault<'a> = (&'a [f64], Option<&'a [f64]>, &'a str);
+    let with = |z: &[f64], foreign_z: Option<&[f64]>| {
+        let (mut core, mut border) = drafts();
+        core.z = z.to_vec();
+        border.foreign_z = foreign_z.map(<[f64]>::to_vec);
+        open(&(core, border)).map_err(|damage| damage.to_string())
+    };
+    let tile = with(&[5.0, -0.0, 7.0, 8.0], Some(&[9.5])).unwrap();
+    let z = |tile: &Tile| {
+        (0..5)
+            .filter_map(|corner| tile.z(VertexIndex(corner)))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!((z(&tile), tile.has_z()), (vec![5.0, -0.0, 7.0, 8.0, 9.5], true));
+    let without = with(&[], None).unwrap();
+    assert_eq!((z(&without), without.has_z()), (vec![], false));
+    assert!(tile.byte_size() > without.byte_size());
+    let faults: [Fault<'_>; 9] = [
+        (&[1.0; 4], None, "disagree on whether there is a z"),
+        (&[], Some(&[1.0]), "disagree on whether there is a z"),
+        (&[], Some(&[]), "disagree on whether there is a z"),
+        (&[1.0; 4], Some(&[]), "there are 0 z of foreign vertices, not 1"),
+        (&[1.0; 4], Some(&[1.0; 2]), "there are 2 z of foreign vertices, not 1"),
+        (&[1.0; 3], Some(&[1.0]), "there are 3 z, not 4"),
+        (&[1.0, 2.0, f64::NAN, 3.0], Some(&[1.0]), "vertex 2 has no finite z"),
+        (
+            &[1.0; 4],
+            Some(&[f64::NAN]),
+            "vertex 1:0 of another tile has no finite z",
+        ),
+        (
+            &[1.0; 4],
+            Some(&[f64::NEG_INFINITY]),
+            "vertex 1:0 of another tile has no finite z",
+        ),
+    ];
+    for (z, foreign_z, reason) in faults {
+        let error = with(z, foreign_z).map(|_| ()).expect_err(reason);
+        assert!(error.contains(reason), "{error:?} is not about {reason:?}");
+    }
+}
+
 #[test]
 fn drafts_that_contradict_themselves_are_rejected() {
     type Fault = fn(&mut CoreDraft, &mut BorderDraft);
@@ -322,6 +370,15 @@ fn random_bytes_are_rejected_or_give_a_tile_that_does_not_panic() {
         assert!(tile.sites().all(|site| tile.is_site(site.vertex)));
         assert_eq!(tile.sites().count(), tile.site_count() as usize);
         assert!(tile.byte_size() < 100_000);
+        let heights = tile
+            .triangle_ids()
+            .flat_map(|t| tile.corners(t))
+            .map(|corner| tile.z(corner));
+        assert!(
+            heights
+                .map(|z| z.is_some_and(f64::is_finite))
+                .all(|finite| finite == tile.has_z())
+        );
     }
     assert!(outcomes.iter().all(|&n| n > 1000), "{outcomes:?}");
 }

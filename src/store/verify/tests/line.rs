@@ -78,6 +78,11 @@ fn edges_that_skip_the_next_vertex_on_the_line_are_found() {
                 &wrong,
                 "its last edge leads to a vertex that is not the next one on the line",
             );
+            // The right vertex, with a wrong z.
+            let mut wrong = right.clone();
+            wrong.tiles[tile].z_beliefs.insert(next, -1.5);
+            let says = format!("it says that vertex {next} has z -1.5, but the tile that owns it says");
+            found(&wrong, &says);
         }
     }
 }

@@ -41,6 +41,8 @@ pub(super) struct ModelTile {
     pub(super) border: Vec<Named>,
     /// Points at which the tile stores foreign vertices, if they differ from the real ones.
     pub(super) beliefs: HashMap<VertexId, Point>,
+    /// The z that the tile stores for foreign vertices, if they differ from the real ones.
+    pub(super) z_beliefs: HashMap<VertexId, f64>,
     /// The constraints of the tile, as pairs of vertices, the smaller first.
     pub(super) constraints: HashSet<[VertexId; 2]>,
     /// The constraints that the tile stores as walls.
@@ -91,7 +93,7 @@ impl ModelTile {
         });
         Self {
             points: tile.points().collect(),
-            z: vec![1.0; tile.vertex_count() as usize],
+            z: tile.vertex_indices().filter_map(|v| tile.z(v)).collect(),
             core: all()
                 .filter(|(t, _)| t.0 < tile.core_triangle_count())
                 .map(|(_, t)| t)
@@ -101,6 +103,7 @@ impl ModelTile {
                 .map(|(_, t)| t)
                 .collect(),
             beliefs: HashMap::new(),
+            z_beliefs: HashMap::new(),
             constraints: half_edges()
                 .filter(|&edge| tile.is_constraint(edge))
                 .map(unordered)
@@ -149,7 +152,8 @@ impl Model {
             };
             builder.push_sites(&sites).unwrap();
             let records = (0..points.len() as u64).collect();
-            let (points, z) = (points.to_vec(), vec![1.0; points.len()]);
+            let z = (1..=points.len()).map(|i| i as f64).collect();
+            let points = points.to_vec();
             builder.push(&PointBatch { points, z, records }).await.unwrap();
             builder.finish().await.unwrap();
             let reader = TileReader::open(&path, OpenOptions::default()).await.unwrap();
@@ -254,6 +258,11 @@ impl Model {
             Err(_) => v.index.0,
         };
         let at = |v: VertexId| tile.beliefs.get(&v).copied().unwrap_or_else(|| self.point(v));
+        let z = |v: VertexId| {
+            let owner = self.tiles.get(v.tile.0 as usize);
+            let right = owner.and_then(|owner| owner.z.get(v.index.index()));
+            tile.z_beliefs.get(&v).or(right).copied().unwrap_or(0.0)
+        };
         let triangles: Vec<[u32; 3]> = tile.core.iter().chain(&tile.border).map(|t| t.map(corner)).collect();
         let core_half_edges = 3 * tile.core.len() as u32;
         let mut half_edges: HashMap<(u32, u32), u32> = HashMap::new();
@@ -386,6 +395,7 @@ impl Model {
             vertices: own,
             core_triangles: tile.core.len() as u32,
             foreign: foreign.iter().map(|&v| (v, at(v))).collect(),
+            foreign_z: (!tile.z.is_empty()).then(|| foreign.iter().map(|&v| z(v)).collect()),
             triangles: triangles[tile.core.len()..].to_vec(),
             neighbours,
             core_links,

@@ -158,7 +158,7 @@ fn the_text_summary_describes_the_file() {
         "600, with z",
         "at most 64 vertices each",
         "x  100.0000 to 136.2200",
-        "version 1, generation 1",
+        "version 2, generation 1",
     ] {
         assert!(text.contains(part), "{part} is missing:\n{text}");
     }
