@@ -5,10 +5,12 @@
 //! `error: …`, and changes nothing under the final name. The next run without a limit succeeds and
 //! leaves nothing behind.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -61,7 +63,7 @@ impl Refusal {
             0 => Self::Threads(below(random, 14)),
             1 => Self::Pids(1 + below(random, 20)),
             2 => Self::Limit('n', 4 + below(random, 37)),
-            // In kibibytes. With less, the program is not even loaded.
+            // In kibibytes.
             3 => Self::Limit('v', (24 << 10) + below(random, 200 << 10)),
             4 => Self::Limit('d', (12 << 10) + below(random, 64 << 10)),
             // In blocks of 512 bytes or of 1 KiB.
@@ -115,6 +117,9 @@ pub fn round(context: &Context, mut random: ChaCha8Rng) -> anyhow::Result<Counts
 fn limited(context: &Context, scene: &Scene, refusal: Refusal, group: Option<&Group>) -> anyhow::Result<Command> {
     let tool = context.command(&scene.folder, scene.args);
     let before = match (refusal, group) {
+        (Refusal::Limit(option @ ('v' | 'd'), most), _) => {
+            format!("ulimit -{option} {}", most.max(least_to_load(context, option)?))
+        }
         (Refusal::Limit(option, most), _) => format!("ulimit -{option} {most}"),
         (Refusal::Pids(_), Some(Group(path))) => format!("echo $$ > {}/cgroup.procs", path.display()),
         (Refusal::Threads(most), _) => {
@@ -133,6 +138,25 @@ fn limited(context: &Context, scene: &Scene, refusal: Refusal, group: Option<&Gr
         .args(tool.get_args());
     command.current_dir(&scene.folder);
     Ok(command)
+}
+
+/// Returns the least limit of memory, in kibibytes, with which the program is loaded at all.
+fn least_to_load(context: &Context, option: char) -> anyhow::Result<u64> {
+    static LEAST: Mutex<BTreeMap<char, u64>> = Mutex::new(BTreeMap::new());
+    let mut least = LEAST.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(&known) = least.get(&option) {
+        return Ok(known);
+    }
+    for kibibytes in (1..200).map(|mebibytes| mebibytes << 10) {
+        let script = format!("ulimit -{option} {kibibytes} && exec \"$0\" --version");
+        let mut command = Command::new("sh");
+        command.args(["-c", &script]).arg(&context.tool);
+        if command.output()?.status.success() {
+            least.insert(option, kibibytes);
+            return Ok(kibibytes);
+        }
+    }
+    bail!("{} cannot be loaded under a limit of memory", context.tool.display())
 }
 
 /// How a process ended, and its output.
