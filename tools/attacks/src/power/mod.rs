@@ -236,7 +236,7 @@ fn commands(kind: u64, random: &mut ChaCha8Rng) -> (Vec<String>, String) {
         // So little memory that points are spilled.
         1 => (
             after(&[generate(points + 7000, "")]),
-            build("p.f64 --memory 130KiB", 60),
+            build("p.f64 --memory 165KiB", 60),
         ),
         // So little memory that lines are deferred.
         2 => (
