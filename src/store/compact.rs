@@ -69,13 +69,15 @@ impl TileReader {
         let mut directory = Directory::clone(&before);
         // The next extents are read while one is written.
         let tiles = || before.tiles.iter().zip((0..).map(TileId));
-        let mut cores = stream::iter(tiles().map(|(entry, id)| self.extent(id, entry, entry.core))).buffered(AHEAD);
+        let mut cores = stream::iter(tiles().map(|(entry, id)| self.extent(id, entry, entry.core)))
+            .buffered(AHEAD)
+            .boxed();
         for entry in &mut directory.tiles {
             let Some(core) = cores.try_next().await? else { break };
             entry.core = writer.append_core(&core).await.map_err(cannot("write"))?;
         }
         let borders = tiles().map(|(entry, id)| self.extent(id, entry, entry.border));
-        let mut borders = stream::iter(borders).buffered(AHEAD);
+        let mut borders = stream::iter(borders).buffered(AHEAD).boxed();
         for entry in &mut directory.tiles {
             let Some(border) = borders.try_next().await? else { break };
             entry.border = writer.append_border(&border).await.map_err(cannot("write"))?;

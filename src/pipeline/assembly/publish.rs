@@ -6,6 +6,8 @@ use std::mem::take;
 use std::path::Path;
 use std::sync::Arc;
 
+use tracing::Instrument;
+
 use crate::constraints::segment::Segment;
 use crate::edit::{EditError, EditSummary, Target, Work, edit};
 use crate::geometry::Rect;
@@ -163,7 +165,7 @@ impl Assembly {
 
     /// Inserts the deferred segments into the file, which has not been given its name yet.
     async fn insert(&self, path: &Path, segments: Vec<Segment>) -> Result<EditSummary, BuildError> {
-        let _span = tracing::debug_span!("insert", segments = segments.len()).entered();
+        let span = tracing::debug_span!("insert", segments = segments.len());
         let (progress, folder) = (Arc::clone(&self.options.progress), Arc::clone(&self.folder));
         // The thread holds the folder's lock too: it may outlive this future.
         let is_cancelled = move || {
@@ -180,10 +182,11 @@ impl Assembly {
             is_draft: true,
             threads: self.options.threads,
         };
-        let mut edited = edit(Target::lock(path)?, work, self.memory.total(), is_cancelled).await?;
+        let edited = edit(Target::lock(path)?, work, self.memory.total(), is_cancelled);
+        let mut edited = edited.instrument(span.clone()).await?;
         if edited.bytes_appended > edited.file_bytes / UNUSED_SHARE {
             let reader = self.read_back(path).await.map_err(EditError::Read)?;
-            let compacted = reader.compact(path).await;
+            let compacted = reader.compact(path).instrument(span).await;
             edited.file_bytes = compacted.map_err(|error| match error {
                 CompactError::Read(error) => EditError::Read(error).into(),
                 CompactError::Io { what, source, .. } => BuildError::io(path, what, source),
@@ -208,9 +211,9 @@ impl Assembly {
         if with_sites.is_empty() || metadata.hole_triangles == 0 {
             return Ok(0);
         }
-        let _span = tracing::debug_span!("sites in holes", tiles = with_sites.len()).entered();
+        let span = tracing::debug_span!("sites in holes", tiles = with_sites.len());
         let reader = self.read_back(path).await.map_err(EditError::Read)?;
-        let counted = sites_in_holes(&reader, with_sites).await;
+        let counted = sites_in_holes(&reader, with_sites).instrument(span).await;
         Ok(counted.map_err(EditError::Read)?)
     }
 

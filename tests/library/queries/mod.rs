@@ -5,10 +5,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::support::{Random, Scratch, batches, build_batches, built, points_of, runtime};
-use delaunay_tiles::BuildOptions;
 use delaunay_tiles::geometry::{Orientation, Point, Rect, orient2d};
 use delaunay_tiles::query::{Location, TriangleRef};
 use delaunay_tiles::store::{Cache, OpenOptions, TileId, TileReader, Vertex, VertexId};
+use delaunay_tiles::{BuildOptions, Builder, Editor};
 use distributions::Kind;
 use futures::future::FutureExt;
 use futures::stream::TryStreamExt;
@@ -365,6 +365,28 @@ fn a_tile_whose_load_died_with_its_runtime_is_loaded_again() {
         let tile = alive.block_on(reader.tile(id)).unwrap();
         assert_eq!(tile.id(), id);
     }
+}
+
+/// A service runs builds, edits and compaction as tasks of its own. A span that was entered across
+/// an await once kept builds on their thread.
+#[test]
+fn futures_of_builds_edits_and_compaction_are_send() {
+    fn sent<T: Send>(future: T) -> T {
+        future
+    }
+    runtime().block_on(async {
+        let scratch = Scratch::new();
+        let mut builder = Builder::new(&scratch.path, options(8)).unwrap();
+        for batch in batches(&points_of(Kind::Uniform, 50, 1), &[]) {
+            sent(builder.push(&batch)).await.unwrap();
+        }
+        sent(builder.finish()).await.unwrap();
+        let editor = sent(Editor::open(&scratch.path, 1 << 30)).await.unwrap();
+        sent(editor.finish()).await.unwrap();
+        let reader = scratch.open().await;
+        sent(reader.compact(&scratch.path)).await.unwrap();
+        scratch.open().await.verify(true).await.unwrap();
+    });
 }
 
 #[test]
