@@ -20,7 +20,8 @@ use crate::io::{blocking, memory_of};
 use crate::memory::FileShares;
 use crate::store::borders_ahead::BordersAhead;
 use crate::store::error::ReadError;
-use crate::store::format::directory::{Directory, TileEntry};
+use crate::store::format::directory::Directory;
+use crate::store::format::entry::TileEntry;
 use crate::store::format::ids::TileId;
 use crate::store::format::tile::Tile;
 use crate::store::reader::TileReader;
@@ -356,7 +357,7 @@ pub(crate) fn spawn<T: Send + 'static>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::format::directory::Extent;
+    use crate::store::format::entry::Extent;
 
     const MEBIBYTE: u64 = 1 << 20;
 

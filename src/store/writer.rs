@@ -5,7 +5,8 @@ use std::io;
 use bytes::{Bytes, BytesMut};
 
 use crate::io::WriteAt;
-use crate::store::format::directory::{Directory, Extent};
+use crate::store::format::directory::Directory;
+use crate::store::format::entry::Extent;
 use crate::store::format::superblock::{
     BLOCK, FIRST_EXTENT, FileId, InForce, MAX_DIRECTORY, MAX_FLATBUFFER, Superblock,
 };

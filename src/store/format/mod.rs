@@ -8,6 +8,7 @@ pub(crate) mod damage;
 pub(super) mod directory;
 pub(super) mod edge_source;
 pub(super) mod encode;
+pub(super) mod entry;
 mod generated;
 pub(super) mod ids;
 pub(super) mod kd_tree;

@@ -9,8 +9,8 @@ use bytes::Bytes;
 
 use crate::geometry::{Point, VertexIndex};
 use crate::store::format::damage::Damage;
-use crate::store::format::directory::TileEntry;
 use crate::store::format::directory::{check_crc, verified};
+use crate::store::format::entry::TileEntry;
 use crate::store::format::generated::tile as schema;
 use crate::store::format::ids::TileId;
 use crate::store::format::packed::Packed;

@@ -6,9 +6,9 @@ use crate::io::Buffers;
 use crate::mesh::Twin;
 use crate::store::format::damage::Damage;
 use crate::store::format::directory::verified;
-use crate::store::format::directory::{Extent, TileEntry};
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::encode::{BorderDraft, CoreDraft};
+use crate::store::format::entry::{Extent, TileEntry};
 use crate::store::format::generated::tile as schema;
 use crate::store::format::tile::*;
 
