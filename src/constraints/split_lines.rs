@@ -17,7 +17,8 @@ use crate::constraints::crossings::ends::Ends;
 use crate::constraints::crossings::split::{PointSource, TaggedSegment, any_cross, split};
 use crate::constraints::error::{ConstraintError, SplitError};
 use crate::constraints::polygons::arrivals::PolygonNumbers;
-use crate::constraints::polygons::check::{InvertedPolygons, PolygonCounter};
+use crate::constraints::polygons::check::InvertedPolygons;
+use crate::constraints::polygons::counter::PolygonCounter;
 use crate::constraints::polygons::repair::{PolygonRepair, repair};
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::constraints::without_z::NO_Z;
@@ -104,19 +105,21 @@ impl LinesToSplit {
     /// Returns an error if the segments do not fit in memory.
     pub fn push(&mut self, batch: &LineBatch, z: &[[f64; 2]], polygons: &[u64]) -> Result<(), ConstraintError> {
         for (at, (ends, &source)) in batch.ends.iter().zip(&batch.sources).enumerate() {
-            let polygon = match source.kind() {
-                LineKind::Obstacle => self.counter.next(polygons.get(at).copied().unwrap_or(source.number())),
-                _ => 0,
-            };
-            let segment = InputSegment {
+            if ends[0] == ends[1] {
+                continue;
+            }
+            let mut polygon = 0;
+            if source.kind() == LineKind::Obstacle {
+                let key = polygons.get(at).copied().unwrap_or(source.number());
+                self.counter.next(key, source.number());
+                polygon = self.counter.number();
+            }
+            self.segments.push(InputSegment {
                 ends: ends.map(Point::normalized),
                 source,
                 z: z.get(at).copied().unwrap_or([NO_Z; 2]),
                 polygon,
-            };
-            if segment.ends[0] != segment.ends[1] {
-                self.segments.push(segment);
-            }
+            });
         }
         let needed = self.segments.len() as u64 * BYTES;
         check_memory(needed, self.memory)
@@ -243,10 +246,11 @@ impl SplitLines {
         if !may_cross && (lines.borders.is_empty() || any_cross(&lines.segments)) {
             return Ok(None);
         }
-        Ok(Some(lines.split_at(points)?).filter(|split| !split.points.is_empty() || split.repair.parts > 0))
+        Ok(Some(lines.split_at(points)?).filter(|split| !split.points.is_empty() || split.repair.changes))
     }
 
-    /// Returns the result of the repair of polygons that were inside out.
+    /// Returns the result of the repair of polygons that were inside out, or covered a place more
+    /// than once.
     pub(crate) fn repair(&self) -> PolygonRepair {
         self.repair
     }

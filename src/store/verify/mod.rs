@@ -8,9 +8,10 @@
 //! - both half-edges of an edge agree on whether it is a constraint;
 //! - around each vertex the triangles close once, or form a fan of at most a half-turn on the hull;
 //! - the hull, which turns left everywhere, goes round once: it has a single lexicographic minimum;
-//! - the counts and bounds in the directory are those of the tiles;
+//! - the counts, the bounds and the digest in the directory are those of the tiles;
 //! - constraints have sources and change the depth accordingly, regions end at constraints only,
 //!   and each hole has a reason, if the file has regions;
+//! - each polygon covers each point 0 or 1 times, if the file lists its lines;
 //! - each triangle is stored in all tiles of its vertices, and is the same in each: for each pair
 //!   of tiles, the hashes of the triangles that one tile owns and the other shares cancel out.
 //!
@@ -26,6 +27,7 @@ mod error;
 mod line;
 mod lines;
 mod points;
+mod polygons;
 mod regions;
 mod sites;
 mod star;

@@ -115,7 +115,7 @@ impl PassReader {
             )));
         }
         Ok(VerifyReport {
-            tiles: directory.tiles.len() as u64,
+            tiles: directory.metadata.tiles.into(),
             vertices: points,
             ..VerifyReport::default()
         })

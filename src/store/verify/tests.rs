@@ -4,7 +4,9 @@
 mod line;
 mod lines;
 mod model;
+mod polygons;
 mod regions;
+mod renumbered;
 mod town;
 
 use crate::geometry::{Point, VertexIndex};
