@@ -99,7 +99,10 @@ impl<W: WriteAt> TileWriter<W> {
         let mut hash = Xxh3::new();
         let mut lists = directory.layout.lists;
         for (list, bytes) in lists.iter_mut().zip(directory.lists.encode()) {
-            let Some(bytes) = bytes else { continue };
+            let Some(bytes) = bytes else {
+                *list = None;
+                continue;
+            };
             hash.update(&bytes);
             // A list that is as before is in the file already.
             let is_same =

@@ -232,6 +232,10 @@ fn a_change_writes_only_the_pages_on_its_way() {
                     edit: 1,
                 });
             }
+            if round == 4 {
+                // A list that became empty is no longer in the file.
+                after.lists.lines.clear();
+            }
             let length = reader.file_length();
             let writer = TileWriter::behind(file.clone(), length);
             let now = writer.replace(&after, reader.in_force()).await.unwrap();
@@ -249,7 +253,7 @@ fn a_change_writes_only_the_pages_on_its_way() {
                 without_layout(&before)
             );
             let kinds = again.metadata().line_kinds;
-            assert_eq!(kinds, if round < 3 { 0 } else { 2 });
+            assert_eq!(kinds, if round == 3 { 2 } else { 0 });
         }
     });
 }
