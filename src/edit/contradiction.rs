@@ -28,6 +28,8 @@ pub(crate) enum Contradiction {
     EndlessLine,
     #[error("an edge that was just inserted is missing")]
     MissingEdge,
+    #[error("its component table contradicts itself, or those of other tiles")]
+    Components,
     #[error("a constraint has no source line")]
     NoSource,
 }

@@ -1,25 +1,27 @@
 //! The file during an edit: reads tiles, and writes changed tiles behind its end.
 
 use std::io;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use bytes::Bytes;
-use foldhash::HashMap;
+use foldhash::{HashMap, HashSet};
 use tokio::sync::{MappedMutexGuard, Mutex, MutexGuard, oneshot};
 
 use crate::edit::contradiction::Contradiction;
 use crate::edit::error::EditError;
-use crate::edit::regions::{RegionLabels, TileParts};
+use crate::edit::parts::TileParts;
+use crate::edit::regions::RegionLabels;
 use crate::edit::target::Target;
 use crate::edit::tile::EditTile;
 use crate::edit::tile::drafts::Counts;
 use crate::edit::workers::Workers;
 use crate::io::{Buffers, ReadAt, ThreadsFile};
 use crate::store::{
-    BLOCK, Codec, Digest, DigestSum, Directory, Extent, Part, PassReader, StoredPart, Tile, TileEntry, TileId,
-    TileWriter,
+    BLOCK, Codec, ComponentRecord, Digest, Directory, Extent, Part, PassReader, StoredPart, Tile, TileEntry, TileId,
+    TileWriter, component_table,
 };
 
 /// The file, and the current location of each tile in it.
@@ -31,7 +33,7 @@ pub(crate) struct Disk {
     generation: u32,
     /// `None` once the file is published.
     state: Mutex<Option<Written>>,
-    /// The regions that tiles are written with, once they are known.
+    /// The component tables that tiles are written with, once they are known.
     pub(crate) labels: OnceLock<RegionLabels>,
     buffers: Buffers,
     pub(crate) workers: Workers,
@@ -51,8 +53,8 @@ struct Written {
     free: Vec<(u64, u32)>,
     /// Lengths of the ranges that were reused for fewer bytes, by offset.
     reused: HashMap<u64, u32>,
-    /// The triangles in holes of each tile that was written with labels.
-    in_holes: HashMap<TileId, DigestSum>,
+    /// The tiles that were written with labels.
+    labelled: HashSet<TileId>,
     /// The digest of these tiles, without holes.
     digest: Digest,
 }
@@ -98,7 +100,7 @@ impl Disk {
             entries: reader.directory().tiles.clone(),
             free: Vec::new(),
             reused: HashMap::default(),
-            in_holes: HashMap::default(),
+            labelled: HashSet::default(),
             digest: Digest::default(),
         };
         let (alive, gone) = oneshot::channel();
@@ -130,12 +132,6 @@ impl Disk {
     /// Returns the number of tiles that were read so far.
     pub(crate) fn reads(&self) -> u64 {
         self.reads.load(Ordering::Relaxed)
-    }
-
-    /// Returns the triangles of a tile in holes, if the tile was written with labels.
-    pub(crate) async fn in_holes(&self, id: TileId) -> Option<DigestSum> {
-        let state = self.state.lock().await;
-        state.as_ref()?.in_holes.get(&id).copied()
     }
 
     /// Returns the digest of the tiles that were written with labels, without holes.
@@ -171,12 +167,40 @@ impl Disk {
         };
         let entry = entry.ok_or_else(|| self.damaged(id, Contradiction::NoTile))?;
         self.reads.fetch_add(1, Ordering::Relaxed);
-        let read = self.file.read_many(&[entry.core.range(), entry.border.range()]).await;
-        let read = read.map_err(|error| self.cannot("read", error))?;
-        let [core, border]: [Bytes; 2] = read
-            .try_into()
-            .map_err(|_| self.cannot("read", io::ErrorKind::Other.into()))?;
-        Tile::open(id, &entry, &core, &border).map_err(|reason| self.reader.damaged(id, reason).into())
+        let apart = entry.table.apart();
+        let ranges = [Some(entry.core), Some(entry.border), apart].into_iter().flatten();
+        let ranges: Vec<Range<u64>> = ranges.map(Extent::range).collect();
+        let read = self.file.read_many(&ranges).await;
+        let read: Vec<Bytes> = read.map_err(|error| self.cannot("read", error))?;
+        let [core, border, table @ ..] = &read[..] else {
+            return Err(self.cannot("read", io::ErrorKind::Other.into()));
+        };
+        Tile::open(id, &entry, [core, border], table.first()).map_err(|reason| self.reader.damaged(id, reason).into())
+    }
+
+    /// Returns the records of the components of a tile that was not changed.
+    pub(crate) async fn records(&self, id: TileId) -> Result<Vec<ComponentRecord>, EditError> {
+        let entry = self.written().await?.entries[id.0 as usize];
+        Ok(self.reader.component_records(id, &entry).await?)
+    }
+
+    /// Makes the component table of a tile the one that the labels ask for.
+    pub(crate) async fn put_table(&self, id: TileId) -> Result<(), EditError> {
+        let table = self.table_of(id);
+        let mut state = self.written().await?;
+        if !state.entries[id.0 as usize].table.holds(&table) {
+            let placed = state.writer.place_table(table).await;
+            state.entries[id.0 as usize].table = placed.map_err(|error| self.cannot("write", error))?;
+        }
+        Ok(())
+    }
+
+    /// Returns the component table of a tile; empty if the labels are not known.
+    fn table_of(&self, id: TileId) -> Vec<u8> {
+        let labels = self.labels.get();
+        labels.map_or_else(Vec::new, |labels| {
+            component_table::encode(id, &labels.records[id.0 as usize])
+        })
     }
 
     pub(crate) async fn load(self: Arc<Self>, id: TileId) -> Result<Arc<EditTile>, EditError> {
@@ -204,8 +228,8 @@ impl Disk {
         let before = state.entries[id.0 as usize];
         if before.generation == self.generation {
             // No superblock refers to these bytes.
-            state.set_free(before.core);
-            state.set_free(before.border);
+            let extents = [Some(before.core), Some(before.border), before.table.apart()];
+            extents.into_iter().flatten().for_each(|extent| state.set_free(extent));
         }
         let written = async {
             let core = state.put(core, Part::Core).await?;
@@ -215,27 +239,23 @@ impl Disk {
         if self.labels.get().is_some() {
             // Once labels are known, nothing else changes. So a tile that is written once more is
             // the same.
-            let Digest { holes, .. } = counts.digest;
-            if state.in_holes.insert(id, holes).is_none() {
-                state.digest += Digest {
-                    holes: DigestSum::default(),
-                    ..counts.digest
-                };
+            if state.labelled.insert(id) {
+                state.digest += counts.digest;
             }
         }
-        state.entries[id.0 as usize] = counts.entry(core, border, self.generation);
+        let table = state.writer.place_table(self.table_of(id)).await;
+        let table = table.map_err(|error| self.cannot("write", error))?;
+        state.entries[id.0 as usize] = TileEntry {
+            table,
+            ..counts.entry(core, border, self.generation)
+        };
         Ok(())
     }
 
     /// Returns the counts of a tile, and its core and its border as they are stored.
     fn encoded(&self, tile: &EditTile, codec: Codec) -> (Counts, StoredPart, StoredPart) {
-        let drafts = match self.labels.get() {
-            Some(labels) => {
-                let parts = TileParts::of(tile);
-                tile.drafts(Some(&|triangle| labels.of(tile.id, &parts, triangle)))
-            }
-            None => tile.drafts(None),
-        };
+        let parts = self.labels.get().map(|_| TileParts::of(tile));
+        let drafts = tile.drafts(parts.as_ref());
         let core = drafts.core.encode(tile.id, self.generation, &self.buffers);
         let border = drafts.border.encode(tile.id, self.generation, &self.buffers);
         (

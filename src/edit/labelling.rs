@@ -1,67 +1,93 @@
-//! Search for the regions of an edited file, and writing of the tiles that store their triangles'
-//! regions.
+//! Search for the regions of an edited file, and writing of the component tables that state them.
 
+use crate::edit::contradiction::Contradiction;
+use crate::edit::crossed::crossed_tiles;
 use crate::edit::error::EditError;
-use crate::edit::regions::{RegionJoin, RegionLabels, TileParts};
-use crate::edit::tile::EditTile;
+use crate::edit::regions::{RegionJoin, RegionLabels};
 use crate::edit::tiles::{TileWithParts, Tiles};
+use crate::edit::work::Work;
 use crate::memory::EditShares;
-use crate::store::{DigestSum, TileId, triangle_hash};
+use crate::store::TileId;
 
-/// Joins adjacent parts in all tiles. Also returns the number of constraint edges.
-pub(crate) fn join(
-    tiles: &mut Tiles,
-    memory: u64,
-    is_stopped: &dyn Fn() -> bool,
-) -> Result<(RegionLabels, u64), EditError> {
-    let mut joining = RegionJoin::new(tiles.directory());
-    let mut all_tiles = tiles.with_parts();
-    while let Some(TileWithParts { tile, parts, before }) = all_tiles.next()? {
+/// Marks all tiles whose cells are crossed by a line as changed: their components may not be those
+/// in their tables any more.
+pub(crate) fn touch_crossed(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> Result<(), EditError> {
+    if work.is_draft {
+        // There are no tables yet.
+        return Ok(());
+    }
+    for number in 0..work.piece_count() {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
-        joining.take(&tile, &parts, before.as_ref())?;
-        EditShares::check_regions(memory, joining.byte_size())?;
+        let ends = work.piece(number).ends.map(|end| work.point(end));
+        let mut crossed: Vec<TileId> = Vec::new();
+        let directory = tiles.directory();
+        crossed_tiles(&directory.tree, directory.metadata.bounds, ends, |tile| {
+            crossed.push(tile)
+        });
+        for tile in crossed
+            .into_iter()
+            .filter(|&tile| !tiles.is_changed(tile))
+            .collect::<Vec<_>>()
+        {
+            drop(tiles.change(tile)?);
+        }
     }
-    let constraint_edges = joining.constraint_edges;
-    Ok((joining.finish(tiles.metadata())?, constraint_edges))
+    Ok(())
 }
 
-/// Writes all tiles that were changed, and those in which a region changed. Returns the number of
-/// triangles in holes, and the sum of their hashes.
-pub(crate) fn label(
+/// Joins the components of all tiles. If the file is a draft, whose regions are not known, it reads
+/// all tiles, else those that were changed and their neighbours.
+pub(crate) fn join(
     tiles: &mut Tiles,
-    labels: RegionLabels,
+    is_draft: bool,
+    memory: u64,
     is_stopped: &dyn Fn() -> bool,
-) -> Result<DigestSum, EditError> {
+) -> Result<RegionLabels, EditError> {
+    let check = |joining: &RegionJoin| match is_stopped() {
+        true => Err(EditError::Cancelled),
+        false => EditShares::check_regions(memory, joining.byte_size()).map_err(EditError::from),
+    };
+    let contradiction = |tiles: &Tiles, tile| tiles.damaged(tile, Contradiction::Components);
+    let directory = tiles.directory();
+    let mut is_fresh = vec![is_draft; directory.tiles.len()];
+    let ids: Vec<TileId> = directory.tile_ids().collect();
+    for &id in &ids {
+        is_fresh[id.0 as usize] |= tiles.is_changed(id);
+    }
+    let mut joining = RegionJoin::new(directory, is_fresh);
+    let (fresh, known): (Vec<TileId>, Vec<TileId>) = ids.into_iter().partition(|&id| joining.is_fresh(id));
+    for id in known {
+        joining.know(id, tiles.records(id)?)?;
+        check(&joining)?;
+    }
+    joining.join_known().map_err(|tile| contradiction(tiles, tile))?;
+    let mut read = tiles.with_parts(fresh);
+    while let Some(TileWithParts { tile, parts }) = read.next()? {
+        joining.take(&tile, &parts)?;
+        check(&joining)?;
+    }
+    for id in joining.neighbours() {
+        joining.meet(&tiles.read(id)?);
+        check(&joining)?;
+    }
+    let labels = joining.finish(tiles.metadata());
+    labels.map_err(|tile| tiles.damaged(tile, Contradiction::MissingTriangle))
+}
+
+/// Writes all tiles that were changed, and the component tables of the others that are not as they
+/// were.
+pub(crate) fn label(tiles: &mut Tiles, labels: RegionLabels, is_stopped: &dyn Fn() -> bool) -> Result<(), EditError> {
     tiles.label(labels)?;
-    let mut in_holes = DigestSum::default();
     let ids: Vec<TileId> = tiles.directory().tile_ids().collect();
     for id in ids {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
-        if let Some(known) = tiles.in_holes(id) {
-            in_holes += known;
-            continue;
-        }
-        let mut tile = tiles.read(id)?;
         if !tiles.is_changed(id) {
-            let edit = EditTile::of(&tile);
-            let parts = TileParts::of(&edit);
-            // In an unchanged tile, triangles have the same numbers as in the file.
-            let is_same = tiles.labels().is_none_or(|labels| {
-                let label = |triangle| labels.of(id, &parts, triangle);
-                tile.triangle_ids()
-                    .all(|triangle| tile.component(triangle) == label(triangle))
-            });
-            if !is_same {
-                tiles.write(edit)?;
-                tile = tiles.read(id)?;
-            }
+            tiles.put_table(id)?;
         }
-        let holes = tile.owned_triangles().filter(|&triangle| tile.is_hole(triangle));
-        holes.for_each(|triangle| in_holes.add_hash(triangle_hash(tile.triangle_points(triangle))));
     }
-    Ok(in_holes)
+    Ok(())
 }

@@ -18,15 +18,19 @@
 //! sees its former state.
 
 mod contradiction;
+mod crossed;
 mod disk;
 mod editor;
 mod ends;
 mod error;
 mod exchange;
 mod labelling;
+mod parts;
 mod patch;
+mod region_numbers;
 mod regions;
 mod run;
+mod shared;
 mod strip;
 mod summary;
 mod target;

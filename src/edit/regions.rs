@@ -1,168 +1,230 @@
-//! The regions of an edited file: a pass over all tiles joins adjacent triangles.
+//! The regions of an edited file.
 //!
-//! In: the tiles, in order, twice. Out: for each triangle its region, the number of obstacles that
-//! cover it, and whether it is in a hole. This works as in a
-//! [build](crate::pipeline::finish::regions), but here the nodes that are joined are the parts of a
-//! tile that no constraint passes through. A triangle that several tiles store joins parts of these
-//! tiles. It is remembered until the last of them has come.
+//! In: the component tables of the tiles that are as they were, and the *fresh* tiles themselves:
+//! those that were changed. Out: the component tables of all tiles.
 //!
-//! Regions keep their former numbers as far as these are still free. So tiles that are not affected
-//! need not be written again.
+//! The nodes that are joined are the components of all tiles. Components of one region are linked
+//! within a tile, and between tiles by the triangles that both store. Links between tiles that are
+//! as they were are in their tables. Links with fresh tiles follow from the triangles that these
+//! share with others, so the neighbours of fresh tiles are read too.
+//!
+//! A second, weighted union-find joins components across constraints with the change of depth. In a
+//! tile that is as it was, no constraint of this edit crosses the cell, which is convex. So
+//! whatever this edit covers, it covers all components of the tile as many times, and the
+//! differences of their depths stay the same.
 
-use foldhash::{HashMap, HashMapExt};
+use std::collections::BTreeSet;
 
 use crate::collections::union_find::{UnionFind, WeightedUnionFind};
 use crate::constraints::seeds::{HoleRules, Seeds};
 use crate::edit::error::EditError;
+use crate::edit::parts::TileParts;
+use crate::edit::region_numbers::{NEW, ToNumber, number_regions};
+use crate::edit::shared::SharedTriangles;
 use crate::edit::tile::EditTile;
 use crate::geometry::{HalfEdge, TriangleId};
 use crate::mesh::{Topology, Twin};
-use crate::store::{Component, Directory, EdgeSource, Metadata, Tile, TileId, VertexId};
+use crate::store::{
+    Component, ComponentId, ComponentRecord, DigestSum, Directory, EdgeSource, Metadata, Tile, TileId, Vertex,
+    triangle_hash,
+};
 
-/// The number of a region that had none.
-const NEW: u64 = u64::MAX;
+/// The node of the plane outside the hull.
+const OUTSIDE: u32 = 0;
+/// No obstacles cover a place more often.
+const MAX_DEPTH: u32 = 1 << 24;
 
-/// The parts of a tile: the part of each triangle, and the number of parts.
-pub(crate) struct TileParts {
-    of_triangles: Vec<u32>,
-    count: u32,
-}
-
-impl TileParts {
-    /// Finds the parts of a tile. They are numbered by their first triangles.
-    pub(crate) fn of(tile: &EditTile) -> Self {
-        let (order, _) = tile.in_order();
-        let triangle_count = tile.triangle_count();
-        let mut sets = UnionFind::new(triangle_count);
-        for &triangle in &order {
-            for half_edge in HalfEdge::of_triangle(triangle) {
-                if let Twin::HalfEdge(twin) = tile.twin(half_edge)
-                    && twin < half_edge
-                    && !tile.is_constraint(half_edge)
-                {
-                    sets.union(triangle.0, twin.triangle().0);
-                }
-            }
-        }
-        let mut this = Self {
-            // Entries of removed triangles mean nothing.
-            of_triangles: vec![0; triangle_count as usize],
-            count: 0,
-        };
-        let mut of_sets = vec![None; triangle_count as usize];
-        for &triangle in &order {
-            this.of_triangles[triangle.index()] = *of_sets[sets.find(triangle.0) as usize].get_or_insert_with(|| {
-                this.count += 1;
-                this.count - 1
-            });
-        }
-        this
-    }
-}
-
-/// The known properties of a region.
-#[derive(Clone, Copy, Default)]
-struct RegionMarks {
-    /// Whether it may extend over several tiles.
-    is_spanning: bool,
-    is_seeded: bool,
-    reaches_hull: bool,
-}
-
-/// The join of parts, which takes all tiles in order.
+/// The join of components.
 pub(crate) struct RegionJoin {
-    /// Node 0 is the outside.
     regions: UnionFind,
     depths: WeightedUnionFind,
-    marks: Vec<RegionMarks>,
-    /// The former region number of each part, or [`NEW`].
-    previous: Vec<u64>,
-    /// The first part of each tile, by its number.
+    /// The records of the components of each tile, by its number. In fresh tiles, the number of the
+    /// region is [`NEW`].
+    records: Vec<Vec<ComponentRecord>>,
+    /// The node of the first component of each tile, by its number.
     first: Vec<u32>,
-    /// Triangles of several tiles some of which have not come: one of their parts, and the number
-    /// of tiles that are left.
-    waiting: HashMap<[VertexId; 3], (u32, u8)>,
+    /// The tiles in the order of their nodes.
+    order: Vec<TileId>,
+    nodes: u32,
+    links: u64,
+    is_fresh: Vec<bool>,
+    shared: SharedTriangles,
+    neighbours: BTreeSet<TileId>,
     seeds: Seeds,
     rules: HoleRules,
-    pub(crate) constraint_edges: u64,
 }
 
 impl RegionJoin {
-    /// Bytes of memory of each part.
-    pub(crate) const BYTES: u64 = 32;
-
-    pub(crate) fn new(directory: &Directory) -> Self {
+    /// Creates a join. `is_fresh` says for each number whether it is that of a fresh tile.
+    pub(crate) fn new(directory: &Directory, is_fresh: Vec<bool>) -> Self {
+        let tiles = directory.tiles.len();
         Self {
             regions: UnionFind::new(1),
             depths: WeightedUnionFind::new(1),
-            marks: vec![RegionMarks::default()],
-            previous: vec![0],
-            first: vec![0; directory.tiles.len()],
-            waiting: HashMap::new(),
+            records: vec![Vec::new(); tiles],
+            first: vec![0; tiles],
+            order: Vec::new(),
+            nodes: 1,
+            links: 0,
+            is_fresh,
+            shared: SharedTriangles::default(),
+            neighbours: BTreeSet::new(),
             seeds: Seeds::new(directory.lists.hole_points.clone()),
             rules: HoleRules {
                 has_holes: true,
                 exterior: directory.metadata.exterior_is_hole,
             },
-            constraint_edges: 0,
         }
     }
 
     /// Returns the bytes of memory that it takes.
     pub(crate) fn byte_size(&self) -> u64 {
-        self.marks.len() as u64 * Self::BYTES + 64 * self.waiting.len() as u64
+        let of_node = size_of::<ComponentRecord>() + size_of::<[u32; 3]>();
+        let of_links = size_of::<ComponentId>() as u64 * self.links;
+        u64::from(self.nodes) * of_node as u64 + of_links + self.shared.byte_size()
     }
 
-    /// Adds the next tile. `before` is the tile in the file, if it is unchanged.
+    /// Returns whether a tile is fresh.
+    pub(crate) fn is_fresh(&self, tile: TileId) -> bool {
+        self.is_fresh.get(tile.0 as usize).is_some_and(|&is_fresh| is_fresh)
+    }
+
+    fn node(&self, id: ComponentId) -> u32 {
+        self.first[id.tile.0 as usize] + id.number
+    }
+
+    fn add_nodes(&mut self, tile: TileId, records: Vec<ComponentRecord>) -> Result<(), EditError> {
+        let count = records.len() as u32;
+        let next = self.nodes.checked_add(count);
+        let next = next.ok_or_else(|| EditError::Internal("too many components".to_owned()))?;
+        self.first[tile.0 as usize] = std::mem::replace(&mut self.nodes, next);
+        self.regions.grow(count);
+        self.depths.grow(count);
+        self.links += records.iter().map(|record| record.links.len() as u64).sum::<u64>();
+        self.records[tile.0 as usize] = records;
+        self.order.push(tile);
+        Ok(())
+    }
+
+    /// Adds the records of a tile that is as it was. All such tiles come before the fresh ones.
+    pub(crate) fn know(&mut self, tile: TileId, records: Vec<ComponentRecord>) -> Result<(), EditError> {
+        self.add_nodes(tile, records)
+    }
+
+    /// Joins the components of all tiles that are as they were, once they are known.
     ///
-    /// Returns an error if a ring does not close, with the line of one of its edges.
-    pub(crate) fn take(&mut self, tile: &EditTile, parts: &TileParts, before: Option<&Tile>) -> Result<(), EditError> {
-        let first = self.marks.len() as u32;
-        self.first[tile.id.0 as usize] = first;
-        let end = first
-            .checked_add(parts.count)
-            .ok_or_else(|| EditError::Internal("too many parts".to_owned()))?;
-        self.regions.grow(parts.count);
-        self.depths.grow(parts.count);
-        self.marks.resize(end as usize, RegionMarks::default());
-        self.previous.resize(end as usize, NEW);
-        let node = |triangle: TriangleId| first + parts.of_triangles[triangle.index()];
-        let (order, core_count) = tile.in_order();
-        if let Some(before) = before {
-            // In an unchanged tile, triangles have the same numbers as in the file.
-            for &triangle in &order {
-                let previous = &mut self.previous[node(triangle) as usize];
-                *previous = (*previous).min(before.region(triangle));
+    /// # Errors
+    /// Returns a tile whose table contradicts itself or another one.
+    pub(crate) fn join_known(&mut self) -> Result<(), TileId> {
+        for place in 0..self.order.len() {
+            let tile = self.order[place];
+            let mut records = std::mem::take(&mut self.records[tile.0 as usize]);
+            let joined = self.join_table(tile, &records);
+            for record in &mut records {
+                record.links.retain(|link| !self.is_fresh(link.tile));
+            }
+            self.records[tile.0 as usize] = records;
+            joined.ok_or(tile)?;
+        }
+        Ok(())
+    }
+
+    /// Joins the components of a table, which is not among `records` meanwhile. Returns `None` if
+    /// it contradicts itself or others.
+    fn join_table(&mut self, tile: TileId, records: &[ComponentRecord]) -> Option<()> {
+        let base = records.first()?.component.depth;
+        let first = self.first[tile.0 as usize];
+        for (record, node) in records.iter().zip(first..) {
+            let Component { depth, .. } = record.component;
+            if depth.unsigned_abs() > MAX_DEPTH || !self.depths.union(node, first, depth - base) {
+                return None;
+            }
+            if record.is_at_hull && !self.depths.union(node, OUTSIDE, depth) {
+                return None;
+            }
+            for &link in &record.links {
+                if self.is_fresh(link.tile) {
+                    continue;
+                }
+                let of_tile = match link.tile == tile {
+                    true => records,
+                    false => self.records.get(link.tile.0 as usize)?,
+                };
+                if of_tile.get(link.number as usize)?.component != record.component {
+                    return None;
+                }
+                let other = self.node(link);
+                self.regions.union(node, other);
+                if !self.depths.union(node, other, 0) {
+                    return None;
+                }
             }
         }
-        for &triangle in &order[core_count..] {
-            self.join_across_tiles(tile, triangle, node(triangle));
+        Some(())
+    }
+
+    /// Adds a fresh tile and its parts.
+    ///
+    /// # Errors
+    /// Returns an error if a ring does not close, with the line of one of its edges.
+    pub(crate) fn take(&mut self, tile: &EditTile, parts: &TileParts) -> Result<(), EditError> {
+        let mut records = vec![ComponentRecord::default(); parts.count() as usize];
+        let (order, core_count) = tile.in_order();
+        for &triangle in &order {
+            self.describe(tile, triangle, &mut records[parts.of_triangle(triangle) as usize]);
         }
-        self.seed(tile, &order, node);
+        self.add_nodes(tile.id, records)?;
+        let id = |triangle: TriangleId| ComponentId {
+            tile: tile.id,
+            number: parts.of_triangle(triangle),
+        };
+        for &triangle in &order[core_count..] {
+            let (corners, _) = tile.triangle(HalfEdge::new(triangle, 0));
+            let others = corners.map(|vertex| vertex.id.tile).into_iter();
+            let neighbours = others.filter(|&other| !self.is_fresh(other)).collect::<Vec<_>>();
+            self.neighbours.extend(neighbours);
+            let corners = corners.map(|vertex| Vertex {
+                id: vertex.id,
+                point: vertex.point,
+            });
+            self.share(corners, id(triangle));
+        }
         for &triangle in &order {
             for half_edge in HalfEdge::of_triangle(triangle) {
                 if tile.twin(half_edge) == Twin::Hull && !tile.is_constraint(half_edge) {
-                    self.marks[node(triangle) as usize].reaches_hull = true;
                     // Without a constraint in between, the region is as deep as the outside.
-                    self.deepen([node(triangle), 0], 0, None)?;
+                    self.deepen([self.node(id(triangle)), OUTSIDE], 0, None)?;
                 }
             }
         }
         for (half_edge, sources) in tile.owned_constraints() {
-            self.constraint_edges += 1;
-            let left = node(half_edge.triangle());
+            let left = self.node(id(half_edge.triangle()));
             let twin = tile.twin(half_edge).half_edge();
-            let right = twin.map_or(0, |twin| node(twin.triangle()));
+            let right = twin.map_or(OUTSIDE, |twin| self.node(id(twin.triangle())));
             // Sources are seen from the smaller corner.
             let is_against = tile.origin(half_edge) > tile.destination(half_edge);
             let change: i32 = sources.iter().map(|source| source.depth_change()).sum();
-            self.deepen(
-                [left, right],
-                if is_against { -change } else { change },
-                sources.first().copied(),
-            )?;
+            let change = if is_against { -change } else { change };
+            self.deepen([left, right], change, sources.first().copied())?;
         }
         Ok(())
+    }
+
+    /// Adds what a triangle of a fresh tile says of its component.
+    fn describe(&self, tile: &EditTile, triangle: TriangleId, record: &mut ComponentRecord) {
+        record.component.region = NEW;
+        let (corners, _) = tile.triangle(HalfEdge::new(triangle, 0));
+        let points = corners.map(|vertex| vertex.point);
+        if tile.owns(triangle) {
+            record.triangles.add_hash(triangle_hash(points));
+        }
+        record.is_seeded |= !self.seeds.is_empty() && self.seeds.any_in(points);
+        for half_edge in HalfEdge::of_triangle(triangle) {
+            if tile.twin(half_edge) == Twin::Hull {
+                record.is_at_hull = true;
+                record.is_open |= !tile.is_constraint(half_edge);
+            }
+        }
     }
 
     fn deepen(&mut self, [left, right]: [u32; 2], change: i32, source: Option<EdgeSource>) -> Result<(), EditError> {
@@ -174,162 +236,157 @@ impl RegionJoin {
         })
     }
 
-    /// Joins the parts of several tiles that have a triangle in common.
-    fn join_across_tiles(&mut self, tile: &EditTile, triangle: TriangleId, node: u32) {
-        let (corners, _) = tile.triangle(HalfEdge::new(triangle, 0));
-        let mut ids = corners.map(|vertex| vertex.id);
-        if ids.iter().all(|id| id.tile == tile.id) {
-            return;
-        }
-        self.marks[node as usize].is_spanning = true;
-        ids.sort_unstable();
-        let more_tiles = 1 + u8::from(ids[0].tile != ids[1].tile && ids[1].tile != ids[2].tile);
-        let Some((other, left)) = self.waiting.get_mut(&ids) else {
-            self.waiting.insert(ids, (node, more_tiles));
-            return;
-        };
-        let other = *other;
-        *left -= 1;
-        if *left == 0 {
-            self.waiting.remove(&ids);
-        }
-        self.regions.union(node, other);
-        // Both are parts of one region.
-        self.depths.union(node, other, 0);
+    /// Returns the tiles that share triangles with fresh tiles and are as they were.
+    pub(crate) fn neighbours(&self) -> Vec<TileId> {
+        self.neighbours.iter().copied().collect()
     }
 
-    fn seed(&mut self, tile: &EditTile, order: &[TriangleId], node: impl Fn(TriangleId) -> u32) {
-        if self.seeds.is_empty() {
-            return;
+    /// Adds the triangles that a neighbour of fresh tiles shares with these.
+    pub(crate) fn meet(&mut self, tile: &Tile) {
+        for triangle in tile.border_triangle_ids() {
+            let corners = tile.vertices(triangle);
+            if corners.iter().any(|vertex| self.is_fresh(vertex.id.tile)) {
+                let component = ComponentId {
+                    tile: tile.id(),
+                    number: tile.component_number(triangle),
+                };
+                self.share(corners, component);
+            }
         }
-        for &triangle in order {
-            let (corners, _) = tile.triangle(HalfEdge::new(triangle, 0));
-            if self.seeds.any_in(corners.map(|vertex| vertex.point)) {
-                self.marks[node(triangle) as usize].is_seeded = true;
+    }
+
+    /// Adds a triangle that may be in several tiles. The last of these joins their components.
+    fn share(&mut self, corners: [Vertex; 3], component: ComponentId) {
+        for [other, at_owner] in self.shared.take(corners, component) {
+            let nodes = [self.node(other), self.node(at_owner)];
+            self.regions.union(nodes[0], nodes[1]);
+            // Both are parts of one region.
+            self.depths.union(nodes[0], nodes[1], 0);
+            let links = &mut self.records[other.tile.0 as usize][other.number as usize].links;
+            // Tables between tiles that are as they were have these links.
+            let is_new = self.is_fresh[other.tile.0 as usize] || self.is_fresh[at_owner.tile.0 as usize];
+            if is_new && links.last() != Some(&at_owner) {
+                links.push(at_owner);
+                self.links += 1;
             }
         }
     }
 
     /// Numbers the regions. `metadata` has the former number of regions that might extend over
     /// several tiles.
-    pub(crate) fn finish(mut self, metadata: &Metadata) -> Result<RegionLabels, EditError> {
-        if !self.waiting.is_empty() {
-            return Err(EditError::Internal(
-                "a triangle is missing in one of its tiles".to_owned(),
-            ));
+    ///
+    /// # Errors
+    /// Returns a tile that lacks a triangle of another one.
+    pub(crate) fn finish(mut self, metadata: &Metadata) -> Result<RegionLabels, TileId> {
+        if let Some(tile) = self.shared.incomplete() {
+            return Err(tile);
         }
-        let nodes = self.marks.len() as u32;
-        let mut roots = Vec::new();
-        for node in 1..nodes {
-            let root = self.regions.find(node);
-            if root == node {
-                roots.push(root);
-                continue;
+        for record in self.records.iter_mut().flatten() {
+            record.links.sort_unstable();
+            record.links.dedup();
+        }
+        let regions = self.joined();
+        let to_number: Vec<ToNumber> = regions.all.iter().map(|region| region.to_number).collect();
+        let numbers = number_regions(&to_number, metadata);
+        let (_, outside) = self.depths.find(OUTSIDE);
+        let mut components = Vec::with_capacity(regions.all.len());
+        for (region, &number) in regions.all.iter().zip(&numbers.all) {
+            let depth = self.depths.find(region.node).1 - outside;
+            components.push(Component {
+                region: number,
+                depth,
+                is_hole: self.rules.is_hole(depth, region.is_seeded, region.is_open),
+            });
+        }
+        let mut holes = DigestSum::default();
+        let mut of_nodes = regions.of_nodes.iter();
+        for tile in &self.order {
+            for record in &mut self.records[tile.0 as usize] {
+                let Some(&region) = of_nodes.next() else { break };
+                record.component = components[region as usize];
+                if record.component.is_hole {
+                    holes += record.triangles;
+                }
             }
-            let marks = self.marks[node as usize];
-            let of_root = &mut self.marks[root as usize];
-            of_root.is_spanning |= marks.is_spanning;
-            of_root.is_seeded |= marks.is_seeded;
-            of_root.reaches_hull |= marks.reaches_hull;
-            self.previous[root as usize] = self.previous[root as usize].min(self.previous[node as usize]);
         }
-        let numbers = number_regions(&roots, &self.marks, &self.previous, metadata);
-        let mut of_regions = vec![Component::default(); nodes as usize];
-        let mut labels = RegionLabels {
-            first: self.first,
-            of_parts: Vec::new(),
-            regions: roots.len() as u64,
+        Ok(RegionLabels {
+            records: self.records,
+            regions: components.len() as u64,
             spanning: numbers.spanning,
-            hole_regions: 0,
+            hole_regions: components.iter().filter(|component| component.is_hole).count() as u64,
+            holes,
+        })
+    }
+
+    /// Returns the regions, in the order of their nodes.
+    fn joined(&mut self) -> JoinedRegions {
+        let mut regions = JoinedRegions {
+            all: Vec::new(),
+            of_nodes: Vec::with_capacity(self.nodes as usize),
         };
-        let (_, outside) = self.depths.find(0);
-        for (&root, &region) in roots.iter().zip(&numbers.of_roots) {
-            let depth = self.depths.find(root).1 - outside;
-            let marks = self.marks[root as usize];
-            let is_hole = self.rules.is_hole(depth, marks.is_seeded, marks.reaches_hull);
-            labels.hole_regions += u64::from(is_hole);
-            of_regions[root as usize] = Component { region, depth, is_hole };
+        let mut of_roots = vec![NONE; self.nodes as usize];
+        let mut node = OUTSIDE;
+        for tile in &self.order {
+            for record in &self.records[tile.0 as usize] {
+                node += 1;
+                let of_root = &mut of_roots[self.regions.find(node) as usize];
+                if *of_root == NONE {
+                    *of_root = regions.all.len() as u32;
+                    regions.all.push(JoinedRegion::new(node));
+                }
+                regions.of_nodes.push(*of_root);
+                let region = &mut regions.all[*of_root as usize];
+                region.is_seeded |= record.is_seeded;
+                region.is_open |= record.is_open;
+                let ToNumber { previous, is_spanning } = &mut region.to_number;
+                *previous = record.component.region.min(*previous);
+                *is_spanning |= record.links.iter().any(|link| link.tile != *tile);
+            }
         }
-        labels.of_parts = (0..nodes)
-            .map(|node| of_regions[self.regions.find(node) as usize])
-            .collect();
-        Ok(labels)
+        regions
     }
 }
 
-struct RegionNumbers {
-    of_roots: Vec<u64>,
-    spanning: u64,
+/// No region yet.
+const NONE: u32 = u32::MAX;
+
+/// The regions that components are joined to.
+struct JoinedRegions {
+    all: Vec<JoinedRegion>,
+    /// The region of each node after the outside.
+    of_nodes: Vec<u32>,
 }
 
-/// Numbers regions. Those that may extend over several tiles get the first numbers. Each region
-/// keeps its former number where possible.
-fn number_regions(roots: &[u32], marks: &[RegionMarks], previous: &[u64], metadata: &Metadata) -> RegionNumbers {
-    let count = roots.len() as u64;
-    let spanning_now = roots.iter().filter(|&&root| marks[root as usize].is_spanning).count() as u64;
-    let spanning = spanning_now.max(metadata.spanning_regions.min(count));
-    let mut is_taken = vec![false; roots.len()];
-    let mut of_roots = vec![None; roots.len()];
-    for (&root, number) in roots.iter().zip(&mut of_roots) {
-        let wanted = previous[root as usize];
-        let fits = wanted < count && (wanted < spanning || !marks[root as usize].is_spanning);
-        if fits && !is_taken[wanted as usize] {
-            is_taken[wanted as usize] = true;
-            *number = Some(wanted);
+/// A region, and what is known of it.
+struct JoinedRegion {
+    /// One of its nodes.
+    node: u32,
+    to_number: ToNumber,
+    is_seeded: bool,
+    is_open: bool,
+}
+
+impl JoinedRegion {
+    fn new(node: u32) -> Self {
+        Self {
+            node,
+            to_number: ToNumber {
+                previous: NEW,
+                is_spanning: false,
+            },
+            is_seeded: false,
+            is_open: false,
         }
-    }
-    // Spanning regions take free numbers first. Theirs must be among the first numbers, so other
-    // regions may have to give these up.
-    let mut low = 0;
-    let mut displaced = Vec::new();
-    let mut holder: HashMap<u64, usize> = HashMap::new();
-    for (index, number) in of_roots.iter().enumerate() {
-        if let Some(number) = number.filter(|number| *number < spanning)
-            && !marks[roots[index] as usize].is_spanning
-        {
-            holder.insert(number, index);
-        }
-    }
-    for index in 0..roots.len() {
-        if of_roots[index].is_some() || !marks[roots[index] as usize].is_spanning {
-            continue;
-        }
-        while low < spanning && is_taken[low as usize] && !holder.contains_key(&low) {
-            low += 1;
-        }
-        if let Some(other) = holder.remove(&low) {
-            displaced.push(other);
-        }
-        is_taken[low as usize] = true;
-        of_roots[index] = Some(low);
-        low += 1;
-    }
-    for &index in &displaced {
-        of_roots[index] = None;
-    }
-    let mut free = (0..count).filter(|&number| !is_taken[number as usize]);
-    let of_roots = of_roots
-        .into_iter()
-        .map(|number| number.or_else(|| free.next()).unwrap_or(NEW));
-    RegionNumbers {
-        of_roots: of_roots.collect(),
-        spanning,
     }
 }
 
-/// The properties of the regions of all triangles.
+/// The regions of all triangles.
 pub(crate) struct RegionLabels {
-    first: Vec<u32>,
-    of_parts: Vec<Component>,
+    /// The records of the components of each tile, by its number.
+    pub(crate) records: Vec<Vec<ComponentRecord>>,
     pub(crate) regions: u64,
     pub(crate) spanning: u64,
     pub(crate) hole_regions: u64,
-}
-
-impl RegionLabels {
-    /// Returns the properties of the region of a triangle.
-    pub(crate) fn of(&self, tile: TileId, parts: &TileParts, triangle: TriangleId) -> Component {
-        let node = self.first[tile.0 as usize] + parts.of_triangles[triangle.index()];
-        self.of_parts[node as usize]
-    }
+    /// The triangles in holes.
+    pub(crate) holes: DigestSum,
 }

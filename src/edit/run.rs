@@ -9,7 +9,7 @@ use tokio::sync::oneshot;
 
 use crate::edit::ends::find_ends;
 use crate::edit::error::EditError;
-use crate::edit::labelling::{join, label};
+use crate::edit::labelling::{join, label, touch_crossed};
 use crate::edit::strip::{LocatedSegment, SegmentInserter};
 use crate::edit::summary::EditSummary;
 use crate::edit::target::Target;
@@ -66,31 +66,32 @@ fn edit_here(
     let (ends, vertices) = find_ends(&mut tiles, work, is_stopped)?;
     let inserted = insert(&mut tiles, work, &ends, is_stopped)?;
     drop(ends);
-    let tile_reads = tiles.reads();
-    let (labels, constraint_edges) = join(&mut tiles, memory, is_stopped)?;
+    touch_crossed(&mut tiles, work, is_stopped)?;
+    let labels = join(&mut tiles, work.is_draft, memory, is_stopped)?;
     let (regions, spanning_regions, hole_regions) = (labels.regions, labels.spanning, labels.hole_regions);
+    let holes = labels.holes;
     if let Some(inverted) = work.inverted {
         return Err(EditError::Inverted(inverted));
     }
     if let Some(overlapping) = work.overlapping {
         return Err(EditError::Overlapping(overlapping));
     }
-    let holes = label(&mut tiles, labels, is_stopped)?;
+    label(&mut tiles, labels, is_stopped)?;
+    let digest = tiles.digest(holes)?;
     let totals = EditTotals {
         vertices,
-        constraint_edges,
         regions,
         spanning_regions,
         hole_regions,
-        digest: tiles.digest(holes)?,
+        digest,
     };
-    let (tiles_written, length_before) = (tiles.count_changed(), tiles.length());
+    let (tiles_written, tile_reads, length_before) = (tiles.count_changed(), tiles.reads(), tiles.length());
     let file_bytes = tiles.publish(|directory| enter(directory, work, totals))?;
     Ok(EditSummary {
         segments,
         added_vertices: vertices,
         inserted_edges: inserted.edges,
-        constraint_edges,
+        constraint_edges: digest.constraint_edges.count,
         tiles_written: tiles_written as u64,
         tile_reads,
         triangles_visited: inserted.examined,
@@ -145,7 +146,6 @@ fn in_curve_order(work: &Work, ends: &[EditVertex]) -> impl Iterator<Item = Loca
 struct EditTotals {
     /// Number of new vertices.
     vertices: u64,
-    constraint_edges: u64,
     regions: u64,
     spanning_regions: u64,
     hole_regions: u64,
@@ -171,7 +171,7 @@ fn enter(directory: &mut Directory, work: &Work, totals: EditTotals) {
         triangles,
         hull_edges: hull_edges(vertices, triangles),
         ends: before.ends + totals.vertices,
-        constraint_edges: totals.constraint_edges,
+        constraint_edges: totals.digest.constraint_edges.count,
         regions: totals.regions,
         spanning_regions: totals.spanning_regions,
         hole_regions: totals.hole_regions,

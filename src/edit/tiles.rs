@@ -16,13 +16,16 @@ use tokio::task::JoinHandle;
 use crate::edit::contradiction::Contradiction;
 use crate::edit::disk::Disk;
 use crate::edit::error::EditError;
-use crate::edit::regions::{RegionLabels, TileParts};
+use crate::edit::parts::TileParts;
+use crate::edit::regions::RegionLabels;
 use crate::edit::target::Target;
 use crate::edit::tile::EditTile;
 use crate::geometry::HalfEdge;
 use crate::memory::EditShares;
 use crate::mesh::{Topology, Twin};
-use crate::store::{Digest, DigestSum, Directory, EditCache, EditLease, EditPin, Metadata, Tile, TileId};
+use crate::store::{
+    ComponentRecord, Digest, DigestSum, Directory, EditCache, EditLease, EditPin, Metadata, Tile, TileId,
+};
 
 /// The tiles of a file, changed by one thread that may block, which must not be one of the
 /// runtime's.
@@ -134,19 +137,24 @@ impl Tiles {
         }
     }
 
-    /// Returns all tiles in order, with their parts. The workers find the parts of several tiles at
-    /// a time.
-    pub(crate) fn with_parts(&self) -> TilesWithParts<'_> {
+    /// Returns some tiles in order, with their parts: those of changed tiles as they are now, of
+    /// others as they are in the file. The workers find the parts of several tiles at a time.
+    pub(crate) fn with_parts(&self, tiles: Vec<TileId>) -> TilesWithParts<'_> {
         TilesWithParts {
             tiles: self,
-            left: self.directory().tile_ids().collect(),
+            left: tiles.into(),
             coming: VecDeque::new(),
         }
     }
 
-    /// Returns the triangles of a tile in holes, if the tile was written with labels.
-    pub(crate) fn in_holes(&self, id: TileId) -> Option<DigestSum> {
-        self.runtime.block_on(self.disk.in_holes(id))
+    /// Returns the records of the components of a tile that was not changed.
+    pub(crate) fn records(&self, id: TileId) -> Result<Vec<ComponentRecord>, EditError> {
+        self.runtime.block_on(self.disk.records(id))
+    }
+
+    /// Makes the component table of a tile that was not changed the one that the labels ask for.
+    pub(crate) fn put_table(&self, id: TileId) -> Result<(), EditError> {
+        self.runtime.block_on(self.disk.put_table(id))
     }
 
     /// Returns the digest of the file once all tiles are written with labels: that of the file as
@@ -186,8 +194,8 @@ impl Tiles {
         self.runtime.block_on(self.disk.read(id))
     }
 
-    /// Makes tiles be written with their regions from now on. Writes the changed tiles.
-    pub(crate) fn label(&mut self, labels: RegionLabels) -> Result<&RegionLabels, EditError> {
+    /// Makes tiles be written with their components from now on. Writes the changed tiles.
+    pub(crate) fn label(&mut self, labels: RegionLabels) -> Result<(), EditError> {
         // Tiles that were written without labels are written again. Those not written yet will have
         // labels.
         let changed = (0..self.is_changed.len()).filter(|&tile| self.is_changed[tile]);
@@ -197,25 +205,7 @@ impl Tiles {
             // Borrowing a tile for a change makes the cache write it again.
             let _: &mut EditTile = &mut *self.change(id)?;
         }
-        self.runtime.block_on(self.cache.flush(self.disk.workers.threads))?;
-        match self.disk.labels.get() {
-            Some(labels) => Ok(labels),
-            None => Err(EditError::Internal("there are no labels".to_owned())),
-        }
-    }
-
-    /// Writes a tile that is not in the cache. Its elements are those in the file.
-    pub(crate) fn write(&mut self, tile: EditTile) -> Result<(), EditError> {
-        let id = tile.id;
-        if !std::mem::replace(&mut self.is_changed[id.0 as usize], true) {
-            self.digest_before += tile.digest();
-        }
-        self.runtime.block_on(Arc::clone(&self.disk).write(id, Arc::new(tile)))
-    }
-
-    /// Returns the labels of the file, once they are known.
-    pub(crate) fn labels(&self) -> Option<&RegionLabels> {
-        self.disk.labels.get()
+        self.runtime.block_on(self.cache.flush(self.disk.workers.threads))
     }
 
     /// Publishes the current tiles, with a directory that `change` adapts. Returns the length of
@@ -238,14 +228,13 @@ impl Tiles {
     }
 }
 
-/// A tile and its parts; and the tile in the file, if it is unchanged.
+/// A tile and its parts.
 pub(crate) struct TileWithParts {
     pub(crate) tile: Arc<EditTile>,
     pub(crate) parts: TileParts,
-    pub(crate) before: Option<Tile>,
 }
 
-/// All tiles of a file, in order.
+/// Tiles of a file, in order.
 pub(crate) struct TilesWithParts<'a> {
     tiles: &'a Tiles,
     left: VecDeque<TileId>,
@@ -267,17 +256,20 @@ impl TilesWithParts<'_> {
             let is_changed = is_changed[id.0 as usize];
             let (reader, disk) = (cache.reader(), Arc::clone(disk));
             self.coming.push_back(runtime.spawn(async move {
-                let parted = |tile: Arc<EditTile>, before| {
-                    let parts = TileParts::of(&tile);
-                    TileWithParts { tile, parts, before }
-                };
                 if is_changed {
                     let tile = reader.read(id, || Arc::clone(&disk).load(id)).await?;
                     let tile = Arc::clone(&tile);
-                    disk.workers.run(move || parted(tile, None)).await
+                    let part = move || TileWithParts {
+                        parts: TileParts::of(&tile),
+                        tile,
+                    };
+                    disk.workers.run(part).await
                 } else {
-                    let before = disk.read(id).await?;
-                    let part = move || parted(Arc::new(EditTile::of(&before)), Some(before));
+                    let stored = disk.read(id).await?;
+                    let part = move || TileWithParts {
+                        parts: TileParts::stored(&stored),
+                        tile: Arc::new(EditTile::of(&stored)),
+                    };
                     disk.workers.run(part).await
                 }
             }));

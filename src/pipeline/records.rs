@@ -59,6 +59,8 @@ pub(crate) struct TileState {
     /// distinguished.
     pub(crate) components: u32,
     pub(crate) open_components: u32,
+    /// The triangles of the core, if regions are not distinguished.
+    pub(crate) core_sum: DigestSum,
 }
 
 impl Default for TileState {
@@ -71,6 +73,7 @@ impl Default for TileState {
             constraint_edges: 0,
             components: 0,
             open_components: 0,
+            core_sum: DigestSum::default(),
             bounds: Rect::EMPTY,
         }
     }

@@ -21,7 +21,8 @@ type Read = Shared<BoxFuture<'static, Result<Bytes, Arc<io::Error>>>>;
 
 /// Reads borders for tiles that are requested in order.
 pub(super) struct BordersAhead {
-    /// The borders of all tiles in the order of the pass. Empty if they are not read ahead.
+    /// The borders of all tiles, each with the component table behind it if there is one, in the
+    /// order of the pass. Empty if they are not read ahead.
     borders: Vec<(TileId, Range<u64>)>,
     /// The number of borders of tiles that have been requested.
     requested: usize,
@@ -44,7 +45,10 @@ impl BordersAhead {
         let borders = directory.tile_ids().filter(|_| is_used);
         Self {
             borders: borders
-                .map(|id| (id, directory.tiles[id.0 as usize].border.range()))
+                .map(|id| {
+                    let entry = &directory.tiles[id.0 as usize];
+                    (id, entry.border_and_table().unwrap_or(entry.border.range()))
+                })
                 .collect(),
             requested: 0,
             source: Arc::clone(source),

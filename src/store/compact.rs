@@ -18,7 +18,8 @@ use crate::store::directory_writer::front_end_for;
 use crate::store::error::ReadError;
 use crate::store::format::codec::StoredPart;
 use crate::store::format::directory::Directory;
-use crate::store::format::entry::{Extent, TileEntry};
+use crate::store::format::entry::TileEntry;
+use crate::store::format::extent::Extent;
 use crate::store::format::ids::TileId;
 use crate::store::reader::TileReader;
 use crate::store::writer::TileWriter;
@@ -91,13 +92,18 @@ impl TileReader {
             let core = copied(core, entry.core);
             entry.core = writer.append_core(core).await.map_err(cannot("write"))?;
         }
-        let borders = used().map(|(id, entry)| self.extent(id, entry, entry.border));
+        let borders = used().map(|(id, entry)| self.border_and_table(id, entry));
         let mut borders = stream::iter(borders).buffered(AHEAD).boxed();
         for id in before.tile_ids() {
-            let Some(border) = borders.try_next().await? else { break };
+            let Some((border, table)) = borders.try_next().await? else {
+                break;
+            };
             let entry = &mut tiles[id.0 as usize];
             let border = copied(border, entry.border);
             entry.border = writer.append_border(border).await.map_err(cannot("write"))?;
+            if let Some(table) = table {
+                entry.table = writer.place_table(table.into()).await.map_err(cannot("write"))?;
+            }
         }
         let directory = Directory::new(
             before.metadata.clone(),
@@ -116,7 +122,16 @@ impl TileReader {
         Ok(length)
     }
 
-    /// Reads a core or a border and checks its checksum.
+    /// Reads a border, and the component table if that lies apart, and checks their checksums.
+    async fn border_and_table(&self, id: TileId, entry: TileEntry) -> Result<(Bytes, Option<Bytes>), CompactError> {
+        let border = self.extent(id, entry, entry.border).await?;
+        Ok(match entry.table.apart() {
+            Some(extent) => (border, Some(self.extent(id, entry, extent).await?)),
+            None => (border, None),
+        })
+    }
+
+    /// Reads an extent of a tile and checks its checksum.
     async fn extent(&self, tile: TileId, entry: TileEntry, extent: Extent) -> Result<Bytes, CompactError> {
         let bytes = self.read_extent(tile, &entry, extent).await?;
         let found = crc32c::crc32c(&bytes);

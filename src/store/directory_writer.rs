@@ -16,7 +16,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 use crate::io::WriteAt;
 use crate::store::format::directory::Directory;
-use crate::store::format::entry::Extent;
+use crate::store::format::extent::Extent;
 use crate::store::format::limits::{BLOCK, FIRST_EXTENT, MAX_PAGE, PAGE_TILES};
 use crate::store::format::metadata::Metadata;
 use crate::store::format::page::PageRef;

@@ -56,7 +56,10 @@ struct PassCost {
 impl Needs {
     fn cost(self, directory: &Directory) -> PassCost {
         let tiles = &directory.tiles;
-        let length = |t: &TileEntry| t.core.memory_to_open() + t.border.memory_to_open();
+        let length = |t: &TileEntry| {
+            let table = t.table.apart().map_or(0, |table| u64::from(table.length));
+            t.core.memory_to_open() + t.border.memory_to_open() + table
+        };
         let vertices = tiles.iter().map(|t| u64::from(t.vertices)).max().unwrap_or(0);
         PassCost {
             fixed: self.fixed.saturating_add(DIRECTORY_BYTES * tiles.len() as u64),
@@ -371,7 +374,7 @@ pub(crate) fn spawn<T: Send + 'static>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::format::entry::Extent;
+    use crate::store::format::extent::Extent;
 
     const MEBIBYTE: u64 = 1 << 20;
 

@@ -12,19 +12,24 @@ use crate::memory::FileShares;
 use crate::store::borders_ahead::BorderAhead;
 use crate::store::cache::{Cache, PinnedTile, TileKey};
 use crate::store::error::ReadError;
+use crate::store::format::component_table::{ComponentRecord, decode};
+use crate::store::format::damage::Damage;
 use crate::store::format::directory::Directory;
-use crate::store::format::entry::{Extent, TileEntry};
+use crate::store::format::entry::TileEntry;
+use crate::store::format::extent::Extent;
+use crate::store::format::flat_buffer::{check_crc, within};
 use crate::store::format::ids::TileId;
 use crate::store::format::lists::Lists;
 use crate::store::format::metadata::Metadata;
 use crate::store::format::superblock::{FileId, InForce};
+use crate::store::format::table_place::TablePlace;
 use crate::store::format::tile::Tile;
 use crate::store::pages::Pages;
 use crate::{io as files, shown};
 
 /// Bytes of the directory in memory per tile: its entry, two nodes of the tree, and the notes of
 /// passes on the tile.
-pub(super) const DIRECTORY_BYTES: u64 = 256;
+pub(super) const DIRECTORY_BYTES: u64 = 320;
 
 /// Options for opening a tile file.
 #[derive(Clone, Default)]
@@ -313,7 +318,7 @@ impl TileReader {
             let core = inner.pages.source.read_at(entry.core.range());
             let read = future::try_join(core, border.bytes()).await;
             let (core, border) = read.map_err(|error| inner.unreadable(id, &entry, error))?;
-            inner.open(id, entry, core, border).await
+            inner.load_rest(id, entry, core, border).await
         });
         async move { load.await.unwrap_or_else(|_| Err(ReadError::Cancelled)) }
     }
@@ -348,6 +353,22 @@ impl TileReader {
         read.map_err(|error| self.inner.unreadable(id, entry, error))
     }
 
+    /// Reads what the component table of a tile says.
+    pub(crate) async fn component_records(
+        &self,
+        id: TileId,
+        entry: &TileEntry,
+    ) -> Result<Vec<ComponentRecord>, ReadError> {
+        let damaged = |damage: Damage| self.damaged(id, damage);
+        let bytes = match entry.table {
+            TablePlace::Nowhere => return Err(self.damaged(id, "it has no component table")),
+            TablePlace::InPage(table) => return decode(id, table.bytes()).map_err(damaged),
+            TablePlace::Apart(extent) => self.read_extent(id, entry, extent).await?,
+        };
+        check_crc("the component table", &bytes, entry.table.crc()).map_err(damaged)?;
+        decode(id, &bytes).map_err(damaged)
+    }
+
     /// Returns the error for a tile that contradicts its neighbours.
     pub(crate) fn damaged(&self, tile: TileId, reason: impl Into<String>) -> ReadError {
         self.inner.damaged(tile, reason.into())
@@ -360,7 +381,7 @@ impl ReaderInner {
             file: self.pages.in_force.superblock.file_id,
             generation: entry.generation,
             tile,
-            crcs: [entry.core.crc, entry.border.crc],
+            crcs: [entry.core.crc, entry.border.crc, entry.table.crc()],
         }
     }
 
@@ -383,22 +404,39 @@ impl ReaderInner {
     }
 
     async fn load(self: Arc<Self>, id: TileId, entry: TileEntry) -> Result<Arc<Tile>, ReadError> {
-        let ranges = [entry.core, entry.border].map(Extent::range);
-        let read = self.pages.source.read_many(&ranges).await;
+        let border = entry.border_and_table().unwrap_or(entry.border.range());
+        let read = self.pages.source.read_many(&[entry.core.range(), border]).await;
         let extents = read.map_err(|error| self.unreadable(id, &entry, error))?;
         let [core, border]: [Bytes; 2] = extents.try_into().expect("an answer for each range");
-        self.open(id, entry, core, border).await
+        self.load_rest(id, entry, core, border).await
     }
 
-    async fn open(
+    /// Opens a tile whose core and border are read. `border` may contain the component table behind
+    /// it; otherwise the table is read, if it lies apart.
+    async fn load_rest(
         self: Arc<Self>,
         id: TileId,
         entry: TileEntry,
         core: Bytes,
         border: Bytes,
     ) -> Result<Arc<Tile>, ReadError> {
+        let start = entry.border.offset;
+        let table = match entry.table.apart() {
+            None => None,
+            Some(extent) => Some(match within(&border, start, extent) {
+                Some(table) => table,
+                None => self
+                    .pages
+                    .source
+                    .read_at(extent.range())
+                    .await
+                    .map_err(|error| self.unreadable(id, &entry, error))?,
+            }),
+        };
+        // A border that is cut off does not have its checksum.
+        let border = within(&border, start, entry.border).unwrap_or(border);
         // Checksums and range checks take milliseconds, which would block the runtime's workers.
-        let opened = files::blocking(move || Tile::open(id, &entry, &core, &border)).await;
+        let opened = files::blocking(move || Tile::open(id, &entry, [&core, &border], table.as_ref())).await;
         let tile = opened.map_err(ReadError::thread)?;
         tile.map(Arc::new).map_err(|damage| ReadError::Tile {
             file: Arc::clone(&self.pages.name),

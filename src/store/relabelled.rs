@@ -6,12 +6,12 @@ use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId, VertexIndex};
 use crate::io::{Buffers, MemoryFile};
 use crate::mesh::{Topology, Twin};
 use crate::store::directory_writer::front_end_for;
+use crate::store::format::component_table::Component;
 use crate::store::format::directory::Directory;
 use crate::store::format::encode::{BorderDraft, CoreDraft};
 use crate::store::format::entry::TileEntry;
 use crate::store::format::metadata::Metadata;
 use crate::store::format::tile::Tile;
-use crate::store::format::tile::regions::Component;
 use crate::store::reader::{OpenOptions, TileReader};
 use crate::store::writer::TileWriter;
 

@@ -2,12 +2,13 @@
 
 use std::io;
 
-use bytes::BytesMut;
+use bytes::{Bytes, BytesMut};
 
 use crate::io::WriteAt;
 use crate::store::format::codec::StoredPart;
-use crate::store::format::entry::Extent;
+use crate::store::format::extent::Extent;
 use crate::store::format::limits::{BLOCK, FIRST_EXTENT, MAX_FLATBUFFER};
+use crate::store::format::table_place::{ShortTable, TablePlace};
 
 /// The number of bytes to buffer before a write.
 const CHUNK: usize = 4 << 20;
@@ -94,6 +95,18 @@ impl<W: WriteAt> TileWriter<W> {
     /// stored close together.
     pub(crate) async fn append_border(&mut self, border: impl Into<StoredPart>) -> io::Result<Extent> {
         self.append(border.into(), 8).await
+    }
+
+    /// Stores the component table of a tile: in its page if it is short, else appended.
+    pub(crate) async fn place_table(&mut self, table: Vec<u8>) -> io::Result<TablePlace> {
+        if table.is_empty() {
+            return Ok(TablePlace::Nowhere);
+        }
+        if let Some(short) = ShortTable::new(&table) {
+            return Ok(TablePlace::InPage(short));
+        }
+        let table = Bytes::from(table);
+        Ok(TablePlace::Apart(self.append((&table).into(), 8).await?))
     }
 
     pub(super) async fn append(&mut self, part: StoredPart, alignment: u64) -> io::Result<Extent> {

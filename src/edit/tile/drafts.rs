@@ -3,18 +3,18 @@
 //! Triangles whose corners are all the tile's own go to the core, the others to the border. So a
 //! triangle that was late when the tile was first written may be in the core now.
 
+use crate::edit::parts::TileParts;
 use crate::edit::tile::EditTile;
 use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, Rect, TriangleId};
 use crate::mesh::{Topology, Twin};
-use crate::store::format::components::{components, of_core};
-use crate::store::{BorderDraft, Component, CoreDraft, Digest, Extent, TileEntry};
+use crate::store::{BorderDraft, CoreDraft, Digest, Extent, TablePlace, TileEntry};
 
 /// The drafts that a tile is written from.
 pub(crate) struct Drafts {
     pub(crate) core: CoreDraft,
     pub(crate) border: BorderDraft,
-    /// The digest of all elements that belong to the tile, with holes if regions are stored.
+    /// The digest of all elements that belong to the tile, without holes.
     digest: Digest,
     bounds: Rect,
 }
@@ -65,24 +65,21 @@ impl Numbering {
 }
 
 impl EditTile {
-    /// Makes the core and the border. `label` returns the properties of the region of a triangle.
-    /// Without it, the tile stores no regions.
-    pub(crate) fn drafts(&self, label: Option<&dyn Fn(TriangleId) -> Component>) -> Drafts {
+    /// Makes the core and the border. The parts become components.
+    pub(crate) fn drafts(&self, parts: Option<&TileParts>) -> Drafts {
         let numbering = Numbering::of(self);
-        let mut digest = self.digest();
-        if let Some(label) = label {
-            digest.holes = self.triangle_sum(|triangle| label(triangle).is_hole);
-        }
         let mut drafts = Drafts {
-            digest,
+            digest: self.digest(),
             bounds: self.bounds(&numbering),
             core: self.core_draft(&numbering),
             border: self.border_draft(&numbering),
         };
         drafts.border.vertex_sides = vertex_sides(&drafts.core, &drafts.border);
         self.put_sources(&mut drafts, &numbering);
-        if let Some(label) = label {
-            put_regions(&mut drafts, numbering.in_order().map(label));
+        if let Some(parts) = parts.filter(|parts| parts.count() > 1) {
+            let of = |triangles: &[TriangleId]| triangles.iter().map(|&triangle| parts.of_triangle(triangle)).collect();
+            drafts.core.components = of(&numbering.of_core);
+            drafts.border.components = of(&numbering.of_border);
         }
         drafts
     }
@@ -132,7 +129,6 @@ impl EditTile {
             vertex_sides: Vec::new(),
             constraints: self.bits_of(triangles),
             components: Vec::new(),
-            regions: Vec::new(),
             edge_sources: Vec::new(),
             // Files without triangles are not edited.
             edges: Vec::new(),
@@ -245,7 +241,7 @@ impl Drafts {
 
 impl Counts {
     /// Returns the directory entry of the tile, whose core and border were written to these
-    /// extents.
+    /// extents, without its component table.
     pub(crate) fn entry(self, core: Extent, border: Extent, generation: u32) -> TileEntry {
         TileEntry {
             core,
@@ -256,6 +252,7 @@ impl Counts {
             border_triangles: self.border_triangles,
             owned_triangles: self.digest.triangles.count as u32,
             bounds: self.bounds,
+            table: TablePlace::Nowhere,
         }
     }
 }
@@ -278,21 +275,4 @@ fn vertex_sides(core: &CoreDraft, border: &BorderDraft) -> Vec<(u32, u32)> {
     }
     half_edges.sort_unstable();
     half_edges
-}
-
-/// Stores the region of each triangle. Components of the core are connected within it. Those of
-/// border triangles depend on their region.
-fn put_regions(drafts: &mut Drafts, mut of_triangles: impl Iterator<Item = Component>) {
-    let mut of_core = of_core(&drafts.core);
-    let mut regions: Vec<Component> = Vec::new();
-    for (&component, region) in of_core.iter().zip(of_triangles.by_ref()) {
-        if component as usize == regions.len() {
-            regions.push(region);
-        }
-    }
-    (drafts.border.regions, drafts.border.components) = components(regions, of_triangles);
-    if of_core.iter().all(|&component| component == 0) {
-        of_core.clear();
-    }
-    drafts.core.components = of_core;
 }

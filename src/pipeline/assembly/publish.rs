@@ -23,8 +23,8 @@ use crate::pipeline::finish::enclosed_sites::sites_in_holes;
 use crate::pipeline::records::{GENERATION, TileState};
 use crate::pipeline::summary::{BuildSummary, LevelSummary, Waits, phases};
 use crate::store::{
-    CompactError, Directory, Extent, KdTree, Lists, Metadata, OpenOptions, ReadError, TileEntry, TileReader,
-    hull_edges, polygon_lines_in_order,
+    CompactError, Directory, Extent, KdTree, Lists, Metadata, OpenOptions, ReadError, TablePlace, TileEntry,
+    TileReader, hull_edges, polygon_lines_in_order,
 };
 
 /// Deferred segments: the file is compacted if more than 1/`UNUSED_SHARE` of it was rewritten to
@@ -68,9 +68,11 @@ impl Assembly {
         let (cores, borders) = output.extents();
         let directory = self.directory(&tree, &state, ran, cores, borders);
         let bytes = |extents: &[Extent]| extents.iter().map(|e| u64::from(e.length)).sum::<u64>();
+        let tables = borders.iter().filter_map(|(_, table)| table.apart());
+        let of_borders: Vec<Extent> = borders.iter().map(|(border, _)| *border).chain(tables).collect();
         let [log_read, log_written] = conquest.log.lock().traffic();
         let core_bytes = bytes(&cores[first_tile as usize..]) + output.journal_bytes() + log_written;
-        let border_bytes = bytes(borders);
+        let border_bytes = bytes(&of_borders);
         let deferred = conquest.deferral.take();
         let (mut file_bytes, finish_bytes) = output.finish(&directory, !deferred.is_empty()).await?;
         let border_triangles = conquest.log.lock().triangle_count();
@@ -234,7 +236,7 @@ impl Assembly {
         state: &ConquestState,
         ran: &RunResult,
         cores: &[Extent],
-        borders: &[Extent],
+        borders: &[(Extent, TablePlace)],
     ) -> Directory {
         let trees: Vec<KdTree> = state.blocks.iter().map(|block| block.tree.clone()).collect();
         let tree = tree.with_leaves_cut(&trees);
@@ -243,7 +245,7 @@ impl Assembly {
         state.blocks.iter().for_each(|block| regions.digest += block.digest);
         let states = &ran.tiles;
         let extents = cores.iter().zip(borders);
-        let entry = |(tile, (&core, &border)): (&TileState, (&Extent, &Extent))| TileEntry {
+        let entry = |(tile, (&core, &(border, table))): (&TileState, (&Extent, &(Extent, TablePlace)))| TileEntry {
             core,
             border,
             generation: GENERATION,
@@ -252,6 +254,7 @@ impl Assembly {
             border_triangles: tile.border_triangles,
             owned_triangles: tile.owned_triangles,
             bounds: tile.bounds,
+            table,
         };
         let tiles: Vec<TileEntry> = states.iter().zip(extents).map(entry).collect();
         let vertices = tiles.iter().map(|t| u64::from(t.vertices)).sum();

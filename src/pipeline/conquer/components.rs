@@ -8,7 +8,6 @@
 use crate::geometry::HalfEdge;
 use crate::mesh::NONE;
 use crate::pipeline::records::{Anchor, BoundaryEdge};
-use crate::store::format::components::joined;
 use crate::store::{CoreDraft, DigestSum, EdgeSource, triangle_hash};
 
 /// The components of a core, open ones first.
@@ -115,4 +114,47 @@ impl Components {
             .find(|link| deeper(link.components[0]) - deeper(link.components[1]) != link.change);
         broken.map_or(Ok(()), |link| Err(link.source))
     }
+}
+
+/// No component yet.
+const UNVISITED: u32 = u32::MAX;
+
+/// Numbers the components of a core in the order of their first triangles. Returns the component of
+/// each triangle, and the number of components.
+///
+/// Starts from each triangle that is not in a component yet, and visits all triangles that are
+/// connected with it.
+fn joined(core: &CoreDraft) -> (Vec<u32>, u32) {
+    let count = core.triangles.len();
+    // Branch-free, because the test whether a neighbour is new is unpredictable: each neighbour is
+    // written to `reached`, and kept only if it is new. A twin outside the core maps to index
+    // `count`, which counts as already visited.
+    let mut of_triangles: Vec<u32> = vec![UNVISITED; count + 1];
+    of_triangles[count] = 0;
+    let mut reached: Vec<u32> = vec![0; count + 3];
+    let mut components = 0;
+    for first in 0..count {
+        if of_triangles[first] != UNVISITED {
+            continue;
+        }
+        of_triangles[first] = components;
+        reached[0] = first as u32;
+        let mut left = 1;
+        while left > 0 {
+            left -= 1;
+            let triangle = reached[left];
+            let bits = core.constraints.get(triangle as usize).copied().unwrap_or(0);
+            for (s, &twin) in core.neighbours[triangle as usize].iter().enumerate() {
+                let other = twin.triangle_or_more().min(count as u32);
+                let of_other = &mut of_triangles[other as usize];
+                let is_new = (*of_other == UNVISITED) & (bits >> s & 1 == 0);
+                *of_other = if is_new { components } else { *of_other };
+                reached[left] = other;
+                left += usize::from(is_new);
+            }
+        }
+        components += 1;
+    }
+    of_triangles.truncate(count);
+    (of_triangles, components)
 }

@@ -204,6 +204,7 @@ impl Conquest {
             constraint_edges: leaf.constraint_edges,
             components: leaf.components.count,
             open_components: leaf.components.open,
+            core_sum: leaf.digest.triangles,
             // Set when its border is assembled.
             border_triangles: 0,
             owned_triangles: 0,

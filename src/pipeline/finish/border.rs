@@ -3,16 +3,18 @@
 use crate::geometry::{HalfEdge, Rect};
 use crate::mesh::Twin;
 use crate::pipeline::finish::border_mesh::{BorderMesh, BorderTriangle};
+use crate::pipeline::finish::component_records::{CoreRecords, component_records};
 use crate::pipeline::finish::regions::Regions;
+use crate::pipeline::finish::tile_components::TileComponents;
 use crate::pipeline::output::border_log::GroupBorders;
 use crate::pipeline::records::{Anchor, LoggedEdge, TileState};
-pub(crate) use crate::store::format::components::components;
-use crate::store::{BorderDraft, Digest, DigestSum, EdgeSource, TileId, triangle_hash};
+use crate::store::{BorderDraft, ComponentRecord, Digest, EdgeSource, TileId};
 
 /// A border, and what it adds to the tile's directory entry.
 #[derive(Debug)]
 pub(crate) struct Border {
     pub(crate) draft: BorderDraft,
+    pub(crate) records: Vec<ComponentRecord>,
     /// The digest of what belongs to the tile: the border's triangles, constraint edges except
     /// those between two core triangles, and the triangles of both core and border that are in
     /// holes.
@@ -23,12 +25,18 @@ pub(crate) struct Border {
     pub(crate) closed_holes: u64,
 }
 
-/// The regions of a tile.
+/// What is known of the regions of a tile.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct TileRegions<'a> {
-    pub(crate) all: &'a Regions,
-    /// The components of the core that contain seeds, sorted.
-    pub(crate) seeded: &'a [u32],
+pub(crate) enum TileRegions<'a> {
+    /// Regions are not distinguished.
+    One,
+    /// Not all lines are inserted. An edit inserts them and finds the regions.
+    Unknown,
+    Known {
+        all: &'a Regions,
+        /// The components of the core that contain seeds, sorted.
+        seeded: &'a [u32],
+    },
 }
 
 /// Assembles the border of a tile.
@@ -37,7 +45,7 @@ pub(crate) fn assemble(
     state: &TileState,
     group: &GroupBorders,
     mesh: &BorderMesh,
-    regions: Option<TileRegions<'_>>,
+    regions: TileRegions<'_>,
 ) -> Border {
     let (neighbours, core_links) = link(mesh);
     let mut logged: Vec<LoggedEdge> = group.edges_of(tile).collect();
@@ -59,26 +67,49 @@ pub(crate) fn assemble(
         neighbours,
         core_links,
         constraints: mesh.late.iter().map(BorderTriangle::edge_bits).collect(),
-        // Set below if there are regions.
+        // Set below if there are several.
         components: Vec::new(),
-        regions: Vec::new(),
         edge_sources,
         edges,
     };
-    let mut closed_holes = 0;
-    if let Some(TileRegions { all, seeded }) = regions {
-        let anchors: Vec<Anchor> = group.anchors_of(tile).collect();
-        let of_core = all.of_core(tile, state, &anchors, seeded);
-        let closed = of_core[state.open_components as usize..].iter();
-        closed_holes = closed.filter(|region| region.is_hole).count() as u64;
-        let in_holes = of_core.iter().zip(&anchors).filter(|(region, _)| region.is_hole);
-        in_holes.for_each(|(_, anchor)| digest.holes += anchor.triangles);
-        digest.holes += late_holes(tile, mesh, group, all);
-        let of_late = mesh.late.iter().map(|late| all.of_late(late.number));
-        (draft.regions, draft.components) = components(of_core, of_late);
+    let components = match regions {
+        TileRegions::One => TileComponents::one(mesh),
+        _ => TileComponents::of(mesh, state),
+    };
+    let (records, closed_holes) = match regions {
+        TileRegions::One => {
+            let core = CoreRecords {
+                regions: &[],
+                triangles: &[state.core_sum],
+            };
+            (component_records(tile, &components, mesh, group, None, core), 0)
+        }
+        TileRegions::Unknown => (vec![ComponentRecord::default(); components.count()], 0),
+        TileRegions::Known { all, seeded } => {
+            let anchors: Vec<Anchor> = group.anchors_of(tile).collect();
+            let of_core = all.of_core(tile, state, &anchors, seeded);
+            let closed = of_core[state.open_components as usize..].iter();
+            let closed_holes = closed.filter(|region| region.is_hole).count() as u64;
+            let core = CoreRecords {
+                regions: &of_core,
+                triangles: &anchors.iter().map(|anchor| anchor.triangles).collect::<Vec<_>>(),
+            };
+            let mut records = component_records(tile, &components, mesh, group, Some(all), core);
+            for &component in seeded {
+                records[component as usize].is_seeded = true;
+            }
+            let in_holes = records.iter().filter(|record| record.component.is_hole);
+            in_holes.for_each(|record| digest.holes += record.triangles);
+            (records, closed_holes)
+        }
+    };
+    draft.components = components.of_late;
+    if draft.components.iter().all(|&component| component == 0) {
+        draft.components.clear();
     }
     Border {
         draft,
+        records,
         digest,
         bounds: mesh.bounds,
         closed_holes,
@@ -97,25 +128,6 @@ fn edge_digest(edges: &mut [LoggedEdge]) -> Digest {
         }
     }
     digest
-}
-
-/// Returns the number of late triangles that belong to the tile and are in holes, and the sum of
-/// their hashes.
-fn late_holes(tile: TileId, mesh: &BorderMesh, group: &GroupBorders, regions: &Regions) -> DigestSum {
-    let in_holes = mesh
-        .late
-        .iter()
-        .filter(|late| late.is_own && regions.of_late(late.number).is_hole);
-    let mut numbers: Vec<u32> = in_holes.map(|late| late.number).collect();
-    numbers.sort_unstable();
-    let mut sum = DigestSum::default();
-    if !numbers.is_empty() {
-        let late = group.triangles_of(tile);
-        for triangle in late.filter(|late| numbers.binary_search(&late.number).is_ok()) {
-            sum.add_hash(triangle_hash(triangle.corners.map(|corner| corner.point)));
-        }
-    }
-    sum
 }
 
 /// Returns, for each constraint edge, its smallest half-edge with each of its sources, seen along
@@ -170,7 +182,7 @@ fn link(mesh: &BorderMesh) -> (Vec<[Twin; 3]>, Vec<(u32, u32)>) {
                 }
             }
             // Both ends belong to other tiles, and so does the twin's triangle, if there is one.
-            [one] if one.ends[0] >= mesh.vertices => set(one.half_edge, Twin::Elsewhere),
+            [one] if !mesh.is_hull(one) => set(one.half_edge, Twin::Elsewhere),
             // One end belongs to this tile, so a twin would be here: the half-edge is on the hull.
             _ => debug_assert_eq!(pair.len(), 1),
         }

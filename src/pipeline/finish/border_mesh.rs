@@ -40,8 +40,8 @@ pub(crate) struct BorderTriangle {
     bits: u16,
     /// Number of the triangle in the border log.
     pub(crate) number: u32,
-    /// Whether the triangle belongs to the tile.
-    pub(crate) is_own: bool,
+    /// The tile that the triangle belongs to.
+    pub(crate) owner: TileId,
 }
 
 /// Position of the first bit that tells whether an edge belongs to the tile.
@@ -110,8 +110,8 @@ impl BorderMesh {
             };
             let own = [0, 1, 2].map(|s| u16::from(is_mine(&corners[s], &corners[(s + 1) % 3])) << s);
             let smallest = corners.iter().min_by(|a, b| a.point.lex_cmp(b.point));
-            let is_own = smallest.is_some_and(|v| v.id.tile == tile);
-            if is_own {
+            let owner = smallest.map_or(tile, |v| v.id.tile);
+            if owner == tile {
                 let points = corners.map(|v| v.point);
                 this.bounds = this.bounds.union(Rect::around(points));
                 this.owned.add_hash(triangle_hash(points));
@@ -120,7 +120,7 @@ impl BorderMesh {
                 corners: corners.map(|v| this.corner(v.id)),
                 bits: u16::from(triangle.edge_bits) | (own[0] | own[1] | own[2]) << OWN,
                 number: triangle.number,
-                is_own,
+                owner,
             };
             this.late.push(late.smallest_first());
         }
@@ -192,6 +192,26 @@ impl BorderMesh {
             Some((late, _)) => Ok(late.number),
             None => Err(self.boundary_edges[keyed.boundary_index as usize].component),
         }
+    }
+
+    /// Returns the index of a half-edge's late triangle, or as `Err` the component of the core's
+    /// triangle that it bounds.
+    pub(crate) fn late_within(&self, keyed: &KeyedHalfEdge) -> Result<usize, u32> {
+        match keyed.half_edge.triangle().0.checked_sub(self.core_triangles) {
+            Some(late) => Ok(late as usize),
+            None => Err(self.boundary_edges[keyed.boundary_index as usize].component),
+        }
+    }
+
+    /// Returns whether the only half-edge of an edge is on the hull. If both ends belong to other
+    /// tiles, so does the twin's triangle, if there is one.
+    pub(crate) fn is_hull(&self, one: &KeyedHalfEdge) -> bool {
+        one.ends[0] < self.vertices
+    }
+
+    /// Returns whether a late triangle belongs to the tile.
+    pub(crate) fn owns(&self, late: &BorderTriangle) -> bool {
+        late.owner == self.tile
     }
 
     /// Returns whether a half-edge is a constraint.

@@ -18,10 +18,10 @@ use crate::pipeline::finish::border_mesh::BorderMesh;
 use crate::pipeline::finish::regions::{RegionFinder, Regions, TileLinks};
 use crate::pipeline::output::border_log::{BorderLog, GroupBorders};
 use crate::pipeline::output::ordered::{Closed, Ordered};
-use crate::pipeline::output::writer::{Sender, ToWrite};
+use crate::pipeline::output::writer::{BorderToWrite, Sender, ToWrite};
 use crate::pipeline::records::{GENERATION, Nexts, TileState};
 use crate::pipeline::threads::on_threads;
-use crate::store::{Component, Digest, Part, StoredPart, TileId, by_tile};
+use crate::store::{Digest, Part, TileId, by_tile, component_table};
 
 /// Totals of the borders of a file and of its regions.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -111,10 +111,10 @@ impl BorderAssembly<'_> {
         group: &GroupMeshes,
         tiles: &mut [TileState],
         threads: usize,
-        borders: &Ordered<StoredPart, F>,
+        borders: &Ordered<BorderToWrite, F>,
     ) -> Result<(), BuildError>
     where
-        F: FnMut(u32, StoredPart) -> Result<(), Closed> + Send,
+        F: FnMut(u32, BorderToWrite) -> Result<(), Closed> + Send,
     {
         let progress = &self.conquest.options.progress;
         let range = group.borders.tiles();
@@ -133,8 +133,11 @@ impl BorderAssembly<'_> {
                 let tile = TileId(number);
                 let border = self.border(tile, state, group, mesh);
                 let encoded = border.draft.encode(tile, GENERATION, &buffers);
-                let stored = self.conquest.options.codec().store(encoded, Part::Border);
-                if borders.put(number, stored).is_err() {
+                let to_write = BorderToWrite {
+                    border: self.conquest.options.codec().store(encoded, Part::Border),
+                    table: component_table::encode(tile, &border.records),
+                };
+                if borders.put(number, to_write).is_err() {
                     return;
                 }
                 progress.advance(1, u64::from(state.vertices));
@@ -145,16 +148,15 @@ impl BorderAssembly<'_> {
 
     /// Assembles the border of a tile and adds it to the totals.
     fn border(&self, tile: TileId, state: &mut TileState, group: &GroupMeshes, mesh: &BorderMesh) -> Border {
-        let its_regions = self.regions.as_ref().map(|all| TileRegions {
-            all,
-            seeded: self.seeded.of_tile(tile),
-        });
-        let mut border = assemble(tile, state, &group.borders, mesh, its_regions);
-        if !self.is_whole {
-            // The file needs an entry for each component of the core. An edit finds the regions
-            // once all lines are inserted.
-            border.draft.regions = vec![Component::default(); state.components as usize];
-        }
+        let its_regions = match &self.regions {
+            Some(all) => TileRegions::Known {
+                all,
+                seeded: self.seeded.of_tile(tile),
+            },
+            None if self.is_whole => TileRegions::One,
+            None => TileRegions::Unknown,
+        };
+        let border = assemble(tile, state, &group.borders, mesh, its_regions);
         note_border(state, &border);
         let mut totals = self.totals.lock();
         totals.hole_regions += border.closed_holes;
@@ -253,7 +255,7 @@ fn find_regions(
         let group = log.read_group(number);
         let group = group.map_err(|error| BuildError::io(&conquest.spill, "read the border log in", error))?;
         let group = GroupMeshes::of(group, tiles, nexts, threads)?;
-        let links = links_of(&finder, &group, conquest, threads)?;
+        let links = links_of(&finder, &group, tiles, conquest, threads)?;
         for (tile, links) in group.borders.tiles().zip(&links) {
             let tile = TileId(tile);
             let taken = finder.take(tile, &tiles[tile.0 as usize], links, seeded.of_tile(tile));
@@ -276,6 +278,7 @@ fn find_regions(
 fn links_of(
     finder: &RegionFinder,
     group: &GroupMeshes,
+    tiles: &[TileState],
     conquest: &Conquest,
     threads: usize,
 ) -> Result<Vec<TileLinks>, BuildError> {
@@ -286,7 +289,8 @@ fn links_of(
             let Some(((tile, mesh), links)) = next.lock().next() else {
                 return;
             };
-            *links = finder.links_of(TileId(tile), mesh, &group.borders, &conquest.rules.seeds);
+            let its = (TileId(tile), &tiles[tile as usize]);
+            *links = finder.links_of(its, mesh, &group.borders, &conquest.rules.seeds);
         }
     };
     on_threads(threads, work, || {})?;

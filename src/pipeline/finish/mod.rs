@@ -4,5 +4,7 @@
 pub(crate) mod border;
 mod border_mesh;
 pub(super) mod borders;
+mod component_records;
 pub(super) mod enclosed_sites;
 mod regions;
+mod tile_components;

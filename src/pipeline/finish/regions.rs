@@ -20,6 +20,7 @@ use std::ops::Range;
 use crate::collections::union_find::{UnionFind, WeightedUnionFind};
 use crate::constraints::seeds::{HoleRules, Seeds};
 use crate::pipeline::finish::border_mesh::BorderMesh;
+use crate::pipeline::finish::tile_components::TileComponents;
 use crate::pipeline::output::border_log::GroupBorders;
 use crate::pipeline::records::{Anchor, LoggedEdge, TileState};
 use crate::store::{Component, EdgeSource, TileId};
@@ -52,6 +53,8 @@ pub(crate) struct TileLinks {
     late: Vec<(u32, bool)>,
     links: Vec<NodeLink>,
     anchors: Vec<Anchor>,
+    /// For each late triangle that belongs to the tile, its component in the tile.
+    components: Vec<(u32, u32)>,
 }
 
 impl NodeNumbers {
@@ -90,11 +93,13 @@ pub(crate) struct RegionFinder {
     /// contains a seed.
     reaches_hull: Vec<bool>,
     seeded: Vec<bool>,
+    /// For each late triangle, its component in the tile that it belongs to.
+    at_owner: Vec<u32>,
 }
 
 impl RegionFinder {
     /// Bytes for each late triangle and each open component.
-    pub(crate) const BYTES: u64 = 24;
+    pub(crate) const BYTES: u64 = 28;
 
     /// Creates a finder for `late` late triangles and for `tiles`, which are all conquered. Returns
     /// `None` if there are more nodes than can be numbered.
@@ -110,12 +115,19 @@ impl RegionFinder {
             next: 0,
             reaches_hull: none(),
             seeded: none(),
+            at_owner: vec![0; nodes.late as usize],
             nodes,
         })
     }
 
     /// Returns the links across the edges that belong to `tile`.
-    pub(crate) fn links_of(&self, tile: TileId, mesh: &BorderMesh, group: &GroupBorders, seeds: &Seeds) -> TileLinks {
+    pub(crate) fn links_of(
+        &self,
+        (tile, state): (TileId, &TileState),
+        mesh: &BorderMesh,
+        group: &GroupBorders,
+        seeds: &Seeds,
+    ) -> TileLinks {
         let mut seeded: Vec<u32> = Vec::new();
         if self.rules.has_holes {
             let late = group.triangles_of(tile);
@@ -156,6 +168,7 @@ impl RegionFinder {
                 .collect(),
             links,
             anchors: group.anchors_of(tile).collect(),
+            components: own_late_components(mesh, state),
         }
     }
 
@@ -209,6 +222,9 @@ impl RegionFinder {
         for &component in seeded.iter().filter(|&&component| component < state.open_components) {
             let node = self.nodes.of_component(tile, component);
             self.seeded[node as usize] = true;
+        }
+        for &(late, component) in &links.components {
+            self.at_owner[late as usize] = component;
         }
         for (anchor, component) in links.anchors.iter().zip(0..state.open_components) {
             let [node, other] = [component, anchor.component].map(|c| self.nodes.of_component(tile, c));
@@ -279,8 +295,19 @@ impl RegionFinder {
             of_regions,
             first_closed,
             count: next,
+            seeded: self.seeded,
+            at_owner: self.at_owner,
         }
     }
+}
+
+/// Returns the number of each late triangle that belongs to a tile, with its component.
+fn own_late_components(mesh: &BorderMesh, state: &TileState) -> Vec<(u32, u32)> {
+    let components = TileComponents::of(mesh, state);
+    let late = mesh.late.iter().zip(components.of_late);
+    late.filter(|(late, _)| mesh.owns(late))
+        .map(|(late, component)| (late.number, component))
+        .collect()
 }
 
 /// The regions of all triangles.
@@ -293,6 +320,8 @@ pub(crate) struct Regions {
     /// For each tile, the region of its first closed component.
     first_closed: Vec<u64>,
     pub(crate) count: u64,
+    seeded: Vec<bool>,
+    at_owner: Vec<u32>,
 }
 
 impl Regions {
@@ -305,6 +334,16 @@ impl Regions {
     pub(crate) fn of_late(&self, number: u32) -> Component {
         debug_assert!(number < self.nodes.late);
         self.of_regions[self.number[number as usize] as usize]
+    }
+
+    /// Returns whether a seed lies in the late triangle `number`.
+    pub(crate) fn is_seeded(&self, number: u32) -> bool {
+        self.seeded.get(number as usize).is_some_and(|&is_seeded| is_seeded)
+    }
+
+    /// Returns the component of the late triangle `number` in the tile that it belongs to.
+    pub(crate) fn component_at_owner(&self, number: u32) -> u32 {
+        self.at_owner[number as usize]
     }
 
     /// Returns the regions of the components of a tile's core.

@@ -23,15 +23,22 @@ use crate::pipeline::records::Seam;
 use crate::pipeline::resume::journal;
 use crate::pipeline::resume::journal::FinishedBlock;
 use crate::pipeline::work_folder::WorkFolder;
-use crate::store::{Directory, Extent, StoredPart, TileWriter};
+use crate::store::{Directory, Extent, StoredPart, TablePlace, TileWriter};
 
 /// A message to the writing task.
 #[derive(Debug)]
 pub(crate) enum ToWrite {
     Core(StoredPart),
-    Border(StoredPart),
+    Border(BorderToWrite),
     /// A block is done, except that some of its cores may still be in the channel.
     Finished(Box<(FinishedBlock, Seam)>),
+}
+
+/// A border, and the component table of its tile.
+#[derive(Debug)]
+pub(crate) struct BorderToWrite {
+    pub(crate) border: StoredPart,
+    pub(crate) table: Vec<u8>,
 }
 
 pub(crate) type Sender = mpsc::Sender<ToWrite>;
@@ -58,7 +65,7 @@ pub(crate) struct Output {
     file: ThreadsFile,
     path: PathBuf,
     cores: Vec<Extent>,
-    borders: Vec<Extent>,
+    borders: Vec<(Extent, TablePlace)>,
     journal: Option<Journal>,
     /// Blocks that are done and not in the journal yet, in order.
     finished: VecDeque<(FinishedBlock, Seam)>,
@@ -128,7 +135,11 @@ impl Output {
     async fn take(&mut self, extent: ToWrite) -> io::Result<()> {
         match extent {
             ToWrite::Core(core) => self.cores.push(self.writer.append_core(core).await?),
-            ToWrite::Border(border) => self.borders.push(self.writer.append_border(border).await?),
+            ToWrite::Border(BorderToWrite { border, table }) => {
+                // Tables that lie apart lie behind the border, to be read with it.
+                let border = self.writer.append_border(border).await?;
+                self.borders.push((border, self.writer.place_table(table).await?));
+            }
             ToWrite::Finished(block) => {
                 let index = self.finished.partition_point(|other| other.0.number < block.0.number);
                 self.finished.insert(index, *block);
@@ -211,8 +222,8 @@ impl Output {
         done.map_err(|error| BuildError::io(&self.path, what, error))
     }
 
-    /// Returns the extents of cores and borders.
-    pub(crate) fn extents(&self) -> (&[Extent], &[Extent]) {
+    /// Returns the extents of cores, and of borders with the places of the component tables.
+    pub(crate) fn extents(&self) -> (&[Extent], &[(Extent, TablePlace)]) {
         (&self.cores, &self.borders)
     }
 

@@ -21,7 +21,7 @@ use crate::pipeline::records::{BlockState, Description, GroupChunks, Pending, Se
 use crate::pipeline::resume::codec::{Decoder, Encoder};
 use crate::pipeline::summary::LevelSummary;
 use crate::pipeline::work_folder::WorkFolder;
-use crate::store::{Codec, Digest, Extent, KdNode, KdTree, Source, TileId, VertexId};
+use crate::store::{Codec, Digest, DigestSum, Extent, KdNode, KdTree, Source, TileId, VertexId};
 
 /// The results of a finished block.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -157,6 +157,9 @@ pub(crate) fn encode(block: &FinishedBlock, seam: &Seam) -> Vec<u8> {
         out.u32(tile.vertices);
         out.u32(tile.core_triangles);
         out.rect(tile.bounds);
+        for word in tile.core_sum.to_words() {
+            out.u64(word);
+        }
     });
     for number in [state.duplicates, state.ends, state.late_triangles, state.held_triangles] {
         out.u64(number);
@@ -204,6 +207,7 @@ fn take_tile_state(from: &mut Decoder<'_>) -> Option<TileState> {
         vertices: from.u32()?,
         core_triangles: from.u32()?,
         bounds: from.rect()?,
+        core_sum: DigestSum::from_words([from.u64()?, from.u64()?, from.u64()?]),
         // Borders come after the journal, and builds with lines have no journal.
         border_triangles: 0,
         owned_triangles: 0,

@@ -44,8 +44,8 @@ pub(crate) struct TileKey {
     pub(crate) file: FileId,
     pub(crate) generation: u32,
     pub(crate) tile: TileId,
-    /// The checksums of the core and the border.
-    pub(crate) crcs: [u32; 2],
+    /// The checksums of the core, the border and the component table.
+    pub(crate) crcs: [u32; 3],
 }
 
 /// The key of a page of a directory in a cache.

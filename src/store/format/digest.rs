@@ -49,11 +49,11 @@ impl DigestSum {
     }
 
     /// Returns the count, and the two halves of the sum, the lower one first.
-    fn to_words(self) -> [u64; 3] {
+    pub(crate) fn to_words(self) -> [u64; 3] {
         [self.count, self.sum as u64, (self.sum >> 64) as u64]
     }
 
-    fn from_words([count, low, high]: [u64; 3]) -> Self {
+    pub(crate) fn from_words([count, low, high]: [u64; 3]) -> Self {
         let sum = u128::from(high) << 64 | u128::from(low);
         Self { count, sum }
     }

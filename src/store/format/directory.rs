@@ -2,7 +2,8 @@
 //! of the file.
 
 use crate::store::format::damage::Damage;
-use crate::store::format::entry::{Extent, TileEntry};
+use crate::store::format::entry::TileEntry;
+use crate::store::format::extent::Extent;
 use crate::store::format::ids::TileId;
 use crate::store::format::kd_tree::{KdNode, KdTree};
 use crate::store::format::layout::{Layout, PageLayout, PageListLayout};

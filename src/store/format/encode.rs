@@ -11,7 +11,6 @@ use crate::store::format::generated::tile as schema;
 use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::packed;
 use crate::store::format::packed::mark;
-use crate::store::format::tile::regions::Component;
 
 /// The mark for a neighbour that is not in the core, or for a vertex that has no triangle in the
 /// core.
@@ -45,8 +44,8 @@ pub(crate) struct CoreDraft {
     /// bit [`WALLS`] on a bit per half-edge that says whether it is a wall. Empty if there are no
     /// constraints.
     pub(crate) constraints: Vec<u8>,
-    /// For each triangle the number of its component, the triangles that are connected within the
-    /// core without crossing a constraint. Empty if there is only one component.
+    /// For each triangle the number of its component: the triangles that are connected within the
+    /// tile without crossing a constraint. Empty if all are of component 0.
     pub(crate) components: Vec<u32>,
     /// For each constraint edge between two triangles of the core: its smaller half-edge, and a
     /// source as seen along that half-edge. In order.
@@ -81,12 +80,8 @@ pub(crate) struct BorderDraft {
     pub(crate) vertex_sides: Vec<(u32, u32)>,
     /// Constraints and walls, as in [`CoreDraft::constraints`].
     pub(crate) constraints: Vec<u8>,
-    /// For each triangle its component, an index into `regions`. Empty if there is only one
-    /// component.
+    /// For each triangle its component, as in [`CoreDraft::components`].
     pub(crate) components: Vec<u32>,
-    /// The components of the tile, those of the core first. Empty if there is one component, which
-    /// is free and of region 0.
-    pub(crate) regions: Vec<Component>,
     /// For each constraint edge that belongs to the tile, except those between two triangles of the
     /// core: the smaller half-edge that the tile knows, numbered through core and border, and a
     /// source as seen along that half-edge. In order.
@@ -224,17 +219,10 @@ impl BorderDraft {
         let walls = half_edge_bits(&mut builder, &self.constraints, WALLS);
         let components = optional(&mut builder, self.components.iter().map(|&c| c.into()));
         let [edge_sides, edge_sources] = edge_sources(&mut builder, &self.edge_sources);
-        let regions = (self.regions[..] != [Component::default()] && !self.regions.is_empty()).then(|| {
-            let largest = self.regions.iter().map(|c| c.region).max().unwrap_or(0);
-            packed::write(&mut builder, self.regions.iter().map(|c| c.region), largest, 0)
-        });
-        let depths = self.regions.iter().map(|c| zigzag(c.depth));
-        let depths = optional(&mut builder, depths);
         let edges = (!self.edges.is_empty()).then(|| {
             let ends = self.edges.as_flattened().iter().map(|&corner| corner.into());
             packed::write(&mut builder, ends, corners, 0)
         });
-        let holes = bits(&mut builder, self.regions.iter().map(|c| c.is_hole));
         let args = schema::BorderArgs {
             tile: tile.0,
             generation,
@@ -245,10 +233,7 @@ impl BorderDraft {
             vertex_sides: Some(vertex_sides),
             constraints,
             walls,
-            regions,
             components,
-            depths,
-            holes,
             edge_sides,
             edge_sources,
             edges,
@@ -323,11 +308,6 @@ fn edge_sources<'b>(builder: &mut FlatBufferBuilder<'b>, edges: &[(u32, EdgeSour
         Some(packed::write(builder, edges.iter().map(values), largest, 0))
     };
     [write(&|edge| edge.0.into()), write(&|edge| edge.1.to_bits())]
-}
-
-/// Maps a signed number to an unsigned one, which is small if the signed one is close to 0.
-fn zigzag(value: i32) -> u64 {
-    ((value << 1) ^ (value >> 31)) as u32 as u64
 }
 
 /// Returns the finished bytes without a copy: they are at the end of the builder's buffer.

@@ -3,74 +3,17 @@
 use std::ops::Range;
 
 use crate::geometry::Rect;
-use crate::io::memory_of;
 use crate::store::format::codec::{Codec, MAX_RATIO};
 use crate::store::format::damage::Damage;
+use crate::store::format::extent::Extent;
 use crate::store::format::generated::directory as schema;
-use crate::store::format::limits::{FIRST_EXTENT, MAX_FLATBUFFER};
+use crate::store::format::limits::MAX_FLATBUFFER;
+use crate::store::format::table_place::TablePlace;
 
 /// The minimum number of bytes of a core per vertex: x and y.
 const VERTEX_BYTES: u64 = 16;
 /// The minimum number of bytes per triangle: corners and neighbours.
 const TRIANGLE_BYTES: u64 = 6;
-
-/// A range of bytes in the file, its CRC-32C, and its codec.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Extent {
-    /// The offset from the start of the file, in bytes.
-    pub offset: u64,
-    /// The length in bytes.
-    pub length: u32,
-    /// The CRC-32C of the bytes.
-    pub crc: u32,
-    /// How the bytes are stored.
-    pub codec: Codec,
-    /// The length of what they decode to, in bytes.
-    pub decoded: u32,
-}
-
-impl Extent {
-    /// Returns the extent of bytes that are stored as they are.
-    pub(crate) const fn raw(offset: u64, length: u32, crc: u32) -> Self {
-        Self {
-            offset,
-            length,
-            crc,
-            codec: Codec::Raw,
-            decoded: length,
-        }
-    }
-
-    /// Returns the bytes of memory that reading and decoding take at most: the stored bytes, and,
-    /// if these are not used in place, a plan and what it decodes to.
-    pub(crate) fn memory_to_open(self) -> u64 {
-        let decoding = match self.codec {
-            Codec::Raw => 0,
-            Codec::Zstandard => 2 * u64::from(self.decoded),
-        };
-        memory_of(self.length as usize) as u64 + decoding
-    }
-
-    /// Returns the range of the bytes, counted from the start of the file.
-    #[must_use]
-    pub fn range(self) -> Range<u64> {
-        self.offset..self.offset + u64::from(self.length)
-    }
-
-    /// Checks that the bytes are within a file of `file_length` bytes, and not longer than `most`.
-    /// `what` names them in the error.
-    pub(super) fn check(self, what: &str, file_length: u64, most: u64) -> Result<(), Damage> {
-        let end = self.offset.checked_add(self.length.into());
-        let is_inside = self.offset >= FIRST_EXTENT && end.is_some_and(|end| end <= file_length);
-        if is_inside && u64::from(self.length) <= most {
-            return Ok(());
-        }
-        let Self { offset, length, .. } = self;
-        Err(Damage::new(format!(
-            "{what}: the extent of {length} bytes at {offset} is out of range"
-        )))
-    }
-}
 
 /// The entry of a tile in the directory.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,6 +36,8 @@ pub struct TileEntry {
     /// The bounding rectangle of the tile's vertices and of all corners of the triangles that
     /// belong to it.
     pub bounds: Rect,
+    /// Where the component table of the tile is.
+    pub(crate) table: TablePlace,
 }
 
 impl TileEntry {
@@ -108,6 +53,7 @@ impl TileEntry {
             border_triangles: 0,
             owned_triangles: 0,
             bounds: Rect::EMPTY,
+            table: TablePlace::Nowhere,
         }
     };
 
@@ -135,6 +81,12 @@ impl TileEntry {
     #[must_use]
     pub fn stored_bytes(&self) -> u64 {
         u64::from(self.core.length) + u64::from(self.border.length)
+    }
+
+    /// Returns the range of the border together with the component table, if that lies behind it.
+    pub(crate) fn border_and_table(&self) -> Option<Range<u64>> {
+        let (border, table) = (self.border.range(), self.table.apart()?.range());
+        (table.start == border.end.next_multiple_of(8)).then_some(border.start..table.end)
     }
 }
 
@@ -238,5 +190,7 @@ pub(super) fn decode_entry(entry: &schema::TileEntry, file_length: u64) -> Resul
         border_triangles: entry.border_triangles(),
         owned_triangles: entry.owned_triangles(),
         bounds: Rect::new(entry.min_x(), entry.min_y(), entry.max_x(), entry.max_y()),
+        // It is in the page, beside the entry.
+        table: TablePlace::Nowhere,
     })
 }

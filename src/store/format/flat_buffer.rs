@@ -4,7 +4,7 @@ use bytes::Bytes;
 use flatbuffers::{FlatBufferBuilder, WIPOffset};
 
 use crate::store::format::damage::Damage;
-use crate::store::format::entry::Extent;
+use crate::store::format::extent::Extent;
 
 /// Returns the bytes of a FlatBuffer, padded to a multiple of 8 bytes.
 pub(super) fn finished<T>(mut builder: FlatBufferBuilder<'_>, root: WIPOffset<T>) -> Vec<u8> {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::store::format::entry::Extent;
+use crate::store::format::extent::Extent;
 use crate::store::format::ids::TileId;
 use crate::store::format::kd_tree::KdTree;
 use crate::store::format::limits::{LIST_PAGES, PAGE_TILES};

@@ -9,7 +9,7 @@ pub(crate) const MAX_FLATBUFFER: u64 = 64 << 20;
 /// The maximum size of the root, of a list of pages and of a page, in bytes.
 pub(crate) const MAX_PAGE: u64 = 16 << 10;
 /// The maximum number of tiles in a page.
-pub(crate) const PAGE_TILES: u32 = 128;
+pub(crate) const PAGE_TILES: u32 = 96;
 /// The maximum number of pages in a list of pages.
 pub(crate) const LIST_PAGES: u32 = 440;
 /// The maximum number of tiles.

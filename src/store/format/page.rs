@@ -7,11 +7,14 @@ use crate::geometry::Rect;
 use crate::store::format::cells_code;
 use crate::store::format::coarse_bounds::CoarseBounds;
 use crate::store::format::damage::Damage;
-use crate::store::format::entry::{Extent, TileEntry, decode_entry, encode_entry};
+use crate::store::format::entry::{TileEntry, decode_entry, encode_entry};
+use crate::store::format::extent::Extent;
 use crate::store::format::flat_buffer::{check_crc, finished, verified};
 use crate::store::format::generated::directory as schema;
 use crate::store::format::ids::TileId;
 use crate::store::format::kd_tree::KdTree;
+use crate::store::format::limits::MAX_FLATBUFFER;
+use crate::store::format::table_place::{ShortTable, TablePlace};
 
 /// A page.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -49,11 +52,23 @@ impl Page {
         let entries: Vec<_> = self.entries.iter().map(encode_entry).collect();
         let entries = Some(builder.create_vector(&entries));
         let cells = Some(cells_code::encode(&mut builder, &self.tree, self.first, |tile| tile.0));
+        let [tables, table_lengths] = encode_tables(&self.entries).map(|bytes| {
+            let is_needed = bytes.iter().any(|&byte| byte != 0);
+            is_needed.then(|| builder.create_vector(&bytes))
+        });
+        let apart = self.entries.iter().filter_map(|entry| entry.table.apart());
+        let apart: Vec<_> = apart
+            .map(|extent| schema::PartExtent::new(extent.offset, extent.length, extent.crc))
+            .collect();
+        let tables_apart = (!apart.is_empty()).then(|| builder.create_vector(&apart));
         let first_tile = self.first;
         let args = schema::PageArgs {
             first_tile,
             entries,
             cells,
+            tables,
+            table_lengths,
+            tables_apart,
         };
         let root = schema::Page::create(&mut builder, &args);
         finished(builder, root)
@@ -75,7 +90,8 @@ impl Page {
         let entries = root.entries().iter().zip(first..).map(|(entry, tile)| {
             decode_entry(entry, frame.file_length).map_err(|damage| damage.of(&format!("tile {tile}")))
         });
-        let entries: Vec<TileEntry> = entries.collect::<Result<_, _>>()?;
+        let mut entries: Vec<TileEntry> = entries.collect::<Result<_, _>>()?;
+        decode_tables(root, &mut entries, frame.file_length)?;
         let tree = cells_code::decode(root.cells(), first, |tile| match tile < frame.next_tile {
             true => Ok(TileId(tile)),
             false => Err(Damage::new(format!("a leaf names tile {tile}, which there is not"))),
@@ -121,5 +137,56 @@ impl Page {
     /// Returns the number of bytes that the page takes in memory.
     pub(crate) fn byte_size(&self) -> usize {
         size_of::<Self>() + size_of_val(&*self.entries) + size_of_val(self.tree.nodes())
+    }
+}
+
+/// The length that stands for a table that lies apart.
+const APART: u8 = 255;
+
+/// Returns the component tables that lie in the page, one behind the other, and the length of each.
+fn encode_tables(entries: &[TileEntry]) -> [Vec<u8>; 2] {
+    let (mut tables, mut lengths) = (Vec::new(), Vec::new());
+    for entry in entries {
+        lengths.push(match &entry.table {
+            TablePlace::Nowhere => 0,
+            TablePlace::InPage(table) => {
+                tables.extend(table.bytes());
+                table.bytes().len() as u8
+            }
+            TablePlace::Apart(_) => APART,
+        });
+    }
+    [tables, lengths]
+}
+
+/// Sets the places of the component tables in the entries of a page.
+fn decode_tables(page: schema::Page<'_>, entries: &mut [TileEntry], file_length: u64) -> Result<(), Damage> {
+    let mut rest = page.tables().map_or(&[][..], |tables| tables.bytes());
+    let mut apart = page.tables_apart().into_iter().flatten();
+    let wrong = || Damage::new("a page has lists of component tables of wrong lengths");
+    let lengths = page.table_lengths();
+    if lengths.is_some_and(|lengths| lengths.len() != entries.len()) {
+        return Err(wrong());
+    }
+    for (entry, length) in entries.iter_mut().zip(lengths.into_iter().flatten()) {
+        entry.table = match length {
+            0 => TablePlace::Nowhere,
+            _ if entry.is_unused() => return Err(wrong()),
+            APART => {
+                let at = apart.next().ok_or_else(wrong)?;
+                let extent = Extent::raw(at.offset(), at.length(), at.crc());
+                extent.check("a component table", file_length, MAX_FLATBUFFER)?;
+                TablePlace::Apart(extent)
+            }
+            _ => {
+                let (table, others) = rest.split_at_checked(length.into()).ok_or_else(wrong)?;
+                rest = others;
+                TablePlace::InPage(ShortTable::new(table).ok_or_else(wrong)?)
+            }
+        };
+    }
+    match rest.is_empty() && apart.next().is_none() {
+        true => Ok(()),
+        false => Err(wrong()),
     }
 }

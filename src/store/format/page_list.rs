@@ -5,7 +5,7 @@ use flatbuffers::FlatBufferBuilder;
 use crate::store::format::cells_code;
 use crate::store::format::coarse_bounds::CoarseBounds;
 use crate::store::format::damage::Damage;
-use crate::store::format::entry::Extent;
+use crate::store::format::extent::Extent;
 use crate::store::format::flat_buffer::{check_crc, finished, verified};
 use crate::store::format::generated::directory as schema;
 use crate::store::format::ids::TileId;

@@ -7,7 +7,7 @@
 use std::fmt;
 
 use crate::store::format::damage::Damage;
-use crate::store::format::entry::Extent;
+use crate::store::format::extent::Extent;
 use crate::store::format::limits::{BLOCK, MAX_PAGE};
 
 /// The version of the format that this library writes and reads.

@@ -17,13 +17,13 @@ use bytes::Bytes;
 
 use crate::geometry::{HalfEdge, Point, TriangleId, VertexIndex};
 use crate::io::memory_of;
+use crate::store::format::component_table::{Component, ComponentRecord};
 use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::packed::Packed;
 use edge_bits::{EdgeSources, HalfEdgeBits};
 pub use edges::TileEdge;
 use notes::Notes;
 pub(crate) use notes::{HalfEdgeNote, HalfEdgeNotes, NoteKind, VertexNotes};
-pub(crate) use regions::Component;
 use regions::Regions;
 
 pub use sites::Site;
@@ -305,6 +305,11 @@ impl Tile {
     /// Returns the properties of a component by its number.
     pub(crate) fn component_at(&self, number: u32) -> Component {
         self.regions.component(number as usize)
+    }
+
+    /// Returns what the component table says of each component, or nothing if there is no table.
+    pub(crate) fn component_records(&self) -> Vec<ComponentRecord> {
+        self.regions.records(self.id)
     }
 
     /// Returns the number of components, at least 1.

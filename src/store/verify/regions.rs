@@ -15,12 +15,12 @@ use xxhash_rust::xxh3::xxh3_128;
 
 use crate::geometry::{HalfEdge, Orientation, Point, Rect, TriangleId, orient2d};
 use crate::mesh::{Topology, Twin};
+use crate::store::format::component_table::Component;
 use crate::store::format::damage::Damage;
 use crate::store::format::directory::Directory;
 use crate::store::format::line_source::LineSource;
 use crate::store::format::metadata::Metadata;
 use crate::store::format::tile::Tile;
-use crate::store::format::tile::regions::Component;
 use crate::store::verify::error::Fault;
 
 /// Bytes that the check takes per vertex of its tile, if every triangle is a region of its own.

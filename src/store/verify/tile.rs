@@ -6,9 +6,9 @@ use xxhash_rust::xxh3::xxh3_128;
 
 use crate::geometry::{HalfEdge, Orientation, Rect, TriangleId, VertexIndex, in_circle, orient2d};
 use crate::mesh::{Topology, Twin};
+use crate::store::format::component_table::Component;
 use crate::store::format::digest::Digest;
 use crate::store::format::ids::{TileId, VertexId};
-use crate::store::format::tile::regions::Component;
 use crate::store::format::tile::{Tile, Vertex};
 use crate::store::verify::error::Fault;
 use crate::store::verify::{regions, star};

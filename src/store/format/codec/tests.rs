@@ -9,10 +9,10 @@ use super::{Codec, MAX_RATIO, Part, StoredPart, encode_plan, fields, plan};
 use crate::geometry::{HalfEdge, PackedHalfEdge, Point, VertexIndex};
 use crate::io::Buffers;
 use crate::mesh::Twin;
+use crate::store::format::component_table::Component;
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::encode::{BorderDraft, CoreDraft};
 use crate::store::format::ids::{TileId, VertexId};
-use crate::store::format::tile::regions::Component;
 
 /// Pseudo-random numbers from a seed.
 struct Numbers(u64);

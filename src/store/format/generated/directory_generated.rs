@@ -2326,6 +2326,9 @@ pub mod delaunay_tiles {
             pub const VT_FIRST_TILE: ::flatbuffers::VOffsetT = 4;
             pub const VT_ENTRIES: ::flatbuffers::VOffsetT = 6;
             pub const VT_CELLS: ::flatbuffers::VOffsetT = 8;
+            pub const VT_TABLES: ::flatbuffers::VOffsetT = 10;
+            pub const VT_TABLE_LENGTHS: ::flatbuffers::VOffsetT = 12;
+            pub const VT_TABLES_APART: ::flatbuffers::VOffsetT = 14;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -2337,6 +2340,15 @@ pub mod delaunay_tiles {
                 args: &'args PageArgs<'args>,
             ) -> ::flatbuffers::WIPOffset<Page<'bldr>> {
                 let mut builder = PageBuilder::new(_fbb);
+                if let Some(x) = args.tables_apart {
+                    builder.add_tables_apart(x);
+                }
+                if let Some(x) = args.table_lengths {
+                    builder.add_table_lengths(x);
+                }
+                if let Some(x) = args.tables {
+                    builder.add_tables(x);
+                }
                 if let Some(x) = args.cells {
                     builder.add_cells(x);
                 }
@@ -2380,6 +2392,45 @@ pub mod delaunay_tiles {
                         .unwrap()
                 }
             }
+            /// The component tables of the tiles, one behind the other.
+            #[inline]
+            pub fn tables(&self) -> Option<::flatbuffers::Vector<'a, u8>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, u8>>>(Page::VT_TABLES, None)
+                }
+            }
+            /// The length of each of them; 0: there is none; 255: it lies apart. Absent: all are 0.
+            #[inline]
+            pub fn table_lengths(&self) -> Option<::flatbuffers::Vector<'a, u8>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, u8>>>(
+                            Page::VT_TABLE_LENGTHS,
+                            None,
+                        )
+                }
+            }
+            /// Where the tables that lie apart are, in the order of their tiles.
+            #[inline]
+            pub fn tables_apart(&self) -> Option<::flatbuffers::Vector<'a, PartExtent>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, PartExtent>>>(
+                            Page::VT_TABLES_APART,
+                            None,
+                        )
+                }
+            }
         }
 
         impl ::flatbuffers::Verifiable for Page<'_> {
@@ -2396,6 +2447,21 @@ pub mod delaunay_tiles {
                         true,
                     )?
                     .visit_field::<::flatbuffers::ForwardsUOffset<Cells>>("cells", Self::VT_CELLS, true)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, u8>>>(
+                        "tables",
+                        Self::VT_TABLES,
+                        false,
+                    )?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, u8>>>(
+                        "table_lengths",
+                        Self::VT_TABLE_LENGTHS,
+                        false,
+                    )?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, PartExtent>>>(
+                        "tables_apart",
+                        Self::VT_TABLES_APART,
+                        false,
+                    )?
                     .finish();
                 Ok(())
             }
@@ -2404,6 +2470,9 @@ pub mod delaunay_tiles {
             pub first_tile: u32,
             pub entries: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, TileEntry>>>,
             pub cells: Option<::flatbuffers::WIPOffset<Cells<'a>>>,
+            pub tables: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
+            pub table_lengths: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
+            pub tables_apart: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, PartExtent>>>,
         }
         impl<'a> Default for PageArgs<'a> {
             #[inline]
@@ -2412,6 +2481,9 @@ pub mod delaunay_tiles {
                     first_tile: 0,
                     entries: None, // required field
                     cells: None,   // required field
+                    tables: None,
+                    table_lengths: None,
+                    tables_apart: None,
                 }
             }
         }
@@ -2436,6 +2508,27 @@ pub mod delaunay_tiles {
                     .push_slot_always::<::flatbuffers::WIPOffset<Cells>>(Page::VT_CELLS, cells);
             }
             #[inline]
+            pub fn add_tables(&mut self, tables: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, u8>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Page::VT_TABLES, tables);
+            }
+            #[inline]
+            pub fn add_table_lengths(
+                &mut self,
+                table_lengths: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, u8>>,
+            ) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Page::VT_TABLE_LENGTHS, table_lengths);
+            }
+            #[inline]
+            pub fn add_tables_apart(
+                &mut self,
+                tables_apart: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, PartExtent>>,
+            ) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Page::VT_TABLES_APART, tables_apart);
+            }
+            #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> PageBuilder<'a, 'b, A> {
                 let start = _fbb.start_table();
                 PageBuilder {
@@ -2458,6 +2551,9 @@ pub mod delaunay_tiles {
                 ds.field("first_tile", &self.first_tile());
                 ds.field("entries", &self.entries());
                 ds.field("cells", &self.cells());
+                ds.field("tables", &self.tables());
+                ds.field("table_lengths", &self.table_lengths());
+                ds.field("tables_apart", &self.tables_apart());
                 ds.finish()
             }
         }

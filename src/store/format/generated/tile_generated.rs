@@ -539,8 +539,8 @@ pub mod delaunay_tiles {
                         .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, u8>>>(Core::VT_WALLS, None)
                 }
             }
-            /// For each triangle the number of its component: what is connected within the core without passing a constraint.
-            /// Absent: all are of component 0.
+            /// For each triangle the number of its component: what is connected within the tile without passing a constraint.
+            /// What components are stands in the tile's component table. Absent: all are of component 0.
             #[inline]
             pub fn components(&self) -> Option<Packed<'a>> {
                 // Safety:
@@ -861,14 +861,11 @@ pub mod delaunay_tiles {
             pub const VT_VERTEX_SIDES: ::flatbuffers::VOffsetT = 16;
             pub const VT_CONSTRAINTS: ::flatbuffers::VOffsetT = 18;
             pub const VT_WALLS: ::flatbuffers::VOffsetT = 20;
-            pub const VT_REGIONS: ::flatbuffers::VOffsetT = 22;
-            pub const VT_COMPONENTS: ::flatbuffers::VOffsetT = 24;
-            pub const VT_DEPTHS: ::flatbuffers::VOffsetT = 26;
-            pub const VT_HOLES: ::flatbuffers::VOffsetT = 28;
-            pub const VT_EDGE_SIDES: ::flatbuffers::VOffsetT = 30;
-            pub const VT_EDGE_SOURCES: ::flatbuffers::VOffsetT = 32;
-            pub const VT_EDGES: ::flatbuffers::VOffsetT = 34;
-            pub const VT_FOREIGN_Z: ::flatbuffers::VOffsetT = 36;
+            pub const VT_COMPONENTS: ::flatbuffers::VOffsetT = 22;
+            pub const VT_EDGE_SIDES: ::flatbuffers::VOffsetT = 24;
+            pub const VT_EDGE_SOURCES: ::flatbuffers::VOffsetT = 26;
+            pub const VT_EDGES: ::flatbuffers::VOffsetT = 28;
+            pub const VT_FOREIGN_Z: ::flatbuffers::VOffsetT = 30;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -892,17 +889,8 @@ pub mod delaunay_tiles {
                 if let Some(x) = args.edge_sides {
                     builder.add_edge_sides(x);
                 }
-                if let Some(x) = args.holes {
-                    builder.add_holes(x);
-                }
-                if let Some(x) = args.depths {
-                    builder.add_depths(x);
-                }
                 if let Some(x) = args.components {
                     builder.add_components(x);
-                }
-                if let Some(x) = args.regions {
-                    builder.add_regions(x);
                 }
                 if let Some(x) = args.walls {
                     builder.add_walls(x);
@@ -1031,18 +1019,6 @@ pub mod delaunay_tiles {
                         .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, u8>>>(Border::VT_WALLS, None)
                 }
             }
-            /// The number of the region of each component: first of those of the core, then of those that have border triangles only.
-            /// Absent: there is one, of region 0.
-            #[inline]
-            pub fn regions(&self) -> Option<Packed<'a>> {
-                // Safety:
-                // Created from valid Table for this object
-                // which contains a valid value in this slot
-                unsafe {
-                    self._tab
-                        .get::<::flatbuffers::ForwardsUOffset<Packed>>(Border::VT_REGIONS, None)
-                }
-            }
             /// For each triangle of the border the number of its component. Absent: all are of component 0.
             #[inline]
             pub fn components(&self) -> Option<Packed<'a>> {
@@ -1052,28 +1028,6 @@ pub mod delaunay_tiles {
                 unsafe {
                     self._tab
                         .get::<::flatbuffers::ForwardsUOffset<Packed>>(Border::VT_COMPONENTS, None)
-                }
-            }
-            /// For each component by how many obstacles it is covered, zigzag. Absent: by none.
-            #[inline]
-            pub fn depths(&self) -> Option<Packed<'a>> {
-                // Safety:
-                // Created from valid Table for this object
-                // which contains a valid value in this slot
-                unsafe {
-                    self._tab
-                        .get::<::flatbuffers::ForwardsUOffset<Packed>>(Border::VT_DEPTHS, None)
-                }
-            }
-            /// A bit for each component, from the lowest of the first byte on: whether it is in a hole. Absent: none is.
-            #[inline]
-            pub fn holes(&self) -> Option<::flatbuffers::Vector<'a, u8>> {
-                // Safety:
-                // Created from valid Table for this object
-                // which contains a valid value in this slot
-                unsafe {
-                    self._tab
-                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, u8>>>(Border::VT_HOLES, None)
                 }
             }
             /// As in the core, for all other edges that belong to the tile; sides are numbered through core and border.
@@ -1153,14 +1107,7 @@ pub mod delaunay_tiles {
                         Self::VT_WALLS,
                         false,
                     )?
-                    .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("regions", Self::VT_REGIONS, false)?
                     .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("components", Self::VT_COMPONENTS, false)?
-                    .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("depths", Self::VT_DEPTHS, false)?
-                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, u8>>>(
-                        "holes",
-                        Self::VT_HOLES,
-                        false,
-                    )?
                     .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>("edge_sides", Self::VT_EDGE_SIDES, false)?
                     .visit_field::<::flatbuffers::ForwardsUOffset<Packed>>(
                         "edge_sources",
@@ -1187,10 +1134,7 @@ pub mod delaunay_tiles {
             pub vertex_sides: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub constraints: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
             pub walls: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
-            pub regions: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub components: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
-            pub depths: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
-            pub holes: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
             pub edge_sides: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub edge_sources: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub edges: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
@@ -1209,10 +1153,7 @@ pub mod delaunay_tiles {
                     vertex_sides: None, // required field
                     constraints: None,
                     walls: None,
-                    regions: None,
                     components: None,
-                    depths: None,
-                    holes: None,
                     edge_sides: None,
                     edge_sources: None,
                     edges: None,
@@ -1270,24 +1211,9 @@ pub mod delaunay_tiles {
                     .push_slot_always::<::flatbuffers::WIPOffset<_>>(Border::VT_WALLS, walls);
             }
             #[inline]
-            pub fn add_regions(&mut self, regions: ::flatbuffers::WIPOffset<Packed<'b>>) {
-                self.fbb_
-                    .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Border::VT_REGIONS, regions);
-            }
-            #[inline]
             pub fn add_components(&mut self, components: ::flatbuffers::WIPOffset<Packed<'b>>) {
                 self.fbb_
                     .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Border::VT_COMPONENTS, components);
-            }
-            #[inline]
-            pub fn add_depths(&mut self, depths: ::flatbuffers::WIPOffset<Packed<'b>>) {
-                self.fbb_
-                    .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Border::VT_DEPTHS, depths);
-            }
-            #[inline]
-            pub fn add_holes(&mut self, holes: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, u8>>) {
-                self.fbb_
-                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Border::VT_HOLES, holes);
             }
             #[inline]
             pub fn add_edge_sides(&mut self, edge_sides: ::flatbuffers::WIPOffset<Packed<'b>>) {
@@ -1341,10 +1267,7 @@ pub mod delaunay_tiles {
                 ds.field("vertex_sides", &self.vertex_sides());
                 ds.field("constraints", &self.constraints());
                 ds.field("walls", &self.walls());
-                ds.field("regions", &self.regions());
                 ds.field("components", &self.components());
-                ds.field("depths", &self.depths());
-                ds.field("holes", &self.holes());
                 ds.field("edge_sides", &self.edge_sides());
                 ds.field("edge_sources", &self.edge_sources());
                 ds.field("edges", &self.edges());

@@ -9,11 +9,13 @@ use bytes::Bytes;
 
 use crate::geometry::{Point, VertexIndex};
 use crate::store::format::damage::Damage;
-use crate::store::format::entry::{Extent, TileEntry};
+use crate::store::format::entry::TileEntry;
+use crate::store::format::extent::Extent;
 use crate::store::format::flat_buffer::{check_crc, verified};
 use crate::store::format::generated::tile as schema;
 use crate::store::format::ids::TileId;
 use crate::store::format::packed::Packed;
+use crate::store::format::table_place::TablePlace;
 use crate::store::format::tile::edge_bits::{EdgeSources, HalfEdgeBits};
 use crate::store::format::tile::regions::Regions;
 use crate::store::format::tile::sites::Sites;
@@ -30,9 +32,14 @@ fn check_identity(id: TileId, entry: &TileEntry, part: &str, tile: u32, generati
 }
 
 impl Tile {
-    /// Opens a tile from its stored bytes, and checks these against its entry and all indices in them. The error says
-    /// what is wrong.
-    pub(crate) fn open(id: TileId, entry: &TileEntry, core: &Bytes, border: &Bytes) -> Result<Self, Damage> {
+    /// Opens a tile from its stored bytes, and checks these against its entry and all indices in
+    /// them. `table` is its component table if that lies apart. The error says what is wrong.
+    pub(crate) fn open(
+        id: TileId,
+        entry: &TileEntry,
+        [core, border]: [&Bytes; 2],
+        table: Option<&Bytes>,
+    ) -> Result<Self, Damage> {
         check_crc("the core", core, entry.core.crc)?;
         check_crc("the border", border, entry.border.crc)?;
         let decode = |extent: Extent, stored: &Bytes| extent.codec.decode(stored, extent.decoded);
@@ -42,6 +49,14 @@ impl Tile {
         let border_table: schema::Border<'_> = verified(border, "the border")?;
         check_identity(id, entry, "core", core_table.tile(), core_table.generation())?;
         check_identity(id, entry, "border", border_table.tile(), border_table.generation())?;
+        let table = match (entry.table, table) {
+            (TablePlace::Apart(extent), Some(table)) => {
+                check_crc("the component table", table, extent.crc)?;
+                table.clone()
+            }
+            (TablePlace::InPage(table), _) => Bytes::copy_from_slice(table.bytes()),
+            _ => Bytes::new(),
+        };
         let triangles = [entry.core_triangles, entry.border_triangles].map(|count| count as usize);
         let [in_core, in_border] = triangles.map(|count| 3 * count);
         let edges = border_table.edges();
@@ -74,7 +89,7 @@ impl Tile {
                 EdgeSources::open(core, c.edge_sides(), c.edge_sources(), in_core)?,
                 EdgeSources::open(border, b.edge_sides(), b.edge_sources(), edge_limit).map_err(of_border)?,
             ],
-            regions: Regions::open((core, core_table), (border, border_table), triangles)?,
+            regions: Regions::open(id, (core, core_table), (border, border_table), table, triangles)?,
             edges,
             sites: Sites::open(core, core_table, entry.vertices.into())?,
             notes: Arc::default(),

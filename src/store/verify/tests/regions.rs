@@ -1,10 +1,10 @@
 //! Models in which regions, holes or sources are wrong in one respect each.
 
 use crate::geometry::Point;
+use crate::store::format::component_table::Component;
 use crate::store::format::digest::{Digest, DigestSum};
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::ids::TileId;
-use crate::store::format::tile::regions::Component;
 use crate::store::verify::tests::model::{Model, pair, run};
 use crate::store::verify::tests::town::{centroid, half_edges, owner, towns};
 

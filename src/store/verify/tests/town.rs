@@ -3,10 +3,10 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::geometry::Point;
+use crate::store::format::component_table::Component;
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::ids::VertexId;
 use crate::store::format::line_source::LineSource;
-use crate::store::format::tile::regions::Component;
 use crate::store::verify::tests::model::{Model, Named, pair};
 use crate::store::verify::tests::{grid, scattered};
 

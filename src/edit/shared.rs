@@ -1,0 +1,63 @@
+//! Triangles that several tiles store: they link components of these tiles.
+
+use foldhash::HashMap;
+
+use crate::store::{ComponentId, TileId, Vertex, VertexId};
+
+/// Triangles of several tiles some of which have not come.
+#[derive(Default)]
+pub(crate) struct SharedTriangles {
+    waiting: HashMap<[VertexId; 3], Waiting>,
+}
+
+/// The components that have a triangle, in the tiles that have come.
+struct Waiting {
+    components: [Option<ComponentId>; 3],
+    /// The number of tiles that are left.
+    left: u8,
+}
+
+impl SharedTriangles {
+    /// Takes a triangle that a component of a tile has. If it is the last one of its tiles, returns
+    /// pairs of components: one of another tile, and the one of the tile that owns the triangle.
+    pub(crate) fn take(
+        &mut self,
+        corners: [Vertex; 3],
+        component: ComponentId,
+    ) -> impl Iterator<Item = [ComponentId; 2]> + use<> {
+        let owner = corners.iter().min_by(|a, b| a.point.lex_cmp(b.point));
+        let owner = owner.map_or(component.tile, |vertex| vertex.id.tile);
+        let mut ids = corners.map(|vertex| vertex.id);
+        ids.sort_unstable();
+        let tiles = 1 + u8::from(ids[0].tile != ids[1].tile) + u8::from(ids[1].tile != ids[2].tile);
+        let waiting = self.waiting.entry(ids).or_insert(Waiting {
+            components: [None; 3],
+            left: tiles,
+        });
+        if let Some(free) = waiting.components.iter_mut().find(|component| component.is_none()) {
+            *free = Some(component);
+            waiting.left -= 1;
+        }
+        let mut all = [None; 3];
+        if waiting.left == 0 {
+            all = waiting.components;
+            self.waiting.remove(&ids);
+        }
+        let at_owner = all.into_iter().flatten().find(|component| component.tile == owner);
+        let others = all
+            .into_iter()
+            .flatten()
+            .filter(move |component| component.tile != owner);
+        others.filter_map(move |component| Some([component, at_owner?]))
+    }
+
+    /// Returns a tile that lacks a triangle that it should have, if there is one.
+    pub(crate) fn incomplete(&self) -> Option<TileId> {
+        self.waiting.keys().map(|ids| ids[0].tile).min()
+    }
+
+    /// Returns the bytes of memory that it takes.
+    pub(crate) fn byte_size(&self) -> u64 {
+        128 * self.waiting.len() as u64
+    }
+}
