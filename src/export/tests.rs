@@ -6,8 +6,8 @@ use crate::geometry::{Point, Rect, VertexIndex};
 use crate::io::{Buffers, MemoryFile};
 use crate::mesh::Twin;
 use crate::store::{
-    BorderDraft, CoreDraft, Directory, KdNode, KdTree, Lists, Metadata, OpenOptions, Source, TileEntry, TileId,
-    TileReader, TileWriter, VertexId, front_end_for,
+    BorderDraft, CoreDraft, Directory, KdNode, KdTree, Lists, Metadata, OpenOptions, Source, TablePlace, TileEntry,
+    TileId, TileReader, TileWriter, VertexId, front_end_for,
 };
 
 /// Two tiles, and one triangle of both: vertices 0:0 and 0:1, and 1:0. Each test makes some field
@@ -81,6 +81,7 @@ impl Draft {
                 border_triangles: 1,
                 owned_triangles: if tile == 0 { self.owned } else { 0 },
                 bounds: Rect::new(0.0, 0.0, 2.0, 1.0),
+                table: TablePlace::Nowhere,
             });
         }
         let sources = self.sources.into_iter().map(|records| Source {

@@ -390,6 +390,7 @@ mod tests {
             border_triangles: 0,
             owned_triangles: 0,
             bounds: crate::geometry::Rect::EMPTY,
+            table: crate::store::format::table_place::TablePlace::Nowhere,
         });
         Directory {
             tiles: tiles.collect(),

@@ -6,7 +6,7 @@ use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId, VertexIndex};
 use crate::io::{Buffers, MemoryFile};
 use crate::mesh::{Topology, Twin};
 use crate::store::directory_writer::front_end_for;
-use crate::store::format::component_table::Component;
+use crate::store::format::component_table::{Component, ComponentRecord, encode};
 use crate::store::format::directory::Directory;
 use crate::store::format::encode::{BorderDraft, CoreDraft};
 use crate::store::format::entry::TileEntry;
@@ -74,7 +74,6 @@ fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
         vertex_sides: leaving.filter(|&(_, half_edge)| half_edge >= core_end).collect(),
         constraints: Vec::new(),
         components: Vec::new(),
-        regions: Vec::new(),
         edge_sources: Vec::new(),
         edges: Vec::new(),
     };
@@ -92,18 +91,23 @@ pub(crate) async fn relabelled(
     let file = MemoryFile::default();
     let mut writer = TileWriter::new(file.clone(), front_end_for(2));
     let tiles: Vec<_> = reader.tiles().try_collect().await.unwrap();
-    let (mut cores, mut borders) = (Vec::new(), Vec::new());
+    let (mut cores, mut borders, mut tables) = (Vec::new(), Vec::new(), Vec::new());
     for tile in tiles {
         let (mut core, mut border) = drafts(&tile);
         let mut components: Vec<u32> = Vec::new();
+        let mut records: Vec<ComponentRecord> = Vec::new();
         for triangle in tile.triangle_ids() {
-            let label = label(&tile, triangle);
-            let index = border.regions.iter().position(|&other| other == label);
-            components.push(index.unwrap_or(border.regions.len()) as u32);
+            let component = label(&tile, triangle);
+            let index = records.iter().position(|other| other.component == component);
+            components.push(index.unwrap_or(records.len()) as u32);
             if index.is_none() {
-                border.regions.push(label);
+                records.push(ComponentRecord {
+                    component,
+                    ..ComponentRecord::default()
+                });
             }
         }
+        tables.push(encode(tile.id(), &records));
         border.components = components.split_off(core.triangles.len());
         core.components = components;
         change(&tile, &mut core, &mut border);
@@ -119,9 +123,15 @@ pub(crate) async fn relabelled(
         mut tiles,
         ..
     } = Directory::clone(&*reader.directory().await.unwrap());
-    for ((entry, core), border) in tiles.iter_mut().zip(cores).zip(borders) {
+    for (((entry, core), border), table) in tiles.iter_mut().zip(cores).zip(borders).zip(tables) {
         let border = writer.append_border(&border).await.unwrap();
-        *entry = TileEntry { core, border, ..*entry };
+        let table = writer.place_table(table).await.unwrap();
+        *entry = TileEntry {
+            core,
+            border,
+            table,
+            ..*entry
+        };
     }
     metadata(&mut changed);
     writer

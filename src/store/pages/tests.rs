@@ -8,6 +8,7 @@ use crate::store::format::kd_tree::KdNode;
 use crate::store::format::line_source::LineSource;
 use crate::store::format::lists::Source;
 use crate::store::format::metadata::Metadata;
+use crate::store::format::table_place::TablePlace;
 use crate::store::reader::{OpenOptions, TileReader};
 use crate::store::writer::TileWriter;
 use crate::store::{KdTree, LineKind};
@@ -86,6 +87,7 @@ fn directory(used: u32, next: u32, in_order: bool, dice: &mut Dice) -> Directory
             border_triangles: 10,
             owned_triangles: id % 10,
             bounds: cell,
+            table: TablePlace::Nowhere,
         };
     }
     let entries = || tiles.iter();

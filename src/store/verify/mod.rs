@@ -11,6 +11,7 @@
 //! - the counts, the bounds and the digest in the directory are those of the tiles;
 //! - constraints have sources and change the depth accordingly, regions end at constraints only,
 //!   and each hole has a reason, if the file has regions;
+//! - the component tables say what their components are and which share triangles;
 //! - each polygon covers each point 0 or 1 times, if the file lists its lines;
 //! - each triangle is stored in all tiles of its vertices, and is the same in each: for each pair
 //!   of tiles, the hashes of the triangles that one tile owns and the other shares cancel out.
@@ -23,6 +24,7 @@
 //! [`TileReader::verify_points`], [`TileReader::verify_lines`] and [`TileReader::verify_sites`]
 //! compare a file with its input.
 
+mod components;
 mod error;
 mod line;
 mod lines;

@@ -174,6 +174,7 @@ pub(super) fn check(tile: &Tile, claims: &RegionClaims, bounds: Rect) -> Result<
         ));
     }
     mark_seeds(tile, claims, bounds, &mut components);
+    check_seeded(tile, claims, &components)?;
     let regions = joined(components)?;
     // The one component of a tile without triangles has no region.
     let regions: Vec<Region> = regions.into_iter().filter(|r| r.flags.has(RegionFlags::SEEN)).collect();
@@ -201,7 +202,8 @@ pub(super) fn check(tile: &Tile, claims: &RegionClaims, bounds: Rect) -> Result<
 
 /// Checks that a tile of a file without regions has no regions, walls or sources.
 pub(super) fn check_none(tile: &Tile) -> Result<(), Fault> {
-    let has_labels = tile.component_count() != 1 || tile.component_at(0) != Component::default();
+    let is_seeded = tile.component_records().iter().any(|record| record.is_seeded);
+    let has_labels = is_seeded || tile.component_count() != 1 || tile.component_at(0) != Component::default();
     let has_walls = tile.half_edges().any(|half_edge| tile.is_wall(half_edge));
     // Without triangles there are edges with sources, but no regions.
     let has_sources = tile.edges_with_sources() > 0 && tile.triangle_count() > 0;
@@ -310,6 +312,32 @@ fn mark_seeds(tile: &Tile, claims: &RegionClaims, bounds: Rect, components: &mut
             }
         }
     }
+}
+
+/// Checks that the component table says of a component that there is a seed in it if there is one,
+/// and only if one at least touches it.
+fn check_seeded(tile: &Tile, claims: &RegionClaims, components: &[Region]) -> Result<(), Fault> {
+    let records = tile.component_records();
+    let mut is_touched = vec![false; records.len()];
+    if records.iter().any(|record| record.is_seeded) {
+        for triangle in tile.triangle_ids() {
+            let corners = tile.triangle_points(triangle);
+            let around = Rect::around(corners);
+            let seeds = claims.seeds_within(around.min_x, around.max_x);
+            is_touched[tile.component_number(triangle) as usize] |= seeds
+                .iter()
+                .any(|&seed| seed_flag(tile, triangle, corners, seed).is_some());
+        }
+    }
+    for (((record, component), is_touched), number) in records.iter().zip(components).zip(is_touched).zip(0..) {
+        let must = component.flags.has(RegionFlags::SEEDED);
+        if record.is_seeded && !is_touched || must && !record.is_seeded {
+            return Err(Fault::new(format!(
+                "the component table is wrong on whether there is a seed in component {number}"
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// Returns the flag that a seed sets for the region of a triangle, or `None` if the seed is outside

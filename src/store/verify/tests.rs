@@ -7,6 +7,7 @@ mod model;
 mod polygons;
 mod regions;
 mod renumbered;
+mod tables;
 mod town;
 
 use crate::geometry::{Point, VertexIndex};

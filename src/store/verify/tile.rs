@@ -193,21 +193,26 @@ fn check_circles(tile: &Tile) -> Result<u64, Fault> {
 fn share(tile: &Tile, triangle: TriangleId, sums: &mut HashMap<(TileId, TileId), u128>) {
     let owner = owner(tile, triangle);
     let hash = hash(tile, triangle);
-    let mut others = tile.vertices(triangle).map(|v| v.id.tile).to_vec();
-    others.sort_unstable();
-    others.dedup();
     let mut add = |pair, hash: u128| {
         let sum = sums.entry(pair).or_default();
         *sum = sum.wrapping_add(hash);
     };
     if owner == tile.id() {
-        others
-            .iter()
-            .filter(|&&t| t != owner)
-            .for_each(|&t| add((owner, t), hash));
+        others_with(tile, triangle)
+            .into_iter()
+            .for_each(|other| add((owner, other), hash));
     } else {
         add((owner, tile.id()), hash.wrapping_neg());
     }
+}
+
+/// Returns the other tiles that have a triangle.
+pub(super) fn others_with(tile: &Tile, triangle: TriangleId) -> Vec<TileId> {
+    let mut others = tile.vertices(triangle).map(|v| v.id.tile).to_vec();
+    others.sort_unstable();
+    others.dedup();
+    others.retain(|&other| other != tile.id());
+    others
 }
 
 /// Returns the tile that a triangle belongs to.

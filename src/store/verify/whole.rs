@@ -1,6 +1,6 @@
 //! Checks of a whole file: every tile, and the facts that need all tiles.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
 use crate::store::verify::polygons::ObstacleEdges;
 use crate::store::verify::tile::{Expected, TileReport, VertexPoints};
-use crate::store::verify::{regions, tile};
+use crate::store::verify::{components, regions, tile};
 
 impl TileReader {
     /// Checks the file. If `deep` is true, proves the triangulation too. Must be awaited within a
@@ -56,6 +56,9 @@ impl PassReader {
             per_vertex: tile::BYTES_PER_VERTEX,
             ..Needs::default()
         };
+        if deep {
+            needs.per_vertex += components::BYTES_PER_VERTEX;
+        }
         let claims = expected.regions.as_ref().filter(|_| deep);
         if claims.is_some() {
             needs.per_vertex += regions::BYTES_PER_VERTEX;
@@ -66,7 +69,11 @@ impl PassReader {
         let mut reports = self.for_each_tile(needs, move |tile| {
             let cell = cells[tile.id().0 as usize];
             let report = points.with(|points| tile::check(&tile, cell, &shared, points));
-            (tile.id(), report)
+            let links = report.and_then(|report| {
+                let links = shared.deep.then(|| components::check(&tile)).transpose()?;
+                Ok((report, links.unwrap_or_default()))
+            });
+            (tile.id(), links)
         })?;
         let mut totals = FileTotals {
             regions: claims.map(regions::RegionTotals::new),
@@ -74,7 +81,9 @@ impl PassReader {
         };
         while let Some(report) = reports.next().await {
             let (tile, report) = report?;
-            totals.add(self, report.map_err(|fault| fault.of(tile))?)?;
+            let (report, links) = report.map_err(|fault| fault.of(tile))?;
+            totals.add(self, report)?;
+            totals.add_links(links);
         }
         self.verify_metadata(&totals)?;
         if deep {
@@ -178,6 +187,7 @@ impl PassReader {
         if let Some(&(owner, other)) = pairs.first() {
             return Err(self.find_difference(owner, other).await?);
         }
+        self.verify_links(totals).await?;
         if totals.hull_edges != metadata.hull_edges {
             let expected = metadata.hull_edges;
             return Err(VerifyError::File(format!(
@@ -194,6 +204,23 @@ impl PassReader {
         }
         if metadata.triangles == 0 {
             self.verify_on_line().await?;
+        }
+        Ok(())
+    }
+
+    /// Checks the links between components of different tiles.
+    async fn verify_links(&self, totals: &FileTotals) -> Result<(), VerifyError> {
+        let wrong = totals.links.iter().filter(|(_, sum)| **sum != 0);
+        let wrong = wrong
+            .map(|(pair, _)| pair)
+            .filter(|pair| !totals.ambiguous.contains(pair));
+        if let Some((owner, other)) = wrong.min() {
+            let reason = format!("its links to components of tile {owner} do not fit the triangles that they share");
+            return Err(Fault::new(reason).of(*other));
+        }
+        for &(owner, other) in &totals.ambiguous {
+            let (owning, sharing) = (self.tile(owner).await?, self.tile(other).await?);
+            components::check_pair(&owning, &sharing).map_err(|fault| fault.of(other))?;
         }
         Ok(())
     }
@@ -301,12 +328,27 @@ struct FileTotals {
     /// less those shared.
     shared: HashMap<(TileId, TileId), u128>,
     digest: Digest,
+    /// The links between components of different tiles.
+    links: HashMap<components::Pair, u128>,
+    /// Pairs of tiles whose links these sums do not check.
+    ambiguous: BTreeSet<components::Pair>,
     /// The sums of regions, if these are checked.
     regions: Option<regions::RegionTotals>,
     obstacle_edges: ObstacleEdges,
 }
 
 impl FileTotals {
+    fn add_links(&mut self, report: components::LinkReport) {
+        for (pair, sum) in report.sums {
+            let total = self.links.entry(pair).or_default();
+            *total = total.wrapping_add(sum);
+            if *total == 0 {
+                self.links.remove(&pair);
+            }
+        }
+        self.ambiguous.extend(report.ambiguous);
+    }
+
     fn add(&mut self, reader: &PassReader, report: TileReport) -> Result<(), VerifyError> {
         let directory = reader.directory();
         let entry = &directory.tiles[report.tile.0 as usize];

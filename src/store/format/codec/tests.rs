@@ -9,7 +9,6 @@ use super::{Codec, MAX_RATIO, Part, StoredPart, encode_plan, fields, plan};
 use crate::geometry::{HalfEdge, PackedHalfEdge, Point, VertexIndex};
 use crate::io::Buffers;
 use crate::mesh::Twin;
-use crate::store::format::component_table::Component;
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::encode::{BorderDraft, CoreDraft};
 use crate::store::format::ids::{TileId, VertexId};
@@ -99,13 +98,7 @@ fn drafts(seed: u64, vertices: u64, triangles: u64, are_mutual: bool) -> (CoreDr
         triangles: border_corners,
         neighbours: vec![[Twin::Hull, Twin::Elsewhere, Twin::HalfEdge(HalfEdge(2))]; triangles as usize / 3],
         core_links: (0..triangles as u32 / 9).map(|i| (2 * i, i)).collect(),
-        regions: (0..5)
-            .map(|region| Component {
-                region,
-                depth: -3,
-                is_hole: true,
-            })
-            .collect(),
+        components: vec![3; triangles as usize / 3],
         ..BorderDraft::default()
     };
     (core, border)

@@ -4,6 +4,7 @@
 use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId, VertexIndex};
 use crate::io::Buffers;
 use crate::mesh::Twin;
+use crate::store::format::component_table::{Component, ComponentRecord, encode};
 use crate::store::format::damage::Damage;
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::encode::{BorderDraft, CoreDraft};
@@ -11,6 +12,7 @@ use crate::store::format::entry::TileEntry;
 use crate::store::format::extent::Extent;
 use crate::store::format::flat_buffer::verified;
 use crate::store::format::generated::tile as schema;
+use crate::store::format::table_place::{ShortTable, TablePlace};
 use crate::store::format::tile::*;
 
 /// A square of two triangles, and a border triangle at its right edge that has a corner of another
@@ -61,9 +63,6 @@ fn full_drafts() -> (CoreDraft, BorderDraft) {
     border.foreign_z = Some(vec![3.25]);
     border.constraints = vec![0b001_101];
     border.components = vec![2];
-    border.regions = [(70_000, 1, true), (9, 0, false), (3, -2, false)]
-        .map(|(region, depth, is_hole)| Component { region, depth, is_hole })
-        .to_vec();
     border.edge_sources = vec![
         (1, source(LineKind::BreakLine, 0)),
         (5, source(LineKind::Obstacle, 5).reversed()),
@@ -76,15 +75,41 @@ fn source(kind: LineKind, number: u64) -> EdgeSource {
     EdgeSource::new(kind, number)
 }
 
-fn open((core, border): &(CoreDraft, BorderDraft)) -> Result<Tile, Damage> {
+/// The components of the tile of [`full_drafts`].
+fn full_table() -> Vec<u8> {
+    table(
+        &[(70_000, 1, true), (9, 0, false), (3, -2, false)].map(|(region, depth, is_hole)| Component {
+            region,
+            depth,
+            is_hole,
+        }),
+    )
+}
+
+fn table(components: &[Component]) -> Vec<u8> {
+    let records = components.iter().map(|&component| ComponentRecord {
+        component,
+        ..ComponentRecord::default()
+    });
+    encode(TileId(0), &records.collect::<Vec<_>>())
+}
+
+/// Opens a tile. If any of its triangles has a component, it has the table of [`full_drafts`].
+fn open(drafts: &(CoreDraft, BorderDraft)) -> Result<Tile, Damage> {
+    let has_components = drafts.0.components.iter().any(|&component| component > 0);
+    open_with(drafts, &if has_components { full_table() } else { Vec::new() })
+}
+
+fn open_with((core, border): &(CoreDraft, BorderDraft), table: &[u8]) -> Result<Tile, Damage> {
     let buffers = Buffers::default();
     open_bytes(
         &core.encode(TileId(0), 1, &buffers),
         &border.encode(TileId(0), 1, &buffers),
+        table,
     )
 }
 
-fn open_bytes(core: &Bytes, border: &Bytes) -> Result<Tile, Damage> {
+fn open_bytes(core: &Bytes, border: &Bytes, table: &[u8]) -> Result<Tile, Damage> {
     let extent = |bytes: &Bytes| Extent::raw(8192, bytes.len() as u32, crc32c::crc32c(bytes));
     let entry = TileEntry {
         core: extent(core),
@@ -95,8 +120,9 @@ fn open_bytes(core: &Bytes, border: &Bytes) -> Result<Tile, Damage> {
         border_triangles: 1,
         owned_triangles: 3,
         bounds: crate::geometry::Rect::PLANE,
+        table: ShortTable::new(table).map_or(TablePlace::Nowhere, TablePlace::InPage),
     };
-    Tile::open(TileId(0), &entry, core, border)
+    Tile::open(TileId(0), &entry, [core, border], None)
 }
 
 #[test]
@@ -167,7 +193,6 @@ fn triangles_without_stored_regions_are_free_and_of_region_0() {
     core.components = vec![0; 2];
     core.constraints = vec![0; 2];
     border.components = vec![0];
-    border.regions = vec![Component::default()];
     let encoded = |(core, border): &(CoreDraft, BorderDraft)| {
         let buffers = Buffers::default();
         [
@@ -181,12 +206,11 @@ fn triangles_without_stored_regions_are_free_and_of_region_0() {
 #[test]
 fn depths_of_all_sizes_are_read_as_they_were_written() {
     for depth in [0, 1, -1, 63, -64, 64, 40_000, i32::MAX, i32::MIN] {
-        let (core, mut border) = drafts();
-        border.regions = vec![Component {
+        let table = table(&[Component {
             depth,
             ..Component::default()
-        }];
-        assert_eq!(open(&(core, border)).unwrap().depth(TriangleId(2)), depth);
+        }]);
+        assert_eq!(open_with(&drafts(), &table).unwrap().depth(TriangleId(2)), depth);
     }
 }
 
@@ -239,16 +263,12 @@ fn all_corners_have_a_finite_z_or_none_has() {
 #[test]
 fn drafts_that_contradict_themselves_are_rejected() {
     type Fault = fn(&mut CoreDraft, &mut BorderDraft);
-    let faults: [(&str, Fault); 13] = [
+    let faults: [(&str, Fault); 12] = [
         ("a wall is no constraint", |core, _| core.constraints[0] = 0b001_110),
         ("the border: a wall", |_, border| border.constraints[0] = 0b010_101),
         ("have 3 components", |core, _| core.components.push(1)),
         ("have 2 components", |_, border| border.components.push(0)),
         ("component 3 is not below 3", |core, _| core.components[1] = 3),
-        ("component 2 is not below 1", |core, border| {
-            border.regions = vec![Component::default()];
-            core.components = vec![0, 0];
-        }),
         ("an edge with a source", |core, _| core.edge_sources[0].0 = 6),
         ("an edge with a source", |core, _| core.edge_sources.swap(0, 1)),
         ("the border: an edge", |_, border| border.edge_sources[2].0 = 9),
@@ -268,21 +288,12 @@ fn drafts_that_contradict_themselves_are_rejected() {
 /// Contradictions that no draft can express.
 #[test]
 fn a_border_with_only_one_of_two_matching_tables_is_rejected() {
-    type Fault = for<'b> fn(&mut schema::BorderArgs<'b>, [flatbuffers::WIPOffset<schema::Packed<'b>>; 4]);
-    let faults: [(&str, Fault); 6] = [
+    type Fault = for<'b> fn(&mut schema::BorderArgs<'b>, [flatbuffers::WIPOffset<schema::Packed<'b>>; 2]);
+    let faults: [(&str, Fault); 3] = [
         ("", |_, _| ()),
-        ("edges lack their sources", |args, [one, ..]| {
-            args.edge_sides = Some(one)
-        }),
-        ("1 edges have 3 sources", |args, [one, .., three]| {
+        ("edges lack their sources", |args, [one, _]| args.edge_sides = Some(one)),
+        ("1 edges have 3 sources", |args, [one, three]| {
             (args.edge_sides, args.edge_sources) = (Some(one), Some(three));
-        }),
-        ("depths or holes, but no regions", |args, [one, ..]| {
-            args.depths = Some(one)
-        }),
-        ("there are no regions", |args, [_, none, ..]| args.regions = Some(none)),
-        ("there are not 1 depths of 32 bits", |args, [one, _, large, _]| {
-            (args.regions, args.depths) = (Some(one), Some(large));
         }),
     ];
     let (core, border) = drafts();
@@ -309,12 +320,12 @@ fn a_border_with_only_one_of_two_matching_tables_is_rejected() {
             neighbours: Some(write(&[7, 7, 1])),
             ..schema::BorderArgs::default()
         };
-        let offered = [&[0][..], &[], &[1 << 32], &[0, 1, 2]].map(&mut write);
+        let offered = [&[0][..], &[0, 1, 2]].map(&mut write);
         args.foreign = Some(builder.create_vector(&right.foreign().iter().copied().collect::<Vec<_>>()));
         fault(&mut args, offered);
         let root = schema::Border::create(&mut builder, &args);
         builder.finish(root, None);
-        let opened = open_bytes(&core, &builder.finished_data().to_vec().into());
+        let opened = open_bytes(&core, &builder.finished_data().to_vec().into(), &full_table());
         match opened {
             Ok(_) => assert_eq!(reason, ""),
             Err(error) => assert!(
@@ -350,7 +361,7 @@ fn random_bytes_are_rejected_or_give_a_tile_that_does_not_panic() {
             part[at] = [0, 1, 2, 5, 0x7f, 0xff, part[at] ^ 1, part[at].wrapping_add(1)][below(8)];
         }
         let [core, border] = parts.map(Bytes::from);
-        let Ok(tile) = open_bytes(&core, &border) else {
+        let Ok(tile) = open_bytes(&core, &border, &full_table()) else {
             outcomes[0] += 1;
             continue;
         };

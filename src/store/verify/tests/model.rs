@@ -3,6 +3,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use bytes::Bytes;
 use futures::stream::TryStreamExt;
 
 use crate::geometry::{HalfEdge, PackedHalfEdge, Point, Rect};
@@ -10,7 +11,7 @@ use crate::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use crate::io::{Buffers, MemoryFile};
 use crate::mesh::{Topology, Twin};
 use crate::store::directory_writer::front_end_for;
-use crate::store::format::component_table::Component;
+use crate::store::format::component_table::{Component, ComponentRecord, encode};
 use crate::store::format::digest::Digest;
 use crate::store::format::directory::Directory;
 use crate::store::format::edge_source::EdgeSource;
@@ -21,6 +22,7 @@ use crate::store::format::tile::Tile;
 pub(crate) use crate::store::format::tile::edges::TileEdge;
 use crate::store::reader::{OpenOptions, TileReader};
 use crate::store::verify::error::VerifyError;
+use crate::store::verify::tests::tables::{ModelTable, tables};
 use crate::store::writer::TileWriter;
 use crate::{BuildOptions, Builder, MissingZ};
 
@@ -29,6 +31,9 @@ pub(super) type Named = [VertexId; 3];
 /// A segment, and the source that it gives to the edges along it.
 pub(super) type Sourced = ([Point; 2], EdgeSource);
 
+/// A change of what a component table says of a component.
+pub(super) type TableChange = fn(&mut ComponentRecord);
+
 /// A file as sets of triangles, from which cores, borders and entries are made.
 #[derive(Clone)]
 pub(super) struct Model {
@@ -36,6 +41,8 @@ pub(super) struct Model {
     pub(super) tiles: Vec<ModelTile>,
     /// What the directory's digest has more than that of the tiles.
     pub(super) surplus: Digest,
+    /// Changes of component tables: the tile, the component, and what is done to its record.
+    pub(super) table_changes: Vec<(TileId, usize, TableChange)>,
 }
 
 #[derive(Clone, Default)]
@@ -167,6 +174,7 @@ impl Model {
                 tiles: tiles.iter().map(|tile| ModelTile::of(tile)).collect(),
                 directory: Directory::clone(&*reader.directory().await.unwrap()),
                 surplus: Digest::default(),
+                table_changes: Vec::new(),
             }
         })
     }
@@ -218,21 +226,29 @@ impl Model {
         let mut writer = TileWriter::new(file.clone(), front_end_for(2));
         let mut entries = Vec::new();
         let mut digest = self.surplus;
-        for (tile, id) in self.tiles.iter().zip((0..).map(TileId)) {
+        let tables = tables(self);
+        for ((tile, table), id) in self.tiles.iter().zip(&tables).zip((0..).map(TileId)) {
             if tile.points.is_empty() {
                 entries.push(TileEntry::UNUSED);
                 continue;
             }
-            let (core, border, entry) = self.encode(id, tile);
+            let (core, border, entry) = self.encode(id, tile, table);
             let bytes = [
                 core.encode(id, 1, &Buffers::default()),
                 border.encode(id, 1, &Buffers::default()),
             ];
             let core = writer.append_core(&bytes[0]).await.unwrap();
             let border = writer.append_border(&bytes[1]).await.unwrap();
-            let entry = TileEntry { core, border, ..entry };
+            let table = encode(id, &self.changed_records(id, &table.records));
+            let (short, table) = (writer.place_table(table.clone()).await.unwrap(), Bytes::from(table));
+            let entry = TileEntry {
+                core,
+                border,
+                table: short,
+                ..entry
+            };
             // A tile that cannot be opened is found before the digest matters.
-            if let Ok(tile) = Tile::open(id, &entry, &bytes[0], &bytes[1]) {
+            if let Ok(tile) = Tile::open(id, &entry, [&bytes[0], &bytes[1]], Some(&table)) {
                 digest += Digest::of_tile(&tile);
             }
             entries.push(entry);
@@ -260,7 +276,16 @@ impl Model {
             .unwrap()
     }
 
-    fn encode(&self, id: TileId, tile: &ModelTile) -> (CoreDraft, BorderDraft, TileEntry) {
+    /// Returns the records of a tile's components after the model's changes of them.
+    fn changed_records(&self, id: TileId, records: &[ComponentRecord]) -> Vec<ComponentRecord> {
+        let mut records = records.to_vec();
+        for (_, component, change) in self.table_changes.iter().filter(|(tile, ..)| *tile == id) {
+            change(&mut records[*component]);
+        }
+        records
+    }
+
+    fn encode(&self, id: TileId, tile: &ModelTile, table: &ModelTable) -> (CoreDraft, BorderDraft, TileEntry) {
         let own = tile.points.len() as u32;
         let is_on_line = tile.is_on_line();
         let corners = tile.border.iter().flatten();
@@ -353,19 +378,7 @@ impl Model {
         }
         edge_sources.iter_mut().for_each(|edges| edges.sort_unstable());
         let [of_core, of_others] = edge_sources;
-        let label = |t: &Named| tile.labels.get(t).copied().unwrap_or_default();
-        let mut regions: Vec<Component> = Vec::new();
-        let mut components = |triangles: &[Named]| -> Vec<u32> {
-            let component = |t| {
-                let label = label(t);
-                let found = regions.iter().position(|&other| other == label);
-                found.unwrap_or_else(|| {
-                    regions.push(label);
-                    regions.len() - 1
-                }) as u32
-            };
-            triangles.iter().map(component).collect()
-        };
+        let components = |triangles: &[Named]| triangles.iter().map(|t| table.of_triangles[t]).collect();
         let [core_components, border_components] = [&tile.core, &tile.border].map(|t| components(t));
         let in_core: HashSet<u32> = tile.core.iter().flatten().map(|v| v.index.0).collect();
         let mut leaving: Vec<(u32, u32)> = triangles[tile.core.len()..]
@@ -417,7 +430,6 @@ impl Model {
             vertex_sides: leaving,
             constraints: bits(&tile.border),
             components: border_components,
-            regions,
             edge_sources: of_others,
             edges,
         };

@@ -48,6 +48,7 @@ fn renumbered(model: &Model) -> Model {
         directory,
         tiles,
         surplus: model.surplus,
+        table_changes: Vec::new(),
     }
 }
 
