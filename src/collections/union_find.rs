@@ -41,7 +41,7 @@ impl UnionFind {
 }
 
 /// Disjoint sets of the numbers from 0. Each number has a value that is known up to a constant for
-/// its set.
+/// its set. Differences wrap around: those of a file that is made to harm may add up to any number.
 #[derive(Debug)]
 pub(crate) struct WeightedUnionFind {
     parents: Vec<u32>,
@@ -78,7 +78,7 @@ impl WeightedUnionFind {
         }
         let mut above = 0;
         for &on_path in self.path.iter().rev() {
-            above += self.above_parent[on_path as usize];
+            above = self.above_parent[on_path as usize].wrapping_add(above);
             self.above_parent[on_path as usize] = above;
             self.parents[on_path as usize] = root;
         }
@@ -90,7 +90,7 @@ impl WeightedUnionFind {
     pub(crate) fn union(&mut self, a: u32, b: u32, difference: i32) -> bool {
         let ((root_a, above_a), (root_b, above_b)) = (self.find(a), self.find(b));
         // The value of the root of `a` minus that of the root of `b`.
-        let apart = difference - above_a + above_b;
+        let apart = difference.wrapping_sub(above_a).wrapping_add(above_b);
         if root_a == root_b {
             return apart == 0;
         }
@@ -98,7 +98,7 @@ impl WeightedUnionFind {
         let (child, parent, above) = if root_a > root_b {
             (root_a, root_b, apart)
         } else {
-            (root_b, root_a, -apart)
+            (root_b, root_a, apart.wrapping_neg())
         };
         self.parents[child as usize] = parent;
         self.above_parent[child as usize] = above;

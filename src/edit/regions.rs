@@ -291,7 +291,7 @@ impl RegionJoin {
         let (_, outside) = self.depths.find(OUTSIDE);
         let mut components = Vec::with_capacity(regions.all.len());
         for (region, &number) in regions.all.iter().zip(&numbers.all) {
-            let depth = self.depths.find(region.node).1 - outside;
+            let depth = self.depths.find(region.node).1.wrapping_sub(outside);
             components.push(Component {
                 region: number,
                 depth,

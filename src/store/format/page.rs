@@ -190,3 +190,6 @@ fn decode_tables(page: schema::Page<'_>, entries: &mut [TileEntry], file_length:
         false => Err(wrong()),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -8,7 +8,7 @@ use crate::store::format::kd_tree::KdNode;
 use crate::store::format::line_source::LineSource;
 use crate::store::format::lists::Source;
 use crate::store::format::metadata::Metadata;
-use crate::store::format::table_place::TablePlace;
+use crate::store::format::table_place::{ShortTable, TablePlace};
 use crate::store::reader::{OpenOptions, TileReader};
 use crate::store::writer::TileWriter;
 use crate::store::{KdTree, LineKind};
@@ -61,6 +61,23 @@ fn grow(ids: &[u32], cell: Rect, dice: &mut Dice, nodes: &mut Vec<KdNode>, cells
     grow(&ids[left..], high, dice, nodes, cells);
 }
 
+/// Returns a place of a component table of any kind.
+fn table(dice: &mut Dice) -> TablePlace {
+    match dice.below(8) {
+        0 => TablePlace::Nowhere,
+        1 => TablePlace::Apart(Extent::raw(
+            8192 + u64::from(dice.below(100)),
+            57 + dice.below(400),
+            dice.below(1 << 30),
+        )),
+        _ => {
+            let length = 1 + dice.below(ShortTable::MAX as u32);
+            let bytes: Vec<u8> = (0..length).map(|_| dice.below(256) as u8).collect();
+            TablePlace::InPage(ShortTable::new(&bytes).unwrap())
+        }
+    }
+}
+
 /// Returns a directory of `used` tiles with numbers below `next`, in the order of the leaves or in
 /// any order.
 fn directory(used: u32, next: u32, in_order: bool, dice: &mut Dice) -> Directory {
@@ -87,7 +104,7 @@ fn directory(used: u32, next: u32, in_order: bool, dice: &mut Dice) -> Directory
             border_triangles: 10,
             owned_triangles: id % 10,
             bounds: cell,
-            table: TablePlace::Nowhere,
+            table: table(dice),
         };
     }
     let entries = || tiles.iter();
@@ -185,8 +202,8 @@ fn directories_of_all_sizes_and_orders_are_read_as_they_were_written() {
             (1, 1),
             (1, 300),
             (2, 2),
-            (128, 128),
-            (129, 129),
+            (96, 96),
+            (97, 97),
             (700, 1000),
             (3000, 3000),
         ] {
@@ -219,11 +236,11 @@ fn a_change_writes_only_the_pages_on_its_way() {
             let before = reader.directory().await.unwrap();
             let mut after = Directory::clone(&before);
             let mut tiles = after.tiles.clone();
-            let changed = [dice.below(3000), dice.below(3000)];
-            for id in changed {
-                tiles[id as usize].core.crc ^= 1 << round;
-                tiles[id as usize].generation += 1;
-            }
+            let [rewritten, relabelled] = [dice.below(3000), dice.below(3000)];
+            tiles[rewritten as usize].core.crc ^= 1 << round;
+            tiles[rewritten as usize].generation += 1;
+            // The tile is as it was, but its page is not.
+            tiles[relabelled as usize].table = table(&mut dice);
             after.set_tiles(tiles);
             if round == 3 {
                 after.lists.lines.push(LineSource {

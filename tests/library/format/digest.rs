@@ -6,6 +6,7 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::store::Digest;
 use xxhash_rust::xxh3::xxh3_128;
 
+use crate::format::components::from_smallest;
 use crate::format::reader::File;
 
 /// Counts and sums, in the order of the directory's fields.
@@ -22,6 +23,11 @@ const SITES: usize = 6;
 fn bytes(points: &[Point]) -> Vec<u8> {
     let numbers = points.iter().flat_map(|p| [p.x, p.y]);
     numbers.flat_map(f64::to_le_bytes).collect()
+}
+
+/// Returns the hash of an element that consists of points.
+pub fn hash(points: &[Point]) -> u128 {
+    xxh3_128(&bytes(points))
 }
 
 fn add(sums: &mut Sums, kind: usize, bytes: &[u8]) {
@@ -86,14 +92,11 @@ pub fn sums(file: &File) -> Sums {
             );
         }
         for (triangle, corners) in tile.triangles().enumerate() {
-            let mut corners = corners.map(|corner| tile.corner(file, corner));
-            while (1..3).any(|other| corners[other].1.lex_cmp(corners[0].1).is_lt()) {
-                corners.rotate_left(1);
-            }
+            let corners = from_smallest(corners.map(|corner| tile.corner(file, corner)));
             if corners[0].0 == number {
                 let corners = bytes(&corners.map(|corner| corner.1));
                 add(&mut sums, TRIANGLES, &corners);
-                if tile.regions[triangle].2 {
+                if tile.component(triangle).is_hole() {
                     add(&mut sums, HOLES, &corners);
                 }
             }

@@ -20,6 +20,8 @@ pub struct Directory {
     pub nodes: Vec<Node>,
     /// The number of entries of each page.
     pub page_entries: Vec<usize>,
+    /// The number of component tables that lie in pages, and of those that lie apart.
+    pub table_counts: [usize; 2],
     pub constraint_edges: u64,
     /// The numbers of regions, spanning regions, hole regions, hole triangles, sites and crossings.
     pub counts: [u64; 6],
@@ -64,6 +66,53 @@ impl Part {
     fn end(self) -> u64 {
         self.offset + u64::from(self.length)
     }
+}
+
+/// Where the component table of a tile lies.
+#[derive(Clone, Copy)]
+pub enum TablePlace<'b> {
+    Nowhere,
+    InPage(&'b [u8]),
+    Apart(Part),
+}
+
+/// Returns the places of the component tables of a page with `count` entries.
+fn table_places<'b>(page: &Page, table: Table<'b>, count: usize) -> Vec<TablePlace<'b>> {
+    let slot = |field| page.slot("Page", field);
+    let bytes = |field| {
+        let (at, length) = table.vector(slot(field))?;
+        Some(&table.bytes[at..at + length])
+    };
+    let mut rest = bytes("tables").unwrap_or_default();
+    let mut apart = match table.field(slot("tables_apart")) {
+        Some(_) => structs(page, "PartExtent", table, slot("tables_apart")),
+        None => Vec::new(),
+    }
+    .into_iter();
+    let longest = page.limits["a component table in a page"]
+        .strip_suffix(" bytes")
+        .unwrap();
+    let longest: u8 = longest.parse().unwrap();
+    let none = vec![0; count];
+    let lengths = bytes("table_lengths").unwrap_or(&none);
+    assert_eq!(lengths.len(), count);
+    let places = lengths.iter().map(|&length| match length {
+        0 => TablePlace::Nowhere,
+        255 => {
+            let part = part_of(&apart.next().unwrap());
+            assert!(part.length > longest.into());
+            TablePlace::Apart(part)
+        }
+        _ => {
+            assert!(length <= longest);
+            let (table, behind) = rest.split_at(length.into());
+            rest = behind;
+            TablePlace::InPage(table)
+        }
+    });
+    let places = places.collect();
+    assert!(rest.is_empty() && apart.next().is_none());
+    places
 }
 
 /// Returns the nodes of a part of the tree. Right children have no numbers yet.
@@ -155,6 +204,7 @@ const NOWHERE: [f64; 4] = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64:
 #[derive(Default)]
 struct Pages<'b> {
     entries: Vec<&'b [u8]>,
+    tables: Vec<TablePlace<'b>>,
     page_entries: Vec<usize>,
     trees: Vec<Vec<Node>>,
     /// The bytes of the pages, in order.
@@ -196,6 +246,7 @@ impl<'b> Pages<'b> {
                 };
                 of_page = around(of_page, bounds_of(&entry));
             }
+            self.tables.extend(table_places(page, this, count));
             check_bounds(&reference, of_page, whole);
             bounds = around(bounds, of_page);
             self.page_entries.push(count);
@@ -205,9 +256,18 @@ impl<'b> Pages<'b> {
     }
 }
 
-/// Reads the directory of a new file. Also returns the entries of tiles, and what the file's id is a
-/// hash of.
-pub fn read_directory<'b>(page: &Page, file: &'b [u8], root: Part) -> (Directory, Vec<&'b [u8]>, Vec<u8>) {
+/// The directory, and what is read with it.
+pub struct WithTiles<'b> {
+    pub directory: Directory,
+    /// The entries of tiles, and the places of their component tables.
+    pub entries: Vec<&'b [u8]>,
+    pub tables: Vec<TablePlace<'b>>,
+    /// What the file's id is a hash of.
+    pub hashed: Vec<u8>,
+}
+
+/// Reads the directory of a new file.
+pub fn read_directory<'b>(page: &Page, file: &'b [u8], root: Part) -> WithTiles<'b> {
     assert_eq!(root.offset, 8192, "the root follows the superblocks");
     assert!(root.length <= 16384);
     let root_bytes = root.read(file);
@@ -271,12 +331,22 @@ pub fn read_directory<'b>(page: &Page, file: &'b [u8], root: Part) -> (Directory
         pages.page_entries,
         lists.map(|list| list.map(|list| list.read(file))),
     );
+    let places = |wanted: fn(&TablePlace<'_>) -> bool| pages.tables.iter().filter(|place| wanted(place)).count();
     let directory = Directory {
         front_end: end as usize,
         behind: first_list.map(|offset| offset as usize),
+        table_counts: [
+            places(|place| matches!(place, TablePlace::InPage(_))),
+            places(|place| matches!(place, TablePlace::Apart(_))),
+        ],
         ..directory
     };
-    (directory, pages.entries, hashed)
+    WithTiles {
+        directory,
+        entries: pages.entries,
+        tables: pages.tables,
+        hashed,
+    }
 }
 
 fn part_of(fields: &Fields<'_>) -> Part {
@@ -376,6 +446,7 @@ fn of_root(
         hole_points: hole_points.map(|at| Point::new(at.f64("x"), at.f64("y"))).collect(),
         polygon_lines: polygon_lines.map(|of| (of.u64("line"), of.u64("polygon"))).collect(),
         digest: sums.map(sum),
+        table_counts: [0; 2],
         front_end: 0,
         behind: None,
     }

@@ -1,4 +1,4 @@
-//! Reads constraints, regions and sites of a tile as the format's page describes them.
+//! Reads constraints, components and sites of a tile as the format's page describes them.
 
 use crate::format::page::Page;
 use crate::format::reader::packed;
@@ -34,29 +34,8 @@ pub fn sources(half_edges: &[u64], sources: &[u64]) -> Vec<(usize, u64, u8)> {
         .collect()
 }
 
-/// Returns the region, the depth and the hole flag of each triangle.
-pub fn read_regions(
-    page: &Page,
-    components: [(Table<'_>, usize); 2],
-    border: Table<'_>,
-    triangles: [usize; 2],
-) -> Vec<(u64, i64, bool)> {
-    let slot = |field| page.slot("Border", field);
-    let regions = optional(page, border, slot("regions"));
-    let depths = optional(page, border, slot("depths"));
-    assert!(regions.is_some() || depths.is_none());
-    let regions = regions.unwrap_or_else(|| vec![0]);
-    let depths = depths.unwrap_or_else(|| vec![0; regions.len()]);
-    let holes = bits(border, slot("holes"), regions.len());
-    assert_eq!(regions.len(), depths.len());
-    // The stored values 0, 1, 2, 3 stand for 0, −1, 1, −2.
-    let depth = |value: u64| {
-        if value.is_multiple_of(2) {
-            (value / 2) as i64
-        } else {
-            -((value / 2) as i64) - 1
-        }
-    };
+/// Returns the component of each triangle.
+pub fn read_components(page: &Page, components: [(Table<'_>, usize); 2], triangles: [usize; 2]) -> Vec<usize> {
     let parts = components.into_iter().zip(triangles);
     parts
         .flat_map(|((table, slot), count)| {
@@ -65,7 +44,6 @@ pub fn read_regions(
             components
         })
         .map(|component| component as usize)
-        .map(|c| (regions[c], depth(depths[c]), holes[c]))
         .collect()
 }
 

@@ -3,6 +3,7 @@
 //! them.
 
 pub mod codec;
+mod components;
 mod digest;
 mod directory;
 mod labels;
@@ -319,7 +320,8 @@ async fn compare(file: &File, bytes: Vec<u8>) {
                 tile.depth(triangle).into(),
                 tile.is_hole(triangle),
             );
-            assert_eq!(found, expected.regions[triangle.index()]);
+            let component = expected.component(triangle.index());
+            assert_eq!(found, (component.region, component.depth, component.is_hole()));
         }
         let id = |site: &Site<'_>| site.id.map_or_else(|| site.number.to_string(), str::to_owned);
         let sites: Vec<_> = tile.sites().map(|s| (s.vertex.index(), s.number, id(&s))).collect();
@@ -327,6 +329,7 @@ async fn compare(file: &File, bytes: Vec<u8>) {
         owned += tile.owned_constraints().count() as u64;
     }
     assert_eq!(owned, d.constraint_edges);
+    components::check(file);
 }
 
 #[test]
@@ -393,6 +396,7 @@ fn check(bytes: &[u8], points: &[Point], z: &[f64]) -> File {
     let reader = runtime().block_on(open_bytes(bytes.to_vec())).unwrap();
     assert_eq!(reader.metadata().digest, digest);
     assert_eq!(digest::sums(&file), file.directory.digest);
+    components::check(&file);
     assert_eq!(reader.file_id().0, file.file_id);
     assert_eq!((reader.generation(), reader.file_length()), (1, bytes.len() as u64));
     let metadata = reader.metadata();

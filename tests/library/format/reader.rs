@@ -4,8 +4,9 @@ use crc32c::crc32c;
 use delaunay_tiles::geometry::Point;
 
 use crate::format::codec;
-use crate::format::directory::{Directory, Node, Part, read_directory};
-use crate::format::labels::{bits, optional, read_regions, read_sites, sources};
+use crate::format::components::{Component, read_table};
+use crate::format::directory::{Directory, Node, Part, TablePlace, WithTiles, read_directory};
+use crate::format::labels::{bits, optional, read_components, read_sites, sources};
 use crate::format::page::Page;
 use crate::support::flat::{Table, f64_at, u16_at, u32_at, u64_at};
 
@@ -36,8 +37,10 @@ pub struct Tile {
     /// One flag for each half-edge.
     pub constraints: Vec<bool>,
     pub walls: Vec<bool>,
-    /// Region, depth and hole flag of each triangle.
-    pub regions: Vec<(u64, i64, bool)>,
+    /// The component of each triangle.
+    pub components: Vec<usize>,
+    /// The component table.
+    pub table: Vec<Component>,
     /// Half-edge, number of the source and its code, for edges within the core and for other edges.
     edge_sources: [Vec<(usize, u64, u8)>; 2],
     /// The corners of edges, in a file without triangles.
@@ -164,15 +167,20 @@ impl File {
             length: superblock.u32("root_length"),
             crc: superblock.u32("root_crc"),
         };
-        let (directory, entries, hashed) = read_directory(page, bytes, root);
+        let WithTiles {
+            directory,
+            entries,
+            tables,
+            hashed,
+        } = read_directory(page, bytes, root);
         assert_eq!(
             file_id,
             xxhash_rust::xxh3::xxh3_128(&hashed),
             "the file id is the hash of the directory"
         );
 
-        // Cores follow the room for the root, aligned to 4096; borders follow, aligned to 8; gaps
-        // are zero.
+        // Cores follow the room for the root, aligned to 4096; borders follow, aligned to 8, each
+        // with its component table, if that lies apart; gaps are zero.
         let mut end = directory.front_end;
         let mut extent = |offset: u64, length: u32, crc: u32, alignment: usize| {
             let offset = offset as usize;
@@ -208,7 +216,17 @@ impl File {
         let borders: Vec<_> = entries
             .iter()
             .map(|e| part(e, "border"))
-            .map(|(offset, length, crc)| extent(offset, length, crc, 8))
+            .zip(tables)
+            .map(|((offset, length, crc), table)| {
+                let border = extent(offset, length, crc, 8);
+                let table = match table {
+                    TablePlace::Nowhere => &[],
+                    TablePlace::InPage(table) => table,
+                    TablePlace::Apart(part) => extent(part.offset, part.length, part.crc, 8),
+                };
+                assert!(directory.triangles == 0 || !table.is_empty(), "tiles have tables");
+                (border, table)
+            })
             .collect();
         assert!(directory.behind.is_none_or(|behind| behind == end.next_multiple_of(8)));
 
@@ -218,11 +236,14 @@ impl File {
         };
         let parts = entries.iter().zip(cores.into_iter().zip(borders)).zip(0..);
         let tiles = parts
-            .map(|((entry, (core, border)), id)| {
+            .map(|((entry, (core, (border, table))), id)| {
                 let codecs = entry.u32("codecs");
                 let core = decoded(entry, "core", core, codecs & 0xff);
                 let border = decoded(entry, "border", border, codecs >> 8);
-                read_tile(page, entry, id, &core, &border)
+                Tile {
+                    table: read_table(id as usize, table),
+                    ..read_tile(page, entry, id, &core, &border)
+                }
             })
             .collect();
         Self {
@@ -341,7 +362,8 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
         border_vertex_half_edges: pairs(&of_border("vertex_sides")),
         constraints,
         walls,
-        regions: read_regions(page, both("components"), border, triangles),
+        components: read_components(page, both("components"), triangles),
+        table: Vec::new(),
         edges: edges
             .chunks(2)
             .map(|ends| (ends[0] as usize, ends[1] as usize))
@@ -382,6 +404,11 @@ impl Tile {
     /// Returns the number of corners that other tiles own.
     pub fn foreign_count(&self) -> usize {
         self.foreign.len()
+    }
+
+    /// Returns the component of a triangle.
+    pub fn component(&self, triangle: usize) -> &Component {
+        &self.table[self.components[triangle]]
     }
 
     pub fn twin(&self, half_edge: usize) -> Twin {

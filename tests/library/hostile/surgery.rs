@@ -1,5 +1,7 @@
 //! Changes bytes of a file and makes its checksums right again.
 
+use std::ops::Range;
+
 use crc32c::crc32c;
 use ruzstd::decoding::FrameDecoder;
 
@@ -11,10 +13,14 @@ const PAGE_LISTS: usize = 14;
 const LISTS: [usize; 6] = [16, 17, 27, 30, 31, 38];
 const PAGES: usize = 1;
 const ENTRIES: usize = 1;
+const TABLES: usize = 3;
+const TABLE_LENGTHS: usize = 4;
+const TABLES_APART: usize = 5;
 /// Bytes of structs.
 const PAGE_LIST_REF: usize = 32;
 const PAGE_REF: usize = 24;
 const ENTRY: usize = 96;
+const PART_EXTENT: usize = 16;
 
 /// A part of a file: its offset and length, and the offset of its checksum.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +43,13 @@ pub struct Patient {
     pub entries: Vec<usize>,
     pub cores: Vec<FilePart>,
     pub borders: Vec<FilePart>,
+    /// The component tables that lie apart.
+    pub tables: Vec<FilePart>,
+    /// For each page that has them, the bytes of the component tables in it, of their lengths, and
+    /// of the extents of those that lie apart.
+    pub tables_in_pages: Vec<Range<usize>>,
+    pub table_lengths: Vec<Range<usize>>,
+    pub tables_apart: Vec<Range<usize>>,
 }
 
 impl Patient {
@@ -85,7 +98,20 @@ impl Patient {
         };
         let cores = entries.iter().map(|entry| part(entry, 0)).collect();
         let borders = entries.iter().map(|entry| part(entry, 1)).collect();
+        let in_pages = |slot, bytes_each: usize| -> Vec<Range<usize>> {
+            let found = pages.iter().filter_map(|page| {
+                let (first, count) = Table::root(&bytes[page.at..]).vector(slot)?;
+                Some(page.at + first..page.at + first + count * bytes_each)
+            });
+            found.collect()
+        };
+        let tables_apart = in_pages(TABLES_APART, PART_EXTENT);
+        let tables = tables_apart.iter().flat_map(|all| all.clone().step_by(PART_EXTENT));
         Self {
+            tables: tables.map(extent).collect(),
+            tables_in_pages: in_pages(TABLES, 1),
+            table_lengths: in_pages(TABLE_LENGTHS, 1),
+            tables_apart,
             bytes,
             root,
             lists,
@@ -95,6 +121,11 @@ impl Patient {
             cores,
             borders,
         }
+    }
+
+    /// Returns the parts of tiles.
+    pub fn of_tiles(&self) -> impl Iterator<Item = &FilePart> {
+        self.cores.iter().chain(&self.borders).chain(&self.tables)
     }
 
     /// Returns the parts of the directory.
@@ -145,6 +176,7 @@ impl Patient {
     pub fn sew(&mut self) {
         let mut parts = self.cores.clone();
         parts.extend(&self.borders);
+        parts.extend(&self.tables);
         parts.extend(&self.pages);
         parts.extend(&self.page_lists);
         parts.extend(&self.lists);

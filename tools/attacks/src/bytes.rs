@@ -34,11 +34,12 @@ pub fn round(_: &Context, mut random: ChaCha8Rng) -> anyhow::Result<Counts> {
     for _ in 0..CHANGES {
         let count = 1 + below(random, 6);
         let change: Vec<u8> = (0..5 * count).map(|_| below(random, 256) as u8).collect();
-        match below(random, 5) {
+        match below(random, 6) {
             0 => within_limit(move || keep_checksums(&change))??,
             1 => within_limit(move || hostile::run(&change, ChangedPart::Superblock))?,
             2 => within_limit(move || hostile::run(&change, ChangedPart::Directory))?,
             3 => within_limit(move || hostile::run(&change, ChangedPart::Compressed))?,
+            4 => within_limit(move || hostile::run(&change, ChangedPart::Tables))?,
             _ => within_limit(move || hostile::run(&change, ChangedPart::Tile))?,
         }
     }

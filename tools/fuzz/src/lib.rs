@@ -15,6 +15,7 @@ mod support {
 
 use std::ops::Range;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
@@ -22,7 +23,7 @@ use delaunay_tiles::io::MemoryFile;
 use delaunay_tiles::query::baselines::{Method, Stretch};
 use delaunay_tiles::query::{Mode, QueryOptions};
 use delaunay_tiles::store::{LineKind, OpenOptions, TileReader};
-use delaunay_tiles::{BuildOptions, Builder, MissingZ};
+use delaunay_tiles::{BuildOptions, Builder, Editor, MissingZ};
 use futures::{StreamExt, TryStreamExt};
 use surgery::Patient;
 
@@ -33,8 +34,10 @@ pub enum ChangedPart {
     Superblock,
     /// Root and pages.
     Directory,
-    /// Cores and borders.
+    /// Cores, borders and component tables that lie apart.
     Tile,
+    /// Component tables, their lengths, and the extents of those that lie apart.
+    Tables,
     /// The plans of compressed cores and borders.
     Compressed,
 }
@@ -108,7 +111,12 @@ pub fn run(data: &[u8], changed: ChangedPart) {
     let parts: Vec<Range<usize>> = match changed {
         ChangedPart::Superblock => std::iter::once(0..4092).collect(),
         ChangedPart::Directory => town.directory().map(part).collect(),
-        ChangedPart::Tile | ChangedPart::Compressed => town.cores.iter().chain(&town.borders).map(part).collect(),
+        ChangedPart::Tile | ChangedPart::Compressed => town.of_tiles().map(part).collect(),
+        ChangedPart::Tables => {
+            let in_pages = [&town.tables_in_pages, &town.table_lengths, &town.tables_apart];
+            let in_pages = in_pages.into_iter().flatten().cloned();
+            in_pages.chain(town.tables.iter().map(part)).collect()
+        }
     };
     // Each change has a part, an offset in it, an operation and a value.
     for change in data.chunks_exact(5) {
@@ -127,9 +135,41 @@ pub fn run(data: &[u8], changed: ChangedPart) {
     }
     match changed {
         ChangedPart::Superblock => town.sew_superblocks(),
-        ChangedPart::Directory | ChangedPart::Tile | ChangedPart::Compressed => town.sew(),
+        _ => town.sew(),
     }
-    runtime().block_on(ask(town.bytes));
+    runtime().block_on(async {
+        if let ChangedPart::Tables = changed {
+            // Edits rely on tables of tiles that they do not read.
+            edit(&town.bytes).await;
+        }
+        ask(town.bytes).await;
+    });
+}
+
+/// Adds a fence to a file. Any outcome will do, but for a panic.
+async fn edit(bytes: &[u8]) {
+    // Several threads may run at a time.
+    static NUMBER: AtomicU64 = AtomicU64::new(0);
+    let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+    let path = std::env::temp_dir().join(format!("fuzz-{}-edit-{number}.tiles", std::process::id()));
+    std::fs::write(&path, bytes).expect("room for a file");
+    let fence = SegmentBatch {
+        ends: vec![[Point::new(1.5, 1.5), Point::new(12.0, 3.0)]],
+        lines: vec![0],
+        ..SegmentBatch::default()
+    };
+    let edited = async {
+        let mut editor = Editor::open(&path, 64 << 20).await?;
+        editor.missing_z(MissingZ::Zero);
+        let first_line = editor.first_line();
+        editor.push(LineKind::Wall, first_line, &fence)?;
+        editor.finish().await
+    };
+    let edited = edited.await;
+    let _ = std::fs::remove_file(&path);
+    if let Err(error) = edited {
+        assert!(!error.to_string().contains("gone"), "a thread panicked: {error}");
+    }
 }
 
 /// Asks a file everything; the answers do not matter.
