@@ -19,12 +19,13 @@ use crate::constraints::error::{ConstraintError, SplitError};
 use crate::constraints::polygons::arrivals::PolygonNumbers;
 use crate::constraints::polygons::check::{InvertedPolygons, PolygonCounter};
 use crate::constraints::polygons::repair::{PolygonRepair, repair};
+use crate::constraints::segment::Segment;
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::constraints::without_z::NO_Z;
 use crate::geometry::{Point, Rect};
 use crate::input::PointBatch;
 use crate::memory::{MemoryShortage, MemoryUse};
-use crate::store::{EdgeSource, LineBatch, LineKind};
+use crate::store::{EdgeSource, LineBatch, LineKind, LinePart};
 
 /// Bytes of a segment, and of a crossing, while segments are split.
 const BYTES: u64 = 300;
@@ -47,10 +48,10 @@ struct InputSegment {
 /// ```
 /// use delaunay_tiles::{ConstraintError, LinesToSplit};
 /// use delaunay_tiles::geometry::Point;
-/// use delaunay_tiles::store::{EdgeSource, LineBatch, LineKind};
+/// use delaunay_tiles::store::{EdgeSource, LineBatch, LineKind, LinePart};
 ///
 /// let line = |[a, b, c, d]: [f64; 4]| [Point::new(a, b), Point::new(c, d)];
-/// let wall = |number| EdgeSource::new(LineKind::Wall, number);
+/// let wall = |number| LinePart::whole(EdgeSource::new(LineKind::Wall, number));
 /// let mut lines = LinesToSplit::new(1 << 20);
 /// let crossing = LineBatch {
 ///     ends: vec![line([0.0, 0.0, 4.0, 4.0]), line([0.0, 4.0, 4.0, 0.0])],
@@ -61,7 +62,10 @@ struct InputSegment {
 /// let split = lines.split(|_, _| Ok::<_, ConstraintError>(()))?;
 /// assert_eq!(split.crossings(), 1);
 /// assert_eq!(split.points(0).next().unwrap().points, [Point::new(2.0, 2.0)]);
-/// assert_eq!(split.subsegments().next().unwrap().ends.len(), 4);
+/// let subsegments = split.subsegments().next().unwrap();
+/// assert_eq!(subsegments.ends.len(), 4);
+/// // Each has one end of the wall, and one at the crossing.
+/// assert!(subsegments.sources.iter().all(|part| part.begins() != part.ends()));
 /// # Ok::<(), ConstraintError>(())
 /// ```
 #[derive(Debug)]
@@ -103,7 +107,8 @@ impl LinesToSplit {
     /// # Errors
     /// Returns an error if the segments do not fit in memory.
     pub fn push(&mut self, batch: &LineBatch, z: &[[f64; 2]], polygons: &[u64]) -> Result<(), ConstraintError> {
-        for (at, (ends, &source)) in batch.ends.iter().zip(&batch.sources).enumerate() {
+        for (at, (ends, part)) in batch.ends.iter().zip(&batch.sources).enumerate() {
+            let source = part.source();
             let polygon = match source.kind() {
                 LineKind::Obstacle => self.counter.next(polygons.get(at).copied().unwrap_or(source.number())),
                 _ => 0,
@@ -231,9 +236,9 @@ impl SplitLines {
             for segment in some {
                 lines.segments.push(InputSegment {
                     ends: segment.ends,
-                    source: segment.source,
+                    source: segment.source.source(),
                     z: z.get(lines.segments.len()).copied().unwrap_or([NO_Z; 2]),
-                    polygon: polygons.next(segment.source),
+                    polygon: polygons.next(segment.source.source()),
                 });
             }
             Ok(())
@@ -275,9 +280,21 @@ impl SplitLines {
             ends: subsegments.iter().map(|subsegment| subsegment.ends).collect(),
             sources: subsegments
                 .iter()
-                .map(|subsegment| self.segment(subsegment).source)
+                .map(|subsegment| self.part(subsegment).source)
                 .collect(),
         })
+    }
+
+    /// Returns a subsegment as a part of its segment. The points at which the segment was split are
+    /// no ends of it.
+    fn part(&self, subsegment: &TaggedSegment<u32>) -> Segment {
+        let InputSegment { ends, source, .. } = self.segment(subsegment);
+        // A repaired polygon may have turned the segment round.
+        let [begins, is_end] = subsegment.ends.map(|end| ends.contains(&end));
+        Segment {
+            ends: subsegment.ends,
+            source: LinePart::of(source, begins, is_end),
+        }
     }
 
     fn segment(&self, subsegment: &TaggedSegment<u32>) -> InputSegment {
@@ -286,16 +303,7 @@ impl SplitLines {
 
     /// Adds the subsegments to a spool, in the order of their lines.
     pub(crate) fn push_subsegments(&self, spool: &mut SegmentSpool) -> Result<(), ConstraintError> {
-        let kind = |subsegment: &TaggedSegment<u32>| self.segment(subsegment).source.kind();
-        for of_kind in self.subsegments.chunk_by(|a, b| kind(a) == kind(b)) {
-            let ends: Vec<[Point; 2]> = of_kind.iter().map(|subsegment| subsegment.ends).collect();
-            let lines: Vec<u64> = of_kind
-                .iter()
-                .map(|subsegment| self.segment(subsegment).source.number())
-                .collect();
-            spool.push(&ends, &[], kind(&of_kind[0]), &lines)?;
-        }
-        Ok(())
+        spool.push_parts(self.subsegments.iter().map(|subsegment| self.part(subsegment)))
     }
 
     /// Returns the points at which segments were cut, in lexicographic order, with record numbers

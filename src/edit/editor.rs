@@ -16,7 +16,7 @@ use crate::edit::work::Work;
 use crate::geometry::Point;
 use crate::input::{MissingZ, SegmentBatch};
 use crate::memory::EditShares;
-use crate::store::{EdgeSource, LineKind, LineSource};
+use crate::store::{EdgeSource, LineKind, LinePart, LineSource};
 
 /// An editor that makes lines constraints of a file on disk.
 ///
@@ -106,7 +106,7 @@ impl Editor {
         let first = self.first_line + first_line;
         let segments = batch.ends.iter().zip(&batch.lines).map(|(&ends, &line)| Segment {
             ends: ends.map(Point::normalized),
-            source: EdgeSource::new(kind, first + line),
+            source: LinePart::whole(EdgeSource::new(kind, first + line)),
         });
         if !batch.z.is_empty() {
             self.z.resize(self.segments.len(), [NO_Z; 2]);

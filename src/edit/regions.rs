@@ -159,7 +159,7 @@ impl RegionJoin {
             self.deepen(
                 [left, right],
                 if is_against { -change } else { change },
-                sources.first().copied(),
+                sources.first().map(|part| part.source()),
             )?;
         }
         Ok(())

@@ -30,6 +30,7 @@ pub use format::entry::{Extent, TileEntry};
 pub(crate) use format::ids::MAX_TILE_VERTICES;
 pub use format::ids::{TileId, VertexId};
 pub use format::kd_tree::{KdNode, KdTree};
+pub use format::line_part::LinePart;
 pub use format::metadata::{LineSource, Metadata, Source};
 pub(crate) use format::metadata::{hull_edges, this_program};
 pub(crate) use format::superblock::BLOCK;
@@ -38,5 +39,5 @@ pub(crate) use format::tile::{Component, HalfEdgeNote, HalfEdgeNotes, NoteKind, 
 pub use format::tile::{Site, Tile, TileEdge, Vertex};
 pub(crate) use pass::{Needs, PassPlan, PassReader, TileInPass, by_tile, list_for, spawn};
 pub use reader::{OpenOptions, TileReader};
-pub use verify::{LineBatch, VerifyError, VerifyReport};
+pub use verify::{LineBatch, PointOrigin, VerifyError, VerifyReport};
 pub(crate) use writer::TileWriter;

@@ -20,7 +20,7 @@ use crate::geometry::Point;
 use crate::geometry::{HalfEdge, VertexIndex};
 use crate::mesh::WALLS;
 use crate::pipeline::records::{Anchor, BoundaryEdge, DoneEdge, GroupChunks, KINDS, LateTriangle, SeamVertex};
-use crate::store::{EdgeSource, Extent, TileId, VertexId};
+use crate::store::{Extent, LinePart, TileId, VertexId};
 
 /// Bytes of a corner: tile, index, x, y.
 const CORNER: usize = 24;
@@ -33,8 +33,8 @@ const TRIANGLE: usize = 3 * CORNER + 4;
 const TRIANGLE_WITH_Z: usize = TRIANGLE + 3 * 8;
 /// Bytes of a boundary half-edge in the log: tile, from, to, half-edge, component.
 const BOUNDARY_EDGE: usize = 20;
-/// Bytes of a constraint edge in the log: tile and index of both ends, source. The edge belongs to
-/// the tile of its first end.
+/// Bytes of a constraint edge in the log: tile and index of both ends, part of a line. The edge
+/// belongs to the tile of its first end.
 const EDGE: usize = 24;
 /// Bytes of an anchor in the log: tile, component, relative depth, triangles.
 const ANCHOR: usize = 16;
@@ -465,14 +465,14 @@ impl GroupBorders {
 
     /// Returns the constraint edges that belong to `tile` and are not in its core, each starting at
     /// its end in the tile.
-    pub(crate) fn edges_of(&self, tile: TileId) -> impl Iterator<Item = ([VertexId; 2], EdgeSource)> {
+    pub(crate) fn edges_of(&self, tile: TileId) -> impl Iterator<Item = ([VertexId; 2], LinePart)> {
         self.edges.of(tile.0 - self.tiles.start).map(|bytes| {
             let [tile, index, other_tile, other_index, low, high] = words(bytes);
             let id = |tile, index| VertexId {
                 tile: TileId(tile),
                 index: VertexIndex(index),
             };
-            let source = EdgeSource::from_bits(u64::from(high) << 32 | u64::from(low));
+            let source = LinePart::from_bits(u64::from(high) << 32 | u64::from(low));
             ([id(tile, index), id(other_tile, other_index)], source)
         })
     }

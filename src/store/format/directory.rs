@@ -200,7 +200,11 @@ mod tests {
     fn a_directory_cannot_unpack_to_many_times_its_size() {
         let mut builder = FlatBufferBuilder::new();
         let name = Some(builder.create_string(&"x".repeat(100_000)));
-        let source = schema::SourceArgs { name, records: 0 };
+        let source = schema::SourceArgs {
+            name,
+            records: 0,
+            first: 0,
+        };
         let sources: Vec<_> = (0..1000)
             .map(|_| schema::Source::create(&mut builder, &source))
             .collect();
@@ -225,6 +229,7 @@ mod tests {
         let source = |i: u64| crate::store::format::metadata::Source {
             name: "a".repeat(i as usize % 2),
             records: i,
+            first: i * 7,
         };
         let directory = Directory {
             metadata: Metadata {

@@ -16,6 +16,8 @@ pub struct Source {
     pub name: String,
     /// The number of records read from the file, including those left out.
     pub records: u64,
+    /// The number of the first of these records among those of all files.
+    pub first: u64,
 }
 
 /// A file from which lines were read.
@@ -151,8 +153,8 @@ impl Metadata {
             .iter()
             .map(|source| {
                 let name = Some(builder.create_string(&source.name));
-                let records = source.records;
-                schema::Source::create(builder, &schema::SourceArgs { name, records })
+                let (records, first) = (source.records, source.first);
+                schema::Source::create(builder, &schema::SourceArgs { name, records, first })
             })
             .collect();
         let sources = Some(builder.create_vector(&sources));
@@ -233,6 +235,7 @@ impl Metadata {
                     .map(|source| Source {
                         name: source.name().to_owned(),
                         records: source.records(),
+                        first: source.first(),
                     })
                     .collect()
             }),

@@ -12,6 +12,7 @@ pub(super) mod entry;
 mod generated;
 pub(super) mod ids;
 pub(super) mod kd_tree;
+pub(crate) mod line_part;
 pub(super) mod metadata;
 mod packed;
 pub(super) mod superblock;

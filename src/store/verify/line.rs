@@ -13,6 +13,7 @@ use crate::store::format::metadata::LineSource;
 use crate::store::format::tile::{Tile, Vertex};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError};
+use crate::store::verify::held;
 
 /// The interval of the line that a tile has.
 struct LineInterval {
@@ -42,13 +43,18 @@ impl TileReader {
     /// Checks a file without triangles.
     pub(super) async fn verify_on_line(&self) -> Result<(), VerifyError> {
         let lines = &self.metadata().lines;
+        let is_split = held::is_split(self.metadata());
         let mut start: Vec<Point> = Vec::with_capacity(2);
         let mut intervals = Vec::new();
         let mut tiles = self.tiles();
         while let Some(tile) = tiles.next().await {
             let tile = tile?;
             check_collinear(&tile, &mut start).map_err(|fault| fault.of(tile.id()))?;
-            intervals.extend(check_edges(&tile, lines).map_err(|fault| fault.of(tile.id()))?);
+            let checked = check_edges(&tile, lines).and_then(|interval| {
+                held::check_on_line(&tile, is_split)?;
+                Ok(interval)
+            });
+            intervals.extend(checked.map_err(|fault| fault.of(tile.id()))?);
         }
         intervals.sort_unstable_by(|a, b| a.first.vertex.point.lex_cmp(b.first.vertex.point));
         for (index, interval) in intervals.iter().enumerate() {

@@ -9,6 +9,8 @@
 //! - around each vertex the triangles close once, or form a fan of at most a half-turn on the hull;
 //! - the hull, which turns left everywhere, goes round once: it has a single lexicographic minimum;
 //! - the counts and bounds in the directory are those of the tiles;
+//! - a point of the input, a site or an end of a segment is at each vertex, as far as one tile
+//!   knows it, and lines go on where they pass a vertex;
 //! - constraints have sources and change the depth accordingly, regions end at constraints only,
 //!   and each hole has a reason, if the file has regions;
 //! - each triangle is stored in all tiles of its vertices, and is the same in each: for each pair
@@ -22,7 +24,9 @@
 //! [`TileReader::verify_points`], [`TileReader::verify_lines`] and [`TileReader::verify_sites`]
 //! compare a file with its input.
 
+mod edge_entry;
 mod error;
+mod held;
 mod line;
 mod lines;
 mod points;
@@ -37,3 +41,4 @@ mod whole;
 
 pub use error::{VerifyError, VerifyReport};
 pub use lines::LineBatch;
+pub use points::PointOrigin;

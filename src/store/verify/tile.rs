@@ -10,7 +10,7 @@ use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::tile::regions::Component;
 use crate::store::format::tile::{Tile, Vertex};
 use crate::store::verify::error::Fault;
-use crate::store::verify::{regions, star};
+use crate::store::verify::{held, regions, star};
 
 /// Bytes that a check takes per vertex of its tile: the set of points, which is at least 7/16 full,
 /// and the fans.
@@ -29,6 +29,8 @@ pub(super) struct TileReport {
     pub(super) shared: HashMap<(TileId, TileId), u128>,
     pub(super) hole_triangles: u64,
     pub(super) sites: u64,
+    /// The number of vertices at which no point of the input lies.
+    pub(super) ends: u64,
     /// The report on regions, if the check is deep and the file has regions.
     pub(super) regions: Option<regions::RegionReport>,
 }
@@ -39,6 +41,8 @@ pub(super) struct Expected {
     pub(super) has_triangles: bool,
     /// Whether to check the geometry too.
     pub(super) deep: bool,
+    /// Whether lines were split where they cross each other or borders.
+    pub(super) is_split: bool,
     /// The directory's claims about regions, if the file has regions.
     pub(super) regions: Option<regions::RegionClaims>,
 }
@@ -66,6 +70,7 @@ pub(super) fn check(
         shared: HashMap::new(),
         hole_triangles: 0,
         sites: tile.site_count().into(),
+        ends: held::without_point(tile),
         regions: None,
     };
     for triangle in tile.triangle_ids() {
@@ -91,6 +96,9 @@ pub(super) fn check(
         match &expected.regions {
             Some(claims) => report.regions = Some(regions::check(tile, claims, report.bounds)?),
             None => regions::check_none(tile)?,
+        }
+        if expected.has_triangles {
+            held::check(tile, &fans, expected.is_split)?;
         }
     }
     Ok(report)

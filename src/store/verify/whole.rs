@@ -16,7 +16,7 @@ use crate::store::pass::{Needs, PassPlan, PassReader, Workspaces};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
 use crate::store::verify::tile::{Expected, TileReport, VertexPoints};
-use crate::store::verify::{regions, tile};
+use crate::store::verify::{held, regions, tile};
 
 impl TileReader {
     /// Checks the file. If `deep` is true, proves the triangulation too. Must be awaited within a
@@ -39,6 +39,7 @@ impl PassReader {
         let expected = Arc::new(Expected {
             has_triangles: metadata.triangles > 0,
             deep,
+            is_split: held::is_split(metadata),
             regions: (metadata.regions > 0).then(|| regions::RegionClaims::of(metadata)),
         });
         let mut needs = Needs {
@@ -107,6 +108,7 @@ impl PassReader {
             ("constraint edges", totals.constraint_edges, metadata.constraint_edges),
             ("triangles in holes", totals.hole_triangles, metadata.hole_triangles),
             ("sites", totals.sites, metadata.sites),
+            ("vertices without a point of the input", totals.ends, metadata.ends),
         ] {
             if found != expected {
                 return Err(VerifyError::File(format!(
@@ -280,6 +282,7 @@ struct FileTotals {
     shared: HashMap<(TileId, TileId), u128>,
     hole_triangles: u64,
     sites: u64,
+    ends: u64,
     /// The sums of regions, if these are checked.
     regions: Option<regions::RegionTotals>,
 }
@@ -310,6 +313,7 @@ impl FileTotals {
         self.hull_minima += report.hull_minima;
         self.hole_triangles += report.hole_triangles;
         self.sites += report.sites;
+        self.ends += report.ends;
         if let (Some(totals), Some(regions)) = (&mut self.regions, &report.regions) {
             totals.add(regions).map_err(|fault| fault.of(report.tile))?;
         }

@@ -47,9 +47,14 @@ impl Input {
         }
     }
 
-    /// Returns all vertices, in order.
+    /// Returns all vertices, in order. A segment of no length has none.
     fn vertices(&self) -> Vec<Point> {
-        let ends = self.segments.as_flattened().iter().copied();
+        let ends = self
+            .segments
+            .iter()
+            .filter(|ends| ends[0] != ends[1])
+            .flatten()
+            .copied();
         distinct(&self.points.iter().copied().chain(ends).collect::<Vec<_>>())
     }
 
@@ -64,6 +69,9 @@ impl Input {
         let mut inserter = Inserter::default();
         let mut before = mesh.clone();
         self.segments.retain(|segment| {
+            if segment[0] == segment[1] {
+                return true;
+            }
             let is_in = inserter.insert(&points, &mut mesh, segment.map(number)).is_ok();
             if is_in && points.len() < 1000 {
                 before = mesh.clone();
@@ -120,7 +128,8 @@ impl Input {
             (self.segments.len() / 3, false),
         ] {
             let (first, later) = self.segments.split_at(built);
-            let ends = if has_ends { later.as_flattened() } else { &[] };
+            // The ends of segments of no length are no vertices.
+            let ends = later.iter().filter(|ends| has_ends && ends[0] != ends[1]).flatten();
             let scratch = Scratch::new();
             let start = Input {
                 name: self.name,
@@ -160,6 +169,11 @@ impl Input {
             match reader.verify(true).await {
                 Ok(report) => assert_eq!(report.constraint_edges, summary.constraint_edges),
                 Err(error) => panic!("{way}, edited: {error}"),
+            }
+            let lines = self.segments.iter().zip(0..);
+            let lines = lines.map(|(&ends, number)| (ends, EdgeSource::new(LineKind::BreakLine, number)));
+            if let Err(error) = verify_lines(&reader, lines.collect()).await {
+                panic!("{way}, edited: {error}");
             }
         }
     }

@@ -169,7 +169,42 @@ fn constraints_are_readable_from_the_format_page_alone() {
         });
         let file = File::read(&Page::read(), &bytes);
         assert!(file.directory.constraint_edges > 20);
+        check_segment_ends(&file, &segments);
         runtime().block_on(compare(&file, bytes));
+    }
+}
+
+/// Checks that each segment, of a line of its own, begins and ends once, at its ends.
+fn check_segment_ends(file: &File, segments: &[[Point; 2]]) {
+    let mut found: Vec<Vec<Point>> = vec![Vec::new(); segments.len()];
+    for (number, tile) in file.tiles.iter().enumerate() {
+        let triangles: Vec<[usize; 3]> = tile.triangles().collect();
+        let at = |corner: usize| tile.corner(file, corner);
+        for half_edge in 0..3 * triangles.len() {
+            let [from, to] = [half_edge, half_edge / 3 * 3 + (half_edge + 1) % 3].map(|h| triangles[h / 3][h % 3]);
+            let ends = [at(from), at(to)];
+            let owner = if ends[0].1.lex_cmp(ends[1].1).is_lt() {
+                ends[0].0
+            } else {
+                ends[1].0
+            };
+            let is_first = match tile.twin(half_edge) {
+                Twin::HalfEdge(twin) => half_edge < twin,
+                _ => true,
+            };
+            if owner == number && is_first {
+                for (line, _, is_end) in tile.sources(half_edge) {
+                    let here = ends.iter().zip(is_end).filter(|(_, is_end)| *is_end);
+                    found[line as usize].extend(here.map(|(end, _)| end.1));
+                }
+            }
+        }
+    }
+    for (ends, mut found) in segments.iter().zip(found) {
+        let mut ends = ends.to_vec();
+        ends.sort_by(|a, b| a.lex_cmp(*b));
+        found.sort_by(|a, b| a.lex_cmp(*b));
+        assert_eq!(found, ends);
     }
 }
 
@@ -199,7 +234,7 @@ async fn compare(file: &File, bytes: Vec<u8>) {
     assert_eq!(m.lines, lines.collect::<Vec<_>>());
     assert_eq!(m.next_record, d.next_record);
     assert_eq!((m.exterior_is_hole, &m.seeds), (d.exterior_is_hole, &d.seeds));
-    let mut owned = 0;
+    let (mut owned, mut vertices_without_point) = (0, 0);
     for (number, expected) in file.tiles.iter().enumerate() {
         let tile = reader.tile(TileId(number as u32)).await.unwrap();
         let code = |source: EdgeSource| match (source.kind(), source.depth_change()) {
@@ -209,7 +244,15 @@ async fn compare(file: &File, bytes: Vec<u8>) {
             (LineKind::Obstacle, -1) => 3,
             other => panic!("{other:?}"),
         };
-        let sources = |edge: TileEdge| -> Vec<_> { tile.edge_sources(edge).map(|s| (s.number(), code(s))).collect() };
+        let sources = |edge: TileEdge| -> Vec<_> {
+            let parts = tile.edge_parts(edge);
+            parts
+                .map(|part| (part.number(), code(part.source()), [part.begins(), part.ends()]))
+                .collect()
+        };
+        let input_points: Vec<bool> = tile.vertex_indices().map(|v| tile.is_input_point(v)).collect();
+        assert_eq!(input_points, expected.input_points);
+        vertices_without_point += input_points.iter().filter(|is_point| !**is_point).count() as u64;
         for half_edge in (0..3 * tile.triangle_count()).map(HalfEdge) {
             let index = half_edge.index();
             let found = (tile.is_constraint(half_edge), tile.is_wall(half_edge));
@@ -222,7 +265,7 @@ async fn compare(file: &File, bytes: Vec<u8>) {
             let corner = |corner| expected.corner(file, corner).1;
             assert_eq!(tile.ends(edge).map(|end| end.point), [corner(from), corner(to)]);
             let edge_sources = expected.sources_of_edge(number as usize);
-            assert_eq!(tile.is_wall(edge), edge_sources.iter().any(|&(_, code)| code > 0));
+            assert_eq!(tile.is_wall(edge), edge_sources.iter().any(|&(_, code, _)| code > 0));
             assert_eq!(sources(edge), edge_sources);
         }
         for triangle in tile.triangle_ids() {
@@ -239,6 +282,7 @@ async fn compare(file: &File, bytes: Vec<u8>) {
         owned += tile.owned_constraints().count() as u64;
     }
     assert_eq!(owned, d.constraint_edges);
+    assert_eq!(vertices_without_point, m.ends);
 }
 
 #[test]

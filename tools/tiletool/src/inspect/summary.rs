@@ -78,6 +78,7 @@ struct PartSizes {
 struct InputFile {
     name: String,
     records: u64,
+    first_record: u64,
 }
 
 /// A file that lines came from.
@@ -163,6 +164,7 @@ impl Summary {
         let sources = m.sources.iter().map(|source| InputFile {
             name: source.name.clone(),
             records: source.records,
+            first_record: source.first,
         });
         Self {
             file: reader.name().to_owned(),

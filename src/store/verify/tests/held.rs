@@ -1,0 +1,153 @@
+//! Files that are wrong about what holds a vertex or an edge.
+
+use crate::geometry::Point;
+use crate::store::format::edge_source::{EdgeSource, LineKind};
+use crate::store::format::ids::VertexId;
+use crate::store::format::line_part::LinePart;
+use crate::store::verify::error::VerifyError;
+use crate::store::verify::lines::LineBatch;
+use crate::store::verify::tests::grid;
+use crate::store::verify::tests::model::{Model, Sourced, run};
+
+fn at(x: f64, y: f64) -> Point {
+    Point::new(x, y)
+}
+
+/// A break line and a wall that pass vertices of a grid, the ends of the wall between them; and a
+/// ring that goes round twice.
+fn lines() -> Vec<Sourced> {
+    let ring = [at(5.0, 6.0), at(8.0, 6.0), at(8.0, 8.0), at(5.0, 8.0), at(5.0, 6.0)];
+    let obstacle = EdgeSource::new(LineKind::Obstacle, 2).into();
+    let ring = ring.windows(2).map(|ends| ([ends[0], ends[1]], obstacle));
+    let mut lines: Vec<Sourced> = ring.clone().chain(ring).collect();
+    lines.push((
+        [at(0.0, 5.0), at(9.0, 5.0)],
+        EdgeSource::new(LineKind::BreakLine, 0).into(),
+    ));
+    lines.push(([at(8.5, 3.0), at(0.5, 3.0)], EdgeSource::new(LineKind::Wall, 1).into()));
+    lines
+}
+
+fn model(tile_vertices: usize) -> Model {
+    let model = Model::with_lines(&grid(), &lines(), &[(at(2.5, 7.25), 4)], tile_vertices);
+    model.verify().unwrap();
+    assert_eq!(model.directory.metadata.ends, 3);
+    model
+}
+
+fn compare(model: &Model) -> Result<(), VerifyError> {
+    let (ends, sources) = lines().into_iter().unzip();
+    let mut all = Some(LineBatch { ends, sources });
+    let next = |batch: &mut LineBatch| Ok::<_, String>(all.take().map(|all| *batch = all).is_some());
+    run(async { model.open().await.verify_lines(next).await }).map(|_| ())
+}
+
+#[track_caller]
+fn complaint(found: Result<(), VerifyError>, words: &str) {
+    let text = found.expect_err("something is wrong").to_string();
+    assert!(text.contains(words), "{text}");
+}
+
+/// Returns the tile and the edge of each source of a line, and its index there.
+fn parts(model: &Model, line: u64) -> Vec<(usize, [VertexId; 2], usize, LinePart)> {
+    let tiles = model.tiles.iter().enumerate();
+    let edges = tiles.flat_map(|(tile, its)| its.sources.iter().map(move |(edge, parts)| (tile, *edge, parts)));
+    let all = edges.flat_map(|(tile, edge, parts)| {
+        let numbered = parts.iter().enumerate();
+        numbered.map(move |(index, part)| (tile, edge, index, *part))
+    });
+    all.filter(|(.., part)| part.number() == line).collect()
+}
+
+#[test]
+fn a_vertex_that_nothing_holds_is_found() {
+    for tile_vertices in [9, 1000] {
+        let right = model(tile_vertices);
+        let mut unheld = 0;
+        for (tile, its) in right.tiles.iter().enumerate() {
+            for (index, &p) in its.points.iter().enumerate() {
+                let mut wrong = right.clone();
+                let bit = &mut wrong.tiles[tile].input_points[index];
+                *bit = !*bit;
+                let is_point = *bit;
+                let shallow = run(async { wrong.open().await.verify(false).await.map(|_| ()) });
+                complaint(
+                    shallow,
+                    "vertices without a point of the input, but the directory says 3",
+                );
+                // The count is right too.
+                let ends = &mut wrong.directory.metadata.ends;
+                *ends = if is_point { *ends - 1 } else { *ends + 1 };
+                let is_on_line = [3.0, 5.0, 6.0, 8.0].contains(&p.y);
+                if !is_point && !is_on_line {
+                    unheld += 1;
+                    let words = "is no point of the input, no site, and no end of a segment";
+                    complaint(wrong.verify(), words);
+                } else if is_point {
+                    wrong.verify().unwrap();
+                }
+            }
+        }
+        assert_eq!(unheld, 60);
+    }
+}
+
+#[test]
+fn a_line_that_ends_where_the_file_says_that_it_passes_is_found() {
+    let right = model(1000);
+    let (mut hidden, mut false_ends) = (0, 0);
+    for line in [0, 1, 2] {
+        for (tile, edge, index, part) in parts(&right, line) {
+            let with = |begins, ends| {
+                let mut wrong = right.clone();
+                let parts = wrong.tiles[tile].sources.get_mut(&edge).unwrap();
+                let part = LinePart::of(part.source(), begins, ends);
+                let source = part.source();
+                assert_eq!(parts[index].source(), source);
+                parts
+                    .iter_mut()
+                    .filter(|part| part.source() == source)
+                    .for_each(|other| *other = part);
+                wrong
+            };
+            for wrong in [with(!part.begins(), part.ends()), with(part.begins(), !part.ends())] {
+                let is_hidden = compare(&wrong).unwrap_err().to_string().contains("does not say so");
+                if is_hidden {
+                    hidden += 1;
+                    complaint(
+                        compare(&wrong),
+                        "has an end of a segment of its line, but the file does not say so",
+                    );
+                    // The corners of the ring have another edge.
+                    match line {
+                        2 => wrong.verify().unwrap(),
+                        _ => complaint(wrong.verify(), "but runs along one edge there only"),
+                    }
+                } else {
+                    false_ends += 1;
+                    complaint(
+                        compare(&wrong),
+                        "has no end of a segment of its line where the file says so",
+                    );
+                    // Another segment could end there.
+                    wrong.verify().unwrap();
+                }
+            }
+        }
+    }
+    // Both lines, and four sides, each of which is stored twice.
+    assert_eq!((hidden, false_ends), (2 + 2 + 16, 16 + 16 + 24));
+}
+
+#[test]
+fn equal_sources_that_differ_in_their_ends_are_found() {
+    for tile_vertices in [9, 1000] {
+        let right = model(tile_vertices);
+        for (tile, edge, index, part) in parts(&right, 2) {
+            let mut wrong = right.clone();
+            let parts = wrong.tiles[tile].sources.get_mut(&edge).unwrap();
+            parts[index] = LinePart::of(part.source(), !part.begins(), part.ends());
+            complaint(wrong.verify(), "with different ends");
+        }
+    }
+}
