@@ -237,8 +237,8 @@ pub mod shown;
 pub mod store;
 
 pub use constraints::{
-    ConstraintError, Crossing, Inverted, InvertedPolygons, LinesToSplit, MissingZ, PolygonCheck, PolygonFaults,
-    SplitError, SplitLines, VertexWithoutZ, WithoutZ,
+    ConstraintError, Crossing, Inverted, InvertedPolygons, LinesToSplit, MissingZ, Overlapping, PolygonCheck,
+    PolygonFaults, PolygonNormalizer, SplitError, SplitLines, VertexWithoutZ, WithoutZ,
 };
 pub use edit::{EditError, EditSummary, Editor};
 pub use export::{ExportError, ExportOptions};

@@ -16,6 +16,7 @@ pub(crate) mod without_z;
 pub use crate::input::MissingZ;
 pub use crossings::first::Crossing;
 pub use error::{ConstraintError, SplitError};
-pub use polygons::check::{Inverted, InvertedPolygons, PolygonCheck, PolygonFaults};
+pub use polygons::check::{Inverted, InvertedPolygons, Overlapping, PolygonCheck, PolygonFaults};
+pub use polygons::normalize::PolygonNormalizer;
 pub use split_lines::{LinesToSplit, SplitLines};
 pub use without_z::{VertexWithoutZ, WithoutZ};

@@ -14,11 +14,12 @@
 use std::cmp::Ordering;
 
 use crate::constraints::crossings::ends::Ends;
-use crate::constraints::crossings::split::{PointSource, TaggedSegment, any_cross, split};
+use crate::constraints::crossings::split::{PointSource, any_cross, split};
 use crate::constraints::error::{ConstraintError, SplitError};
 use crate::constraints::polygons::arrivals::PolygonNumbers;
-use crate::constraints::polygons::check::{InvertedPolygons, PolygonCounter};
-use crate::constraints::polygons::repair::{PolygonRepair, repair};
+use crate::constraints::polygons::check::InvertedPolygons;
+use crate::constraints::polygons::counter::PolygonCounter;
+use crate::constraints::polygons::repair::{PartOf, PolygonRepair, Subsegment, repair};
 use crate::constraints::segment::Segment;
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::constraints::without_z::NO_Z;
@@ -108,20 +109,22 @@ impl LinesToSplit {
     /// Returns an error if the segments do not fit in memory.
     pub fn push(&mut self, batch: &LineBatch, z: &[[f64; 2]], polygons: &[u64]) -> Result<(), ConstraintError> {
         for (at, (ends, part)) in batch.ends.iter().zip(&batch.sources).enumerate() {
+            if ends[0] == ends[1] {
+                continue;
+            }
             let source = part.source();
-            let polygon = match source.kind() {
-                LineKind::Obstacle => self.counter.next(polygons.get(at).copied().unwrap_or(source.number())),
-                _ => 0,
-            };
-            let segment = InputSegment {
+            let mut polygon = 0;
+            if source.kind() == LineKind::Obstacle {
+                let key = polygons.get(at).copied().unwrap_or(source.number());
+                self.counter.next(key, source.number());
+                polygon = self.counter.number();
+            }
+            self.segments.push(InputSegment {
                 ends: ends.map(Point::normalized),
                 source,
                 z: z.get(at).copied().unwrap_or([NO_Z; 2]),
                 polygon,
-            };
-            if segment.ends[0] != segment.ends[1] {
-                self.segments.push(segment);
-            }
+            });
         }
         let needed = self.segments.len() as u64 * BYTES;
         check_memory(needed, self.memory)
@@ -152,15 +155,16 @@ impl LinesToSplit {
             borders,
             ..
         } = self;
-        let bent = segments.iter().zip(0..).map(|(segment, tag)| TaggedSegment {
-            ends: segment.ends,
-            tag,
-        });
-        let mut subsegments: Vec<TaggedSegment<u32>> = bent.collect();
+        let mut subsegments = whole(&segments);
         let left = memory.saturating_sub(segments.len() as u64 * BYTES);
         let done = split(&mut subsegments, (left / BYTES) as usize, &borders, points)?;
+        // The points at which a segment was split are no ends of it.
+        for Subsegment { ends, tag } in &mut subsegments {
+            let of_segment = segments[tag.segment as usize].ends;
+            tag.is_end = ends.map(|end| of_segment.contains(&end));
+        }
         let repair = repair(&mut subsegments, |subsegment| {
-            let InputSegment { source, polygon, .. } = segments[subsegment.tag as usize];
+            let InputSegment { source, polygon, .. } = segments[subsegment.tag.segment as usize];
             (source.kind() == LineKind::Obstacle).then_some((polygon, source.number()))
         });
         Ok(SplitLines {
@@ -195,8 +199,8 @@ impl<E> From<SplitError> for Stopped<E> {
 #[derive(Debug)]
 pub struct SplitLines {
     segments: Vec<InputSegment>,
-    /// The subsegments, each with the index of its segment.
-    subsegments: Vec<TaggedSegment<u32>>,
+    /// The subsegments, each with its segment.
+    subsegments: Vec<Subsegment>,
     /// The points at which segments were cut, in lexicographic order.
     points: Vec<Point>,
     crossings: u64,
@@ -248,10 +252,11 @@ impl SplitLines {
         if !may_cross && (lines.borders.is_empty() || any_cross(&lines.segments)) {
             return Ok(None);
         }
-        Ok(Some(lines.split_at(points)?).filter(|split| !split.points.is_empty() || split.repair.parts > 0))
+        Ok(Some(lines.split_at(points)?).filter(|split| !split.points.is_empty() || split.repair.changes))
     }
 
-    /// Returns the result of the repair of polygons that were inside out.
+    /// Returns the result of the repair of polygons that were inside out, or covered a place more
+    /// than once.
     pub(crate) fn repair(&self) -> PolygonRepair {
         self.repair
     }
@@ -280,30 +285,24 @@ impl SplitLines {
             ends: subsegments.iter().map(|subsegment| subsegment.ends).collect(),
             sources: subsegments
                 .iter()
-                .map(|subsegment| self.part(subsegment).source)
+                .map(|subsegment| self.segment(subsegment).source)
                 .collect(),
         })
     }
 
-    /// Returns a subsegment as a part of its segment. The points at which the segment was split are
-    /// no ends of it.
-    fn part(&self, subsegment: &TaggedSegment<u32>) -> Segment {
-        let InputSegment { ends, source, .. } = self.segment(subsegment);
-        // A repaired polygon may have turned the segment round.
-        let [begins, is_end] = subsegment.ends.map(|end| ends.contains(&end));
+    /// Returns a subsegment with the part of a line that it is.
+    fn segment(&self, subsegment: &Subsegment) -> Segment {
+        let PartOf { segment, is_end } = subsegment.tag;
+        let source = self.segments[segment as usize].source;
         Segment {
             ends: subsegment.ends,
-            source: LinePart::of(source, begins, is_end),
+            source: LinePart::of(source, is_end[0], is_end[1]),
         }
-    }
-
-    fn segment(&self, subsegment: &TaggedSegment<u32>) -> InputSegment {
-        self.segments[subsegment.tag as usize]
     }
 
     /// Adds the subsegments to a spool, in the order of their lines.
     pub(crate) fn push_subsegments(&self, spool: &mut SegmentSpool) -> Result<(), ConstraintError> {
-        spool.push_parts(self.subsegments.iter().map(|subsegment| self.part(subsegment)))
+        spool.push_parts(self.subsegments.iter().map(|subsegment| self.segment(subsegment)))
     }
 
     /// Returns the points at which segments were cut, in lexicographic order, with record numbers
@@ -329,12 +328,12 @@ impl SplitLines {
         }
         let mut first: Vec<Option<u32>> = vec![None; self.points.len()];
         for subsegment in &self.subsegments {
-            let segment = &self.segments[subsegment.tag as usize];
+            let segment = &self.segments[subsegment.tag.segment as usize];
             for end in subsegment.ends.iter().filter(|_| segment.has_z()) {
                 if let Ok(index) = self.points.binary_search_by(|point| point.lex_cmp(*end)) {
                     let kept = &mut first[index];
                     if kept.is_none_or(|kept| segment.order(&self.segments[kept as usize]).is_lt()) {
-                        *kept = Some(subsegment.tag);
+                        *kept = Some(subsegment.tag.segment);
                     }
                 }
             }
@@ -344,6 +343,18 @@ impl SplitLines {
             points.map(|(&point, segment)| segment.map_or(NO_Z, |segment| self.segments[segment as usize].z_at(point)));
         z.collect()
     }
+}
+
+/// Returns each segment as a part of itself.
+fn whole(segments: &[InputSegment]) -> Vec<Subsegment> {
+    let whole = segments.iter().zip(0..).map(|(input, segment)| Subsegment {
+        ends: input.ends,
+        tag: PartOf {
+            segment,
+            is_end: [true; 2],
+        },
+    });
+    whole.collect()
 }
 
 impl Ends for InputSegment {
@@ -444,11 +455,7 @@ mod tests {
             segments.clone(),
             segments.iter().rev().map(|&segment| reversed(segment)).collect(),
         ] {
-            let bent = segments.iter().zip(0..).map(|(segment, tag)| TaggedSegment {
-                ends: segment.ends,
-                tag,
-            });
-            let mut subsegments: Vec<TaggedSegment<u32>> = bent.collect();
+            let mut subsegments = whole(&segments);
             let done = split::<_, SplitError>(&mut subsegments, 100, &[], &mut |_, _| Ok(())).unwrap();
             let split = SplitLines {
                 segments,

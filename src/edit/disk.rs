@@ -17,7 +17,10 @@ use crate::edit::tile::EditTile;
 use crate::edit::tile::drafts::Counts;
 use crate::edit::workers::Workers;
 use crate::io::{Buffers, ReadAt, ThreadsFile};
-use crate::store::{BLOCK, Directory, Extent, PassReader, Tile, TileEntry, TileId, TileWriter};
+use crate::store::{
+    BLOCK, Codec, Digest, DigestSum, Directory, Extent, Part, PassReader, StoredPart, Tile, TileEntry, TileId,
+    TileWriter,
+};
 
 /// The file, and the current location of each tile in it.
 pub(crate) struct Disk {
@@ -48,23 +51,27 @@ struct Written {
     free: Vec<(u64, u32)>,
     /// Lengths of the ranges that were reused for fewer bytes, by offset.
     reused: HashMap<u64, u32>,
-    /// Number of triangles in holes, for each tile that was written with labels.
-    in_holes: HashMap<TileId, u32>,
+    /// The triangles in holes of each tile that was written with labels.
+    in_holes: HashMap<TileId, DigestSum>,
+    /// The digest of these tiles, without holes.
+    digest: Digest,
 }
 
 impl Written {
     /// Writes a core or a border: over bytes that this edit no longer needs, or behind the end.
-    async fn put(&mut self, bytes: &Bytes, is_core: bool) -> io::Result<Extent> {
-        let fits = |&&(offset, room): &&(u64, u32)| room as usize >= bytes.len() && (!is_core || offset % BLOCK == 0);
+    async fn put(&mut self, stored: StoredPart, part: Part) -> io::Result<Extent> {
+        let is_core = matches!(part, Part::Core);
+        let length = stored.bytes.len();
+        let fits = |&&(offset, room): &&(u64, u32)| room as usize >= length && (!is_core || offset % BLOCK == 0);
         let best = self.free.iter().filter(fits).min_by_key(|(_, room)| *room).copied();
         if let Some((offset, room)) = best {
             self.free.retain(|free| free.0 != offset);
             self.reused.insert(offset, room);
-            return self.writer.put_at(offset, bytes).await;
+            return self.writer.put_at(offset, stored).await;
         }
-        match is_core {
-            true => self.writer.append_core(bytes).await,
-            false => self.writer.append_border(bytes).await,
+        match part {
+            Part::Core => self.writer.append_core(stored).await,
+            Part::Border => self.writer.append_border(stored).await,
         }
     }
 
@@ -92,6 +99,7 @@ impl Disk {
             free: Vec::new(),
             reused: HashMap::default(),
             in_holes: HashMap::default(),
+            digest: Digest::default(),
         };
         let (alive, gone) = oneshot::channel();
         let disk = Self {
@@ -124,10 +132,15 @@ impl Disk {
         self.reads.load(Ordering::Relaxed)
     }
 
-    /// Returns the number of triangles of a tile in holes, if the tile was written with labels.
-    pub(crate) async fn in_holes(&self, id: TileId) -> Option<u32> {
+    /// Returns the triangles of a tile in holes, if the tile was written with labels.
+    pub(crate) async fn in_holes(&self, id: TileId) -> Option<DigestSum> {
         let state = self.state.lock().await;
         state.as_ref()?.in_holes.get(&id).copied()
+    }
+
+    /// Returns the digest of the tiles that were written with labels, without holes.
+    pub(crate) async fn digest(&self) -> Result<Digest, EditError> {
+        Ok(self.written().await?.digest)
     }
 
     /// Publishes the current tiles, with a directory that `change` adapts. Returns the length of
@@ -137,7 +150,7 @@ impl Disk {
             return Err(EditError::Internal("the file is published already".to_owned()));
         };
         let mut directory = self.reader.directory().clone();
-        directory.tiles = entries;
+        directory.set_tiles(entries);
         change(&mut directory);
         let done = writer.replace(&directory, self.reader.in_force()).await;
         done.map_err(|error| self.cannot("finish", error))
@@ -183,7 +196,9 @@ impl Disk {
 
     async fn write_in_turn(self: Arc<Self>, id: TileId, tile: Arc<EditTile>, turn: WriteTurn) -> Result<(), EditError> {
         let this = Arc::clone(&self);
-        let (counts, core, border) = self.workers.run(move || this.encoded(&tile)).await?;
+        // A tile keeps its codec.
+        let codec = self.reader.directory().tiles[id.0 as usize].codec();
+        let (counts, core, border) = self.workers.run(move || this.encoded(&tile, codec)).await?;
         let _done = turn.wait().await;
         let mut state = self.written().await?;
         let before = state.entries[id.0 as usize];
@@ -193,19 +208,27 @@ impl Disk {
             state.set_free(before.border);
         }
         let written = async {
-            let core = state.put(&core, true).await?;
-            Ok((core, state.put(&border, false).await?))
+            let core = state.put(core, Part::Core).await?;
+            Ok((core, state.put(border, Part::Border).await?))
         };
         let (core, border) = written.await.map_err(|error| self.cannot("write", error))?;
         if self.labels.get().is_some() {
-            state.in_holes.insert(id, counts.in_holes);
+            // Once labels are known, nothing else changes. So a tile that is written once more is
+            // the same.
+            let Digest { holes, .. } = counts.digest;
+            if state.in_holes.insert(id, holes).is_none() {
+                state.digest += Digest {
+                    holes: DigestSum::default(),
+                    ..counts.digest
+                };
+            }
         }
         state.entries[id.0 as usize] = counts.entry(core, border, self.generation);
         Ok(())
     }
 
-    /// Returns the counts of a tile, and the bytes of its core and its border.
-    fn encoded(&self, tile: &EditTile) -> (Counts, Bytes, Bytes) {
+    /// Returns the counts of a tile, and its core and its border as they are stored.
+    fn encoded(&self, tile: &EditTile, codec: Codec) -> (Counts, StoredPart, StoredPart) {
         let drafts = match self.labels.get() {
             Some(labels) => {
                 let parts = TileParts::of(tile);
@@ -215,7 +238,11 @@ impl Disk {
         };
         let core = drafts.core.encode(tile.id, self.generation, &self.buffers);
         let border = drafts.border.encode(tile.id, self.generation, &self.buffers);
-        (drafts.counts(), core, border)
+        (
+            drafts.counts(),
+            codec.store(core, Part::Core),
+            codec.store(border, Part::Border),
+        )
     }
 }
 

@@ -6,13 +6,16 @@ use std::thread;
 
 use crate::constraints::error::ConstraintError;
 use crate::constraints::polygons::check::PolygonCheck;
+use crate::constraints::polygons::counter::{PolygonCounter, by_ends};
+use crate::constraints::polygons::lines::PolygonLines;
+use crate::constraints::polygons::normalize::PolygonNormalizer;
 use crate::constraints::segment::Segment;
 use crate::constraints::without_z::NO_Z;
 use crate::edit::error::EditError;
 use crate::edit::run::edit;
 use crate::edit::summary::EditSummary;
 use crate::edit::target::Target;
-use crate::edit::work::Work;
+use crate::edit::work::{Piece, Work};
 use crate::geometry::Point;
 use crate::input::{MissingZ, SegmentBatch};
 use crate::memory::EditShares;
@@ -35,6 +38,8 @@ pub struct Editor {
     z: Vec<[f64; 2]>,
     missing_z: MissingZ,
     polygons: PolygonCheck,
+    counter: PolygonCounter,
+    polygon_lines: PolygonLines,
 }
 
 impl Editor {
@@ -46,16 +51,18 @@ impl Editor {
     pub async fn open(path: impl AsRef<Path>, memory: u64) -> Result<Self, EditError> {
         let target = Target::lock(path.as_ref())?;
         let opened = target.read().await?;
-        let metadata = opened.metadata();
+        let (metadata, lists) = (opened.metadata(), opened.lists().await?);
         if metadata.vertices > 0 && metadata.triangles == 0 {
             return Err(EditError::NoTriangles(target.path));
         }
         Ok(Self {
-            first_line: metadata.lines.last().map_or(0, |last| last.first + last.lines),
-            number: metadata.lines.last().map_or(0, |last| last.edit).saturating_add(1),
+            first_line: metadata.next_line,
+            number: lists.lines.last().map_or(0, |last| last.edit).saturating_add(1),
             // All segments are in memory, and a polygon takes no more than what is counted for
             // them.
             polygons: PolygonCheck::new(&target.path, u64::MAX),
+            counter: PolygonCounter::default(),
+            polygon_lines: PolygonLines::default(),
             target,
             memory,
             lines: Vec::new(),
@@ -116,16 +123,21 @@ impl Editor {
         EditShares::check_segments(self.memory, self.segments.len() as u64)?;
         if kind == LineKind::Obstacle {
             self.polygons.push(first, batch)?;
+            for (key, line, _) in by_ends(first, batch).filter(|(_, _, [a, b])| a != b) {
+                self.polygon_lines.take(self.counter.next(key, line), line);
+            }
         }
         Ok(())
     }
 
-    /// Makes the lines constraints. The file is unchanged until the very end.
+    /// Makes the lines constraints. An obstacle that covers a place more than once is normalised, so
+    /// that it covers it once. The file is unchanged until the very end.
     ///
     /// # Errors
     /// Returns an error if an end lies outside the hull or lacks a z
     /// ([`missing_z`](Self::missing_z)), if a line crosses a constraint, if a ring does not close,
-    /// if a polygon is inside out, or if the system fails.
+    /// if a polygon is inside out, if an obstacle covers a place more than once and its rings cross,
+    /// or if the system fails.
     pub async fn finish(self) -> Result<EditSummary, EditError> {
         let Self {
             target,
@@ -135,6 +147,7 @@ impl Editor {
             mut z,
             missing_z,
             mut polygons,
+            polygon_lines,
             ..
         } = self;
         let faults = polygons.finish()?;
@@ -144,19 +157,51 @@ impl Editor {
         if let Some(inverted) = faults.inverted {
             return Err(EditError::Inverted(inverted));
         }
+        let normalizer = polygons.normalizer();
         drop(polygons);
         segments.shrink_to_fit();
         z.shrink_to_fit();
         let work = Work {
             new_records: 2 * segments.len() as u64,
+            pieces: normalizer.map(|normalizer| normalized_pieces(&segments, normalizer)),
             segments,
             z,
             missing_z,
             lines,
+            polygon_lines: polygon_lines.finish(),
             inverted: faults.inverted_if_uncrossed,
+            overlapping: faults.overlapping_if_uncrossed,
             is_draft: false,
             threads: thread::available_parallelism().map_or(1, NonZero::get),
         };
         edit(target, work, memory, || false).await
     }
+}
+
+/// Returns the segments after obstacles were normalised, by the numbers of their ends. These are
+/// ends of the segments of the same obstacle.
+fn normalized_pieces(segments: &[Segment], mut normalizer: PolygonNormalizer) -> Vec<Piece> {
+    let (mut pieces, mut ready, mut start) = (Vec::new(), Vec::new(), 0);
+    let mut ends: Vec<(Point, u32)> = Vec::new();
+    for (segment, number) in segments.iter().zip(0u32..) {
+        normalizer.take(*segment, &mut ready);
+        if normalizer.is_within() {
+            continue;
+        }
+        // Ends of segments of no length become no vertices.
+        let its = (start..=number).map(|number| (number, segments[number as usize].ends));
+        let numbered = its
+            .filter(|(_, [a, b])| a != b)
+            .flat_map(|(number, ends)| [2 * number, 2 * number + 1].into_iter().zip(ends));
+        ends.clear();
+        ends.extend(numbered.map(|(end, point)| (point, end)));
+        ends.sort_unstable_by(|(p, one), (q, other)| p.lex_cmp(*q).then(one.cmp(other)));
+        let end_at = |point: Point| ends[ends.partition_point(|(other, _)| other.lex_cmp(point).is_lt())].1;
+        pieces.extend(ready.drain(..).map(|segment| Piece {
+            ends: segment.ends.map(end_at),
+            source: segment.source,
+        }));
+        start = number + 1;
+    }
+    pieces
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::constraints::error::ConstraintError;
-use crate::constraints::polygons::check::InvertedPolygons;
+use crate::constraints::polygons::check::{InvertedPolygons, Overlapping};
 use crate::geometry::Point;
 use crate::memory::MemoryShortage;
 use crate::shown;
@@ -91,6 +91,9 @@ pub enum EditError {
         .0.first.point.x, .0.first.point.y, .0.polygons
     )]
     Inverted(InvertedPolygons),
+    /// An obstacle covers a place more than once, and its rings cross in vertices of the file.
+    #[error("it covers ({}, {}) more than once, and its rings cross each other", .0.point.x, .0.point.y)]
+    Overlapping(Overlapping),
     /// Segments are given by record numbers, which a file does not keep.
     #[error("the ends of segments are given as record numbers; a file can be changed by coordinates only")]
     Records,

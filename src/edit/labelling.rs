@@ -6,7 +6,7 @@ use crate::edit::regions::{RegionJoin, RegionLabels, TileParts};
 use crate::edit::tile::EditTile;
 use crate::edit::tiles::{TileWithParts, Tiles};
 use crate::memory::EditShares;
-use crate::store::TileId;
+use crate::store::{DigestSum, TileId, triangle_hash};
 
 /// Joins adjacent parts in all tiles. Also returns the number of constraint edges.
 pub(crate) fn join(
@@ -14,8 +14,7 @@ pub(crate) fn join(
     memory: u64,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<(RegionLabels, u64), EditError> {
-    let metadata = tiles.metadata().clone();
-    let mut joining = RegionJoin::new(&metadata);
+    let mut joining = RegionJoin::new(tiles.directory());
     let mut all_tiles = tiles.with_parts();
     while let Some(TileWithParts { tile, parts, before }) = all_tiles.next()? {
         if is_stopped() {
@@ -25,20 +24,25 @@ pub(crate) fn join(
         EditShares::check_regions(memory, joining.byte_size())?;
     }
     let constraint_edges = joining.constraint_edges;
-    Ok((joining.finish(&metadata)?, constraint_edges))
+    Ok((joining.finish(tiles.metadata())?, constraint_edges))
 }
 
 /// Writes all tiles that were changed, and those in which a region changed. Returns the number of
-/// triangles in holes.
-pub(crate) fn label(tiles: &mut Tiles, labels: RegionLabels, is_stopped: &dyn Fn() -> bool) -> Result<u64, EditError> {
+/// triangles in holes, and the sum of their hashes.
+pub(crate) fn label(
+    tiles: &mut Tiles,
+    labels: RegionLabels,
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<DigestSum, EditError> {
     tiles.label(labels)?;
-    let mut in_holes = 0;
-    for id in (0..tiles.directory().tiles.len() as u32).map(TileId) {
+    let mut in_holes = DigestSum::default();
+    let ids: Vec<TileId> = tiles.directory().tile_ids().collect();
+    for id in ids {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
         if let Some(known) = tiles.in_holes(id) {
-            in_holes += u64::from(known);
+            in_holes += known;
             continue;
         }
         let mut tile = tiles.read(id)?;
@@ -57,7 +61,7 @@ pub(crate) fn label(tiles: &mut Tiles, labels: RegionLabels, is_stopped: &dyn Fn
             }
         }
         let holes = tile.owned_triangles().filter(|&triangle| tile.is_hole(triangle));
-        in_holes += holes.count() as u64;
+        holes.for_each(|triangle| in_holes.add_hash(triangle_hash(tile.triangle_points(triangle))));
     }
     Ok(in_holes)
 }

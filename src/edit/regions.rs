@@ -17,7 +17,7 @@ use crate::edit::error::EditError;
 use crate::edit::tile::EditTile;
 use crate::geometry::{HalfEdge, TriangleId};
 use crate::mesh::{Topology, Twin};
-use crate::store::{Component, EdgeSource, Metadata, Tile, TileId, VertexId};
+use crate::store::{Component, Directory, EdgeSource, Metadata, Tile, TileId, VertexId};
 
 /// The number of a region that had none.
 const NEW: u64 = u64::MAX;
@@ -77,7 +77,7 @@ pub(crate) struct RegionJoin {
     marks: Vec<RegionMarks>,
     /// The former region number of each part, or [`NEW`].
     previous: Vec<u64>,
-    /// The first part of each tile.
+    /// The first part of each tile, by its number.
     first: Vec<u32>,
     /// Triangles of several tiles some of which have not come: one of their parts, and the number
     /// of tiles that are left.
@@ -91,18 +91,18 @@ impl RegionJoin {
     /// Bytes of memory of each part.
     pub(crate) const BYTES: u64 = 32;
 
-    pub(crate) fn new(metadata: &Metadata) -> Self {
+    pub(crate) fn new(directory: &Directory) -> Self {
         Self {
             regions: UnionFind::new(1),
             depths: WeightedUnionFind::new(1),
             marks: vec![RegionMarks::default()],
             previous: vec![0],
-            first: Vec::new(),
+            first: vec![0; directory.tiles.len()],
             waiting: HashMap::new(),
-            seeds: Seeds::new(metadata.seeds.clone()),
+            seeds: Seeds::new(directory.lists.hole_points.clone()),
             rules: HoleRules {
                 has_holes: true,
-                exterior: metadata.exterior_is_hole,
+                exterior: directory.metadata.exterior_is_hole,
             },
             constraint_edges: 0,
         }
@@ -118,7 +118,7 @@ impl RegionJoin {
     /// Returns an error if a ring does not close, with the line of one of its edges.
     pub(crate) fn take(&mut self, tile: &EditTile, parts: &TileParts, before: Option<&Tile>) -> Result<(), EditError> {
         let first = self.marks.len() as u32;
-        self.first.push(first);
+        self.first[tile.id.0 as usize] = first;
         let end = first
             .checked_add(parts.count)
             .ok_or_else(|| EditError::Internal("too many parts".to_owned()))?;

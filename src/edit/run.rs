@@ -7,7 +7,6 @@ use std::time::Instant;
 use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 
-use crate::constraints::segment::Segment;
 use crate::edit::ends::find_ends;
 use crate::edit::error::EditError;
 use crate::edit::labelling::{join, label};
@@ -20,7 +19,7 @@ use crate::edit::work::Work;
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::io::start_thread;
 use crate::memory::EditShares;
-use crate::store::{Directory, Metadata, hull_edges};
+use crate::store::{Digest, Directory, Metadata, hull_edges, polygon_lines_in_order};
 
 /// Makes segments constraints of a file, on a thread of its own.
 pub(crate) async fn edit(
@@ -73,13 +72,17 @@ fn edit_here(
     if let Some(inverted) = work.inverted {
         return Err(EditError::Inverted(inverted));
     }
+    if let Some(overlapping) = work.overlapping {
+        return Err(EditError::Overlapping(overlapping));
+    }
+    let holes = label(&mut tiles, labels, is_stopped)?;
     let totals = EditTotals {
         vertices,
         constraint_edges,
         regions,
         spanning_regions,
         hole_regions,
-        hole_triangles: label(&mut tiles, labels, is_stopped)?,
+        digest: tiles.digest(holes)?,
     };
     let (tiles_written, length_before) = (tiles.count_changed(), tiles.length());
     let file_bytes = tiles.publish(|directory| enter(directory, work, totals))?;
@@ -93,7 +96,7 @@ fn edit_here(
         triangles_visited: inserted.examined,
         regions,
         hole_regions,
-        hole_triangles: totals.hole_triangles,
+        hole_triangles: holes.count,
         bytes_appended: file_bytes - length_before,
         file_bytes,
         seconds: began.elapsed().as_secs_f64(),
@@ -108,7 +111,7 @@ fn insert(
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<SegmentInserter, EditError> {
     let mut inserter = SegmentInserter::default();
-    for segment in in_curve_order(&work.segments, ends) {
+    for segment in in_curve_order(work, ends) {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
@@ -117,18 +120,23 @@ fn insert(
     Ok(inserter)
 }
 
-/// Returns segments in the order of a space-filling curve, so that segments that cross the same
-/// tiles come together. `ends` has the vertices at their ends.
-fn in_curve_order(segments: &[Segment], ends: &[EditVertex]) -> impl Iterator<Item = LocatedSegment> {
-    let middle = |Segment { ends: [a, b], .. }: &Segment| Point::new((a.x + b.x) / 2.0, (a.y + b.y) / 2.0);
-    let square = MortonSquare::around(Rect::around(segments.iter().map(middle)));
-    let (ends, _) = ends.as_chunks();
-    let keys = segments.iter().map(|segment| square.key(middle(segment)));
-    let mut order: Vec<(u64, u32)> = keys.zip(0..).collect();
+/// Returns the segments that become constraints in the order of a space-filling curve, so that
+/// segments that cross the same tiles come together. `ends` has the vertices at all ends.
+fn in_curve_order(work: &Work, ends: &[EditVertex]) -> impl Iterator<Item = LocatedSegment> {
+    let middle = |number: u32| {
+        let [a, b] = work.piece(number).ends.map(|end| work.point(end));
+        Point::new((a.x + b.x) / 2.0, (a.y + b.y) / 2.0)
+    };
+    let numbers = 0..work.piece_count();
+    let square = MortonSquare::around(Rect::around(numbers.clone().map(middle)));
+    let mut order: Vec<(u64, u32)> = numbers.map(|number| (square.key(middle(number)), number)).collect();
     order.sort_unstable();
-    order.into_iter().map(move |(_, number)| LocatedSegment {
-        ends: ends[number as usize],
-        source: segments[number as usize].source,
+    order.into_iter().map(move |(_, number)| {
+        let piece = work.piece(number);
+        LocatedSegment {
+            ends: piece.ends.map(|end| ends[end as usize]),
+            source: piece.source,
+        }
     })
 }
 
@@ -141,42 +149,36 @@ struct EditTotals {
     regions: u64,
     spanning_regions: u64,
     hole_regions: u64,
-    hole_triangles: u64,
+    digest: Digest,
 }
 
 /// Enters an edit in the directory, whose tiles are up to date.
 fn enter(directory: &mut Directory, work: &Work, totals: EditTotals) {
     let tiles = &directory.tiles;
-    let before = std::mem::take(&mut directory.metadata);
+    let before = directory.metadata.clone();
     let most = tiles.iter().map(|tile| tile.vertices).max();
     let vertices = tiles.iter().map(|tile| u64::from(tile.vertices)).sum();
     let triangles = tiles.iter().map(|tile| u64::from(tile.owned_triangles)).sum();
-    let mut lines = before.lines;
-    lines.extend_from_slice(&work.lines);
+    let new_lines = work.lines.iter().map(|source| source.first + source.lines).max();
+    directory.lists.lines.extend_from_slice(&work.lines);
+    let lists = &mut directory.lists;
+    let mut polygon_lines = std::mem::take(&mut lists.polygon_lines);
+    polygon_lines.extend_from_slice(&work.polygon_lines);
+    lists.polygon_lines = polygon_lines_in_order(polygon_lines, &lists.lines);
     directory.metadata = Metadata {
         tile_vertices: before.tile_vertices.max(most.unwrap_or(0)),
         vertices,
         triangles,
         hull_edges: hull_edges(vertices, triangles),
-        points: before.points,
-        duplicates: before.duplicates,
         ends: before.ends + totals.vertices,
         constraint_edges: totals.constraint_edges,
-        has_z: before.has_z,
-        bounds: before.bounds,
-        sources: before.sources,
-        crs: before.crs,
-        producer: before.producer,
         regions: totals.regions,
         spanning_regions: totals.spanning_regions,
         hole_regions: totals.hole_regions,
-        hole_triangles: totals.hole_triangles,
-        sites: before.sites,
-        crossings: before.crossings,
-        lines,
-        exterior_is_hole: before.exterior_is_hole,
-        seeds: before.seeds,
-        borders: before.borders,
+        hole_triangles: totals.digest.holes.count,
         next_record: before.next_record.saturating_add(work.new_records),
+        next_line: before.next_line.max(new_lines.unwrap_or(0)),
+        digest: totals.digest,
+        ..before
     };
 }

@@ -2,6 +2,7 @@
 //!
 //! It is read from a [`Tile`], and turned into the drafts (`drafts`) of a core and a border.
 
+mod digest;
 pub(crate) mod drafts;
 pub(crate) mod hubs;
 mod replace;

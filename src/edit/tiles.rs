@@ -22,7 +22,7 @@ use crate::edit::tile::EditTile;
 use crate::geometry::HalfEdge;
 use crate::memory::EditShares;
 use crate::mesh::{Topology, Twin};
-use crate::store::{Directory, EditCache, EditLease, EditPin, Metadata, Tile, TileId};
+use crate::store::{Digest, DigestSum, Directory, EditCache, EditLease, EditPin, Metadata, Tile, TileId};
 
 /// The tiles of a file, changed by one thread that may block, which must not be one of the
 /// runtime's.
@@ -32,6 +32,8 @@ pub(crate) struct Tiles {
     disk: Arc<Disk>,
     /// Whether each tile was changed since the file was opened.
     is_changed: Vec<bool>,
+    /// The digest of the changed tiles as they were in the file, without holes.
+    digest_before: Digest,
     /// Ends when the last reference to `disk` is dropped.
     gone: oneshot::Receiver<()>,
 }
@@ -58,6 +60,7 @@ impl Tiles {
             runtime,
             cache: EditCache::new(tiles as usize, write_back),
             is_changed: vec![false; disk.reader.directory().tiles.len()],
+            digest_before: Digest::default(),
             disk,
             gone,
         })
@@ -136,23 +139,36 @@ impl Tiles {
     pub(crate) fn with_parts(&self) -> TilesWithParts<'_> {
         TilesWithParts {
             tiles: self,
-            next: 0,
+            left: self.directory().tile_ids().collect(),
             coming: VecDeque::new(),
         }
     }
 
-    /// Returns the number of triangles of a tile in holes, if the tile was written with labels.
-    pub(crate) fn in_holes(&self, id: TileId) -> Option<u32> {
+    /// Returns the triangles of a tile in holes, if the tile was written with labels.
+    pub(crate) fn in_holes(&self, id: TileId) -> Option<DigestSum> {
         self.runtime.block_on(self.disk.in_holes(id))
+    }
+
+    /// Returns the digest of the file once all tiles are written with labels: that of the file as
+    /// it was opened, less what the changed tiles had, and with what they have. `holes` are the
+    /// triangles in holes.
+    pub(crate) fn digest(&self, holes: DigestSum) -> Result<Digest, EditError> {
+        let mut digest = self.metadata().digest;
+        digest -= self.digest_before;
+        digest += self.runtime.block_on(self.disk.digest())?;
+        Ok(Digest { holes, ..digest })
     }
 
     /// Returns a tile to change, one at a time.
     pub(crate) fn change(&mut self, id: TileId) -> Result<EditLease<'_, TileId, EditTile, EditError>, EditError> {
-        if let Some(is_changed) = self.is_changed.get_mut(id.0 as usize) {
-            *is_changed = true;
-        }
         let load = || Arc::clone(&self.disk).load(id);
-        self.wait_for(self.cache.edit(id, load))
+        let lease = self.wait_for(self.cache.edit(id, load))?;
+        if let Some(is_changed) = self.is_changed.get_mut(id.0 as usize)
+            && !std::mem::replace(is_changed, true)
+        {
+            self.digest_before += lease.digest();
+        }
+        Ok(lease)
     }
 
     /// Returns whether a tile was changed since the file was opened.
@@ -188,10 +204,12 @@ impl Tiles {
         }
     }
 
-    /// Writes a tile that is not in the cache.
+    /// Writes a tile that is not in the cache. Its elements are those in the file.
     pub(crate) fn write(&mut self, tile: EditTile) -> Result<(), EditError> {
         let id = tile.id;
-        self.is_changed[id.0 as usize] = true;
+        if !std::mem::replace(&mut self.is_changed[id.0 as usize], true) {
+            self.digest_before += tile.digest();
+        }
         self.runtime.block_on(Arc::clone(&self.disk).write(id, Arc::new(tile)))
     }
 
@@ -230,7 +248,7 @@ pub(crate) struct TileWithParts {
 /// All tiles of a file, in order.
 pub(crate) struct TilesWithParts<'a> {
     tiles: &'a Tiles,
-    next: u32,
+    left: VecDeque<TileId>,
     coming: VecDeque<JoinHandle<Result<TileWithParts, EditError>>>,
 }
 
@@ -244,11 +262,10 @@ impl TilesWithParts<'_> {
             ..
         } = self.tiles;
         while self.coming.len() < disk.workers.threads
-            && let Some(&is_changed) = is_changed.get(self.next as usize)
+            && let Some(id) = self.left.pop_front()
         {
-            let id = TileId(self.next);
+            let is_changed = is_changed[id.0 as usize];
             let (reader, disk) = (cache.reader(), Arc::clone(disk));
-            self.next += 1;
             self.coming.push_back(runtime.spawn(async move {
                 let parted = |tile: Arc<EditTile>, before| {
                     let parts = TileParts::of(&tile);

@@ -1,27 +1,43 @@
 //! The input of an edit.
 
-use crate::constraints::polygons::check::InvertedPolygons;
+use crate::constraints::polygons::check::{InvertedPolygons, Overlapping};
 use crate::constraints::segment::Segment;
 use crate::constraints::without_z::NO_Z;
+use crate::geometry::Point;
 use crate::input::MissingZ;
-use crate::store::LineSource;
+use crate::store::{LinePart, LineSource, PolygonLine};
+
+/// A segment between two ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Piece {
+    /// The numbers of the ends among the ends of all segments.
+    pub(crate) ends: [u32; 2],
+    pub(crate) source: LinePart,
+}
 
 /// The input of an edit.
 pub(crate) struct Work {
-    /// The segments that become constraints.
+    /// The segments, whose ends become vertices.
     pub(crate) segments: Vec<Segment>,
+    /// What becomes constraints: the segments after obstacles were normalised; `None` if these are
+    /// all segments as they are.
+    pub(crate) pieces: Option<Vec<Piece>>,
     /// z at the ends of some segments, or [`NO_Z`].
     pub(crate) z: Vec<[f64; 2]>,
     /// What to do with ends that have no z and become vertices, if the file has z.
     pub(crate) missing_z: MissingZ,
     /// New lines for the directory.
     pub(crate) lines: Vec<LineSource>,
+    /// The new lines that belong to the polygon of a smaller line.
+    pub(crate) polygon_lines: Vec<PolygonLine>,
     /// Number of record numbers for the ends of the segments, in order; 0 if the ends were vertices
     /// before.
     pub(crate) new_records: u64,
     /// Obstacles that are inside out, if their rings cross at vertices only. In that case the edit
     /// fails and the file is unchanged.
     pub(crate) inverted: Option<InvertedPolygons>,
+    /// An obstacle that overlaps itself, under the same condition.
+    pub(crate) overlapping: Option<Overlapping>,
     /// Whether the file is still a draft that nothing relies on, so that it need not be on the
     /// medium when the edit is done.
     pub(crate) is_draft: bool,
@@ -30,6 +46,27 @@ pub(crate) struct Work {
 }
 
 impl Work {
+    /// Returns the number of segments that become constraints.
+    pub(crate) fn piece_count(&self) -> u32 {
+        self.pieces.as_ref().map_or(self.segments.len(), Vec::len) as u32
+    }
+
+    /// Returns a segment that becomes a constraint.
+    pub(crate) fn piece(&self, number: u32) -> Piece {
+        match &self.pieces {
+            Some(pieces) => pieces[number as usize],
+            None => Piece {
+                ends: [2 * number, 2 * number + 1],
+                source: self.segments[number as usize].source,
+            },
+        }
+    }
+
+    /// Returns the point of an end, by its number among all ends.
+    pub(crate) fn point(&self, end: u32) -> Point {
+        self.segments[end as usize / 2].ends[end as usize % 2]
+    }
+
     /// Returns the z at an end, by its number among all ends, or [`NO_Z`].
     pub(crate) fn z_of(&self, end: u32) -> f64 {
         self.z.get(end as usize / 2).map_or(NO_Z, |z| z[end as usize % 2])

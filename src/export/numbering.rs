@@ -18,14 +18,15 @@ pub(super) struct Numbering {
 
 impl Numbering {
     pub(super) fn new(reader: PassReader, options: ExportOptions) -> Self {
-        let counts = reader.directory().tiles.iter().map(|tile| u64::from(tile.vertices));
-        let starts = counts.scan(0, |sum, count| {
-            let start = *sum;
-            *sum += count;
-            Some(start)
-        });
+        let directory = reader.directory();
+        let mut starts = vec![0; directory.tiles.len()];
+        let mut next = 0;
+        for id in directory.tile_ids() {
+            starts[id.0 as usize] = next;
+            next += u64::from(directory.tiles[id.0 as usize].vertices);
+        }
         Self {
-            starts: starts.collect(),
+            starts,
             reader,
             options,
         }
@@ -43,7 +44,7 @@ impl Numbering {
     /// Returns the number of a vertex. Fails if the file has no such vertex.
     pub(super) fn number(&self, vertex: VertexId) -> Result<u64, Contradiction> {
         let tile = vertex.tile.0 as usize;
-        match self.reader.directory().tiles.get(tile) {
+        match self.reader.directory().entry(vertex.tile) {
             Some(entry) if vertex.index.0 < entry.vertices => Ok(self.starts[tile] + u64::from(vertex.index.0)),
             Some(entry) => Err(Contradiction::NoSuchVertex {
                 vertex,

@@ -127,7 +127,7 @@ impl<'a> ExportJob<'a> {
 
     /// Sets the number of passes over all tiles, for the progress.
     pub(super) fn passes(&mut self, passes: u64) {
-        self.total = passes * self.reader().directory().tiles.len() as u64;
+        self.total = passes * u64::from(self.reader().metadata().tiles);
     }
 
     /// Reports that a tile is done.

@@ -68,7 +68,8 @@ async fn record_type(job: &mut ExportJob<'_>, metadata: &Metadata) -> Result<Rec
         }
     };
     let of_edges = u64::from(metadata.constraint_edges > 0);
-    let sources = metadata.sources.iter().map(|source| source.records);
+    let sources = &job.reader().directory().lists.sources;
+    let sources = sources.iter().map(|source| source.records);
     let bound = sources.fold(0, u64::saturating_add);
     if bound > 0 && fits(bound - 1) == RecordType::Uint {
         job.passes(2 + of_edges);

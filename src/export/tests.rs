@@ -6,8 +6,8 @@ use crate::geometry::{Point, Rect, VertexIndex};
 use crate::io::{Buffers, MemoryFile};
 use crate::mesh::Twin;
 use crate::store::{
-    BorderDraft, CoreDraft, Directory, KdNode, KdTree, Metadata, OpenOptions, Source, TileEntry, TileId, TileReader,
-    TileWriter, VertexId,
+    BorderDraft, CoreDraft, Directory, KdNode, KdTree, Lists, Metadata, OpenOptions, Source, TileEntry, TileId,
+    TileReader, TileWriter, VertexId, front_end_for,
 };
 
 /// Two tiles, and one triangle of both: vertices 0:0 and 0:1, and 1:0. Each test makes some field
@@ -46,7 +46,7 @@ impl Draft {
         let own = [vec![a, b], vec![c]];
         let foreign_z = [vec![7.0], vec![5.0, 6.0]];
         let file = MemoryFile::default();
-        let mut writer = TileWriter::new(file.clone());
+        let mut writer = TileWriter::new(file.clone(), front_end_for(2));
         let mut tiles = Vec::new();
         let foreign = foreign.into_iter().zip(foreign_z);
         let parts = own.into_iter().zip(foreign).zip(self.z).zip(self.records).zip(0u32..);
@@ -92,7 +92,7 @@ impl Draft {
             vertices: 3,
             triangles: self.owned.into(),
             has_z: true,
-            sources: sources.collect(),
+            bounds: Rect::new(0.0, 0.0, 2.0, 1.0),
             ..Metadata::default()
         };
         let nodes = vec![
@@ -101,7 +101,11 @@ impl Draft {
             KdNode::Leaf(TileId(1)),
         ];
         let tree = KdTree::new(nodes).unwrap();
-        let directory = Directory { metadata, tree, tiles };
+        let lists = Lists {
+            sources: sources.collect(),
+            ..Lists::default()
+        };
+        let directory = Directory::new(metadata, lists, tree, tiles);
         writer.finish(&directory).await.unwrap();
         TileReader::open_source(file, "test", OpenOptions::default())
             .await

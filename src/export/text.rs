@@ -37,7 +37,7 @@ pub(super) fn put_vertex(tile: &Tile, corner: VertexIndex, separator: u8, no_z: 
 pub(super) fn comments(numbering: &Numbering) -> Vec<String> {
     const LONGEST: usize = 200;
     let mut lines = vec![concat!("delaunay-tiles ", env!("CARGO_PKG_VERSION")).to_owned()];
-    if let Some(crs) = &numbering.reader().metadata().crs {
+    if let Some(crs) = &numbering.reader().directory().lists.crs {
         let crs: String = crs.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
         if crs.len() <= LONGEST {
             lines.push(format!("crs {crs}"));

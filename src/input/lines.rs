@@ -23,7 +23,8 @@ pub struct SegmentBatch {
     /// `records`.
     pub lines: Vec<u64>,
     /// For obstacles, the polygon number of each segment in `ends`; the line of a MultiPolygon has
-    /// several polygons. Empty where each line is one polygon.
+    /// several polygons, and a polygon may have several lines. Two polygons have the same number in
+    /// no two batches. Empty where each line is one polygon.
     pub polygons: Vec<u64>,
 }
 

@@ -31,7 +31,7 @@ mod uring;
 
 pub use backend::{BACKEND_VARIABLE, Backend, UnknownBackend, open};
 pub(crate) use buffers::Buffers;
-pub(crate) use file::memory_of;
+pub(crate) use file::{FIRST_READ, memory_of};
 pub use file::{ReadAt, WriteAt};
 pub use memory::MemoryFile;
 #[cfg(feature = "object-store")]

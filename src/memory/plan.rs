@@ -8,6 +8,9 @@ use super::shortage::{MemoryShortage, MemoryUse};
 /// to the file.
 const WORK_BYTES: u64 = 400;
 
+/// Bytes per point of a tile that is compressed: its plan, what it is made from, and the result.
+const COMPRESSION_BYTES: u64 = 200;
+
 /// Bytes per seam vertex while its node is merged: kernel, mesh, fates, and the triangles and the
 /// seam that result.
 pub(crate) const SEAM_WORK_BYTES: u64 = 310;
@@ -53,6 +56,8 @@ pub(crate) struct MemoryPlan {
     threads: usize,
     tile_vertices: usize,
     merge_vertices: usize,
+    /// Whether tiles are compressed.
+    compresses: bool,
     /// Bytes that segments keep while points arrive.
     segments: u64,
     /// Bytes that sites and seeds keep until the end.
@@ -90,9 +95,15 @@ impl MemoryPlan {
             threads,
             tile_vertices,
             merge_vertices,
+            compresses: false,
             segments: 0,
             sites: 0,
         }
+    }
+
+    /// Sets whether tiles are compressed.
+    pub(crate) fn with_compression(self, compresses: bool) -> Self {
+        Self { compresses, ..self }
     }
 
     /// Returns the budget in bytes.
@@ -263,7 +274,8 @@ impl MemoryPlan {
     /// Returns the bytes for the tiles in work.
     fn work_bytes(&self, threads: usize, load: Load) -> u64 {
         let at_once = load.points.min((self.tile_vertices * threads) as u64);
-        at_once * (WORK_BYTES + load.per_point(SEGMENT_WORK_BYTES))
+        let compression = if self.compresses { COMPRESSION_BYTES } else { 0 };
+        at_once * (WORK_BYTES + compression + load.per_point(SEGMENT_WORK_BYTES))
     }
 
     /// Returns the most seam vertices of a merge, if the few seams that wait at each level may take

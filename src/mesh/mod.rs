@@ -20,6 +20,7 @@ mod spade_engine;
 mod topology;
 mod triangulation;
 mod walk;
+pub(crate) mod windings;
 
 pub(crate) use cavity::Cavity;
 pub use constrained::Constrained;

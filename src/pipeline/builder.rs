@@ -207,7 +207,10 @@ impl Builder {
     /// The lines of the batch are numbered from `first_line` on: over all inputs, segments first,
     /// then walls, then obstacles. An obstacle's interior is on the left of its segments, which
     /// form closed rings. The segments of one polygon must come one after another, in one batch or
-    /// several; each polygon is [checked](BuildError::Inverted) by itself.
+    /// several; each polygon is [checked](BuildError::Inverted) by itself. Polygons of the same line
+    /// are one obstacle, which covers each place once: if its rings overlap, but do not cross, they
+    /// are normalised. Its segments must also come one after another. Files record which lines are
+    /// rings of one polygon.
     ///
     /// Segments may meet at ends and at points, and may overlap, but must not cross unless
     /// [`Crossings::Split`] is set. A build with segments cannot be resumed.
@@ -294,6 +297,8 @@ impl Builder {
         let faults = self.polygons.all_faults(&mut self.segments)?;
         check_polygons(faults)?;
         self.given.inverted_if_uncrossed = faults.inverted_if_uncrossed;
+        self.given.overlapping_if_uncrossed = faults.overlapping_if_uncrossed;
+        self.given.polygon_lines = self.polygons.take_lines();
         self.context.first_end.store(self.next_record, Ordering::Relaxed);
         let mut record = self.next_record;
         for batch in self.segments.ends(record) {
@@ -305,8 +310,10 @@ impl Builder {
         }
         self.given.first_crossing = record;
         let options = &self.context.options;
-        if options.crossings == Crossings::Split || options.steiner == Steiner::Borders {
-            record = self.split_lines(record).await?;
+        let may_split = options.crossings == Crossings::Split || options.steiner == Steiner::Borders;
+        match may_split && self.split_lines(&mut record).await? {
+            true => {}
+            false => self.normalize_polygons()?,
         }
         self.given.first_site = record;
         self.given.next_record = record + self.sites.count();
@@ -317,9 +324,21 @@ impl Builder {
         Ok(())
     }
 
-    /// Splits segments where they cross each other or borders, and pushes the crossing points.
-    /// Returns the next record number.
-    async fn split_lines(&mut self, first_record: u64) -> Result<u64, BuildError> {
+    /// Replaces the segments of obstacles that cover a place more than once.
+    fn normalize_polygons(&mut self) -> Result<(), BuildError> {
+        let Some(normalizer) = self.polygons.normalizer() else {
+            return Ok(());
+        };
+        let memory = self.context.memory.for_segments();
+        let mut normalized = SegmentSpool::new(self.context.folder.spill(), memory / 2);
+        normalizer.copy(&mut self.segments, &mut normalized)?;
+        self.segments = normalized;
+        self.reserve()
+    }
+
+    /// Splits segments where they cross each other or borders, and pushes the crossing points, from
+    /// `record` on, which becomes the next record number. Returns whether any segment was replaced.
+    async fn split_lines(&mut self, record: &mut u64) -> Result<bool, BuildError> {
         let (arrived, sites) = (self.intake.arrived(&self.context).await?, self.sites.points());
         let mut points = |within, take: &mut dyn FnMut(&[Point])| {
             take(sites);
@@ -339,7 +358,7 @@ impl Builder {
             &mut points,
         )?;
         let Some(lines) = split else {
-            return Ok(first_record);
+            return Ok(false);
         };
         self.given.crossings = lines.crossings();
         self.given.repair = lines.repair();
@@ -347,14 +366,13 @@ impl Builder {
         self.segments = SegmentSpool::new(self.context.folder.spill(), self.context.memory.for_segments());
         lines.push_subsegments(&mut self.segments)?;
         self.reserve()?;
-        let mut record = first_record;
-        for batch in lines.points(first_record) {
-            record += batch.points.len() as u64;
+        for batch in lines.points(*record) {
+            *record += batch.points.len() as u64;
             self.given.split_points += batch.points.len() as u64;
             self.given.has_z |= !batch.z.is_empty();
             self.intake.push(&batch, &self.context).await?;
         }
-        Ok(record)
+        Ok(true)
     }
 
     /// Builds the file and gives it its name. Must be awaited within a tokio runtime. Computing

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 
-use crate::constraints::polygons::check::InvertedPolygons;
+use crate::constraints::polygons::check::{InvertedPolygons, Overlapping};
 use crate::constraints::polygons::repair::PolygonRepair;
 use crate::geometry::Point;
 use crate::input::SiteId;
@@ -11,6 +11,7 @@ use crate::memory::MemoryPlan;
 use crate::pipeline::options::BuildOptions;
 use crate::pipeline::records::Description;
 use crate::pipeline::work_folder::WorkFolder;
+use crate::store::PolygonLine;
 
 /// The settings of a build, known before its points arrive.
 #[derive(Clone, Debug)]
@@ -50,6 +51,10 @@ pub(crate) struct Given {
     /// Obstacles that are inside out, provided that no rings cross where there is no vertex. Such
     /// crossings are reported first.
     pub(crate) inverted_if_uncrossed: Option<InvertedPolygons>,
+    /// The first obstacle that overlaps itself, under the same condition.
+    pub(crate) overlapping_if_uncrossed: Option<Overlapping>,
+    /// The lines that belong to the polygon of a smaller line.
+    pub(crate) polygon_lines: Vec<PolygonLine>,
     /// Result of correcting inverted obstacles.
     pub(crate) repair: PolygonRepair,
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::constraints::crossings::first::{Crossing, KEPT};
 use crate::constraints::error::ConstraintError;
-use crate::constraints::polygons::check::InvertedPolygons;
+use crate::constraints::polygons::check::{InvertedPolygons, Overlapping};
 use crate::constraints::without_z::VertexWithoutZ;
 use crate::edit::EditError;
 use crate::geometry::Point;
@@ -171,6 +171,14 @@ pub enum BuildError {
         .0.first.obstacle, .0.first.point.x, .0.first.point.y, .0.polygons
     )]
     Inverted(InvertedPolygons),
+    /// An obstacle covers a place more than once, and its rings cross where something else has a
+    /// vertex. If they do not cross, the obstacle is normalised instead.
+    #[error(
+        "obstacle {} covers ({}, {}) more than once, and its rings cross each other; correct it, or split crossing lines, \
+         so that it covers each place once",
+        .0.obstacle, .0.point.x, .0.point.y
+    )]
+    Overlapping(Overlapping),
     /// There is not enough room on the disk.
     #[error(
         "{path}: the build needs about {needed} MiB of disk, and {free} MiB are free there",
@@ -196,6 +204,9 @@ pub enum BuildError {
         /// The first setting of the interrupted build that differs.
         what: String,
     },
+    /// Tiles cannot be compressed, because the library was built without the feature `compression`.
+    #[error("this program cannot compress tiles: it was built without the feature `compression`")]
+    NoCompression,
     /// The build cannot be resumed, because its inputs cannot be read again.
     #[error("only a build whose inputs can be read again can be resumed; standard input cannot")]
     NotResumable,

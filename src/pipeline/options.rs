@@ -11,6 +11,7 @@ use crate::memory::{MemoryPlan, default_memory};
 use crate::mesh::EngineKind;
 use crate::pipeline::error::BuildError;
 use crate::store;
+use crate::store::Codec;
 
 /// Options of a build. They do not change once they are given to a [`Builder`](crate::Builder).
 ///
@@ -49,6 +50,9 @@ pub struct BuildOptions {
     /// Whether regions that reach the hull without passing a constraint are holes, as the outside
     /// of a PSLG is for Triangle.
     pub exterior_is_hole: bool,
+    /// Whether tiles are compressed. Needs the feature `compression`, here and where the file is
+    /// read.
+    pub compress: bool,
     /// Whether an existing output is replaced, and work of an interrupted build discarded.
     pub force: bool,
     /// The folder that work is spilled to. Default: the folder beside the output in which the file
@@ -90,15 +94,27 @@ impl BuildOptions {
                 });
             }
         }
+        if self.compress && !Codec::HAS_ZSTANDARD {
+            return Err(BuildError::NoCompression);
+        }
         if self.resume && self.resumable.is_none() {
             return Err(BuildError::NotResumable);
         }
         Ok(())
     }
 
+    /// Returns the codec of tiles.
+    pub(crate) fn codec(&self) -> Codec {
+        match self.compress {
+            true => Codec::Zstandard,
+            false => Codec::Raw,
+        }
+    }
+
     /// Returns the division of the memory.
     pub(crate) fn memory_plan(&self) -> MemoryPlan {
-        MemoryPlan::new(self.memory, self.threads, self.tile_vertices, self.merge_vertices)
+        let plan = MemoryPlan::new(self.memory, self.threads, self.tile_vertices, self.merge_vertices);
+        plan.with_compression(self.compress)
     }
 
     /// Returns the text that a resumed build must have in common with the interrupted one.
@@ -108,12 +124,15 @@ impl BuildOptions {
             tile_vertices,
             duplicates,
             work_folder,
+            compress,
             ..
         } = self;
         let spill = work_folder
             .as_deref()
             .map(|folder| std::path::absolute(folder).unwrap_or_default());
-        format!("tile vertices: {tile_vertices}\nduplicates: {duplicates}\nspilled to: {spill:?}\n{inputs}")
+        format!(
+            "tile vertices: {tile_vertices}\nduplicates: {duplicates}\ncompress: {compress}\nspilled to: {spill:?}\n{inputs}"
+        )
     }
 }
 
@@ -182,6 +201,12 @@ impl BuildOptions {
         }
     }
 
+    /// Sets [`compress`](field@Self::compress).
+    #[must_use]
+    pub fn compress(self, compress: bool) -> Self {
+        Self { compress, ..self }
+    }
+
     /// Sets [`force`](field@Self::force).
     #[must_use]
     pub fn force(self, force: bool) -> Self {
@@ -232,6 +257,7 @@ impl Default for BuildOptions {
             steiner: Steiner::default(),
             missing_z: MissingZ::default(),
             exterior_is_hole: false,
+            compress: false,
             force: false,
             work_folder: None,
             resumable: None,

@@ -6,7 +6,7 @@ use std::ops::Range;
 use crate::constraints::segment::Segment;
 use crate::geometry::{HalfEdge, Point, Rect};
 use crate::pipeline::summary::LevelSummary;
-use crate::store::{Extent, KdTree, LinePart, LineSource, Source, TileId, VertexId};
+use crate::store::{Digest, DigestSum, Extent, KdTree, LinePart, LineSource, Source, TileId, VertexId};
 
 /// The generation of the tiles of a new file.
 pub(crate) const GENERATION: u32 = 1;
@@ -36,6 +36,8 @@ pub(crate) struct BlockState {
     pub(crate) late_triangles: u64,
     pub(crate) held_triangles: u64,
     pub(crate) levels: Vec<LevelSummary>,
+    /// The digest of the cores of its tiles.
+    pub(crate) digest: Digest,
 }
 
 impl BlockState {
@@ -221,12 +223,21 @@ pub(crate) struct BoundaryEdge {
 }
 
 /// A component's depth relative to an open component, `component`: it is `deeper` deeper than that.
-/// It has `triangles` triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Anchor {
     pub(crate) component: u32,
     pub(crate) deeper: i32,
-    pub(crate) triangles: u32,
+    /// The number of its triangles, and the sum of their hashes.
+    pub(crate) triangles: DigestSum,
+}
+
+/// A constraint edge in the border log, starting at its lexicographically smaller end.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LoggedEdge {
+    pub(crate) ends: [VertexId; 2],
+    pub(crate) points: [Point; 2],
+    /// Why the edge is a constraint, seen from the first end to the second.
+    pub(crate) source: LinePart,
 }
 
 /// A triangle that was settled by a merge: crossing, or late.

@@ -55,7 +55,7 @@ impl EuclideanSearch {
         if cell.rect.is_empty() {
             return;
         }
-        let key = (distance_to_rect(self.at, cell.rect).to_bits(), 0, cell.node.into());
+        let key = (distance_to_rect(self.at, cell.rect).to_bits(), 0, cell.number());
         self.open.push(Reverse(QueueEntry {
             key,
             value: QueueItem::Cell(cell),

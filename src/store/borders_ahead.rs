@@ -21,11 +21,13 @@ type Read = Shared<BoxFuture<'static, Result<Bytes, Arc<io::Error>>>>;
 
 /// Reads borders for tiles that are requested in order.
 pub(super) struct BordersAhead {
-    directory: Arc<Directory>,
+    /// The borders of all tiles in the order of the pass. Empty if they are not read ahead.
+    borders: Vec<(TileId, Range<u64>)>,
+    /// The number of borders of tiles that have been requested.
+    requested: usize,
     source: Arc<dyn ReadAt>,
     /// The last range that was read, and its result.
     last: Option<(Range<u64>, Read)>,
-    is_used: bool,
 }
 
 /// A border that is read together with others.
@@ -37,24 +39,32 @@ pub(super) struct BorderAhead {
 impl BordersAhead {
     /// Creates a reader for a pass over `tiles` tiles that may use `memory` bytes, if there is a
     /// limit.
-    pub(super) fn new(directory: &Arc<Directory>, source: &Arc<dyn ReadAt>, tiles: usize, memory: Option<u64>) -> Self {
+    pub(super) fn new(directory: &Directory, source: &Arc<dyn ReadAt>, tiles: usize, memory: Option<u64>) -> Self {
+        let is_used = tiles == directory.metadata.tiles as usize && memory.is_none_or(|memory| memory >= MIN_MEMORY);
+        let borders = directory.tile_ids().filter(|_| is_used);
         Self {
-            is_used: tiles == directory.tiles.len() && memory.is_none_or(|memory| memory >= MIN_MEMORY),
-            directory: Arc::clone(directory),
+            borders: borders
+                .map(|id| (id, directory.tiles[id.0 as usize].border.range()))
+                .collect(),
+            requested: 0,
             source: Arc::clone(source),
             last: None,
         }
     }
 
-    /// Returns the border of a tile, if it is read with others. The read begins when the first of
-    /// them is awaited.
+    /// Returns the border of the next tile, if it is read with others. The read begins when the
+    /// first of them is awaited.
     pub(super) fn of(&mut self, id: TileId) -> Option<BorderAhead> {
-        let tiles = self.directory.tiles.get(id.0 as usize..).filter(|_| self.is_used)?;
-        let wanted = tiles.first()?.border.range();
+        let tiles = self.borders.get(self.requested..)?;
+        let (next, wanted) = tiles.first()?.clone();
+        if next != id {
+            return None;
+        }
+        self.requested += 1;
         let contains = |(range, _): &(Range<u64>, Read)| range.start <= wanted.start && wanted.end <= range.end;
         if !self.last.as_ref().is_some_and(contains) {
             let mut range = wanted.clone();
-            for next in tiles[1..].iter().map(|tile| tile.border.range()) {
+            for (_, next) in &tiles[1..] {
                 // Borders are aligned to 8 bytes.
                 if next.start != range.end.next_multiple_of(8) || next.end - range.start > MAX_READ {
                     break;

@@ -14,7 +14,9 @@ use futures::stream::{StreamExt, TryStreamExt};
 
 use crate::io::{OutputFile, ThreadsFile};
 use crate::shown;
+use crate::store::directory_writer::front_end_for;
 use crate::store::error::ReadError;
+use crate::store::format::codec::StoredPart;
 use crate::store::format::directory::Directory;
 use crate::store::format::entry::{Extent, TileEntry};
 use crate::store::format::ids::TileId;
@@ -43,6 +45,15 @@ pub enum CompactError {
     },
 }
 
+/// Returns stored bytes to write again as they are.
+fn copied(bytes: Bytes, extent: Extent) -> StoredPart {
+    StoredPart {
+        bytes,
+        codec: extent.codec,
+        decoded: extent.decoded as usize,
+    }
+}
+
 impl TileReader {
     /// Writes a copy of the file to `output`, in the order of its tiles and without unused bytes. A
     /// file of that name is replaced atomically when all is written; it may be the file itself.
@@ -65,25 +76,36 @@ impl TileReader {
         };
         let partial = OutputFile::create(output).map_err(cannot("write it"))?;
         let file = partial.file().try_clone().map_err(cannot("write"))?;
-        let mut writer = TileWriter::new(ThreadsFile::from(Arc::new(file)));
         let before = self.directory().await?;
-        let mut directory = Directory::clone(&before);
+        let front_end = front_end_for(before.metadata.tiles.into());
+        let mut writer = TileWriter::new(ThreadsFile::from(Arc::new(file)), front_end);
+        let mut tiles = before.tiles.clone();
         // The next extents are read while one is written.
-        let tiles = || before.tiles.iter().zip((0..).map(TileId));
-        let mut cores = stream::iter(tiles().map(|(entry, id)| self.extent(id, entry, entry.core)))
+        let used = || before.tile_ids().map(|id| (id, before.tiles[id.0 as usize]));
+        let mut cores = stream::iter(used().map(|(id, entry)| self.extent(id, entry, entry.core)))
             .buffered(AHEAD)
             .boxed();
-        for entry in &mut directory.tiles {
+        for id in before.tile_ids() {
             let Some(core) = cores.try_next().await? else { break };
-            entry.core = writer.append_core(&core).await.map_err(cannot("write"))?;
+            let entry = &mut tiles[id.0 as usize];
+            let core = copied(core, entry.core);
+            entry.core = writer.append_core(core).await.map_err(cannot("write"))?;
         }
-        let borders = tiles().map(|(entry, id)| self.extent(id, entry, entry.border));
+        let borders = used().map(|(id, entry)| self.extent(id, entry, entry.border));
         let mut borders = stream::iter(borders).buffered(AHEAD).boxed();
-        for entry in &mut directory.tiles {
+        for id in before.tile_ids() {
             let Some(border) = borders.try_next().await? else { break };
-            entry.border = writer.append_border(&border).await.map_err(cannot("write"))?;
+            let entry = &mut tiles[id.0 as usize];
+            let border = copied(border, entry.border);
+            entry.border = writer.append_border(border).await.map_err(cannot("write"))?;
         }
-        let finished = writer.finish_as(&directory, self.generation()).await;
+        let directory = Directory::new(
+            before.metadata.clone(),
+            before.lists.clone(),
+            before.tree.clone(),
+            tiles,
+        );
+        let finished = writer.finish_copy(&directory, self.in_force()).await;
         let length = finished.map_err(cannot("write"))?;
         if let Ok(before) = std::fs::metadata(output) {
             // Keep the permissions of the replaced file; a new partial file is readable by its
@@ -95,8 +117,8 @@ impl TileReader {
     }
 
     /// Reads a core or a border and checks its checksum.
-    async fn extent(&self, tile: TileId, entry: &TileEntry, extent: Extent) -> Result<Bytes, CompactError> {
-        let bytes = self.read_extent(tile, entry, extent).await?;
+    async fn extent(&self, tile: TileId, entry: TileEntry, extent: Extent) -> Result<Bytes, CompactError> {
+        let bytes = self.read_extent(tile, &entry, extent).await?;
         let found = crc32c::crc32c(&bytes);
         if found != extent.crc {
             let reason = format!(

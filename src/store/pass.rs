@@ -16,24 +16,20 @@ use futures::stream::{Stream, StreamExt, TryStreamExt};
 use parking_lot::Mutex;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-use crate::io::{blocking, memory_of};
+use crate::io::blocking;
 use crate::memory::FileShares;
-use crate::store::borders_ahead::BordersAhead;
+use crate::store::borders_ahead::{BorderAhead, BordersAhead};
 use crate::store::error::ReadError;
 use crate::store::format::directory::Directory;
 use crate::store::format::entry::TileEntry;
 use crate::store::format::ids::TileId;
 use crate::store::format::tile::Tile;
-use crate::store::reader::TileReader;
+use crate::store::reader::{DIRECTORY_BYTES, TileReader};
 
 /// Bytes of tiles that are read ahead, if the memory allows.
 const READ_AHEAD: u64 = 64 << 20;
 /// The minimum and maximum number of tiles that are read ahead, if the memory allows.
 const TILES_AHEAD: (u64, u64) = (2, 64);
-/// Bytes of the directory in memory per tile: its entry, two nodes of the tree, and the notes of
-/// passes on the tile.
-const DIRECTORY_BYTES: u64 = 256;
-
 /// The memory that a pass needs besides the tiles and the directory, in bytes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Needs {
@@ -60,12 +56,7 @@ struct PassCost {
 impl Needs {
     fn cost(self, directory: &Directory) -> PassCost {
         let tiles = &directory.tiles;
-        let length = |t: &TileEntry| {
-            [t.core, t.border]
-                .map(|extent| memory_of(extent.length as usize) as u64)
-                .iter()
-                .sum::<u64>()
-        };
+        let length = |t: &TileEntry| t.core.memory_to_open() + t.border.memory_to_open();
         let vertices = tiles.iter().map(|t| u64::from(t.vertices)).max().unwrap_or(0);
         PassCost {
             fixed: self.fixed.saturating_add(DIRECTORY_BYTES * tiles.len() as u64),
@@ -221,7 +212,7 @@ impl TileReader {
             let (ids, reader) = (reader.tile_ids(), RestOnDrop(reader));
             let mut borders = reader.0.borders_ahead(ids.len());
             // The consumer holds one of the tiles, and requests the next when it is done with it.
-            let loads = stream::iter(ids).map(move |id| Ok(reader.0.load_ahead(id, borders.of(id))));
+            let loads = stream::iter(ids).map(move |id| Ok(reader.0.load_in_pass(id, borders.of(id))));
             Ok(loads.try_buffered(plan.tiles))
         };
         stream::once(tiles).try_flatten().boxed()
@@ -255,9 +246,32 @@ impl PassReader {
         Needs::default().cost(self.directory()).largest
     }
 
-    /// Returns the ids of all tiles.
+    /// Returns the ids of all tiles, in the order of the leaves of the tree.
     pub(crate) fn tile_ids(&self) -> Vec<TileId> {
-        (0..self.directory().tiles.len() as u32).map(TileId).collect()
+        self.directory().tile_ids().collect()
+    }
+
+    /// Starts to load a tile of the file.
+    fn load_in_pass(
+        &self,
+        id: TileId,
+        border: Option<BorderAhead>,
+    ) -> impl Future<Output = Result<Arc<Tile>, ReadError>> + Send + 'static + use<> {
+        self.load_ahead(id, self.directory().entry(id).copied(), border)
+    }
+
+    /// Returns the error for a tile that contradicts its neighbours.
+    pub(crate) fn damaged(&self, tile: TileId, reason: impl Into<String>) -> ReadError {
+        ReadError::Tile {
+            file: self.name().into(),
+            tile,
+            offset: self
+                .directory
+                .tiles
+                .get(tile.0 as usize)
+                .map_or(0, |entry| entry.core.offset),
+            reason: reason.into(),
+        }
     }
 
     /// Returns some tiles in the given order, read ahead like [`tiles`](TileReader::tiles). At most as
@@ -274,7 +288,7 @@ impl PassReader {
         let loads = stream::iter(ids).then(move |id| {
             let (reader, slots) = (reader.0.clone(), Arc::clone(&slots));
             let border = borders.of(id);
-            async move { (slots.acquire_owned().await, reader.load_ahead(id, border)) }
+            async move { (slots.acquire_owned().await, reader.load_in_pass(id, border)) }
         });
         let loads = loads.map(|(slot, load)| async move {
             Ok(TileInPass {
@@ -363,11 +377,7 @@ mod tests {
 
     /// Returns a directory of tiles of the given sizes in mebibytes, with 65,536 vertices each.
     fn directory(mebibytes: &[u32]) -> Directory {
-        let extent = |length| Extent {
-            offset: 8192,
-            length,
-            crc: 0,
-        };
+        let extent = |length| Extent::raw(8192, length, 0);
         let tiles = mebibytes.iter().map(|length| TileEntry {
             core: extent(length << 20),
             border: extent(0),

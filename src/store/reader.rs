@@ -12,14 +12,19 @@ use crate::memory::FileShares;
 use crate::store::borders_ahead::BorderAhead;
 use crate::store::cache::{Cache, PinnedTile, TileKey};
 use crate::store::error::ReadError;
-use crate::store::format::damage::Damage;
 use crate::store::format::directory::Directory;
 use crate::store::format::entry::{Extent, TileEntry};
 use crate::store::format::ids::TileId;
+use crate::store::format::lists::Lists;
 use crate::store::format::metadata::Metadata;
-use crate::store::format::superblock::{FIRST_EXTENT, FileId, InForce, Superblock};
+use crate::store::format::superblock::{FileId, InForce};
 use crate::store::format::tile::Tile;
+use crate::store::pages::Pages;
 use crate::{io as files, shown};
+
+/// Bytes of the directory in memory per tile: its entry, two nodes of the tree, and the notes of
+/// passes on the tile.
+pub(super) const DIRECTORY_BYTES: u64 = 256;
 
 /// Options for opening a tile file.
 #[derive(Clone, Default)]
@@ -39,8 +44,8 @@ impl OpenOptions {
     }
 
     /// Limits the memory of each pass over all tiles, in bytes. These passes are
-    /// [`tiles`](TileReader::tiles), [`digest`](TileReader::digest), [`verify`](TileReader::verify)
-    /// and [`export`](crate::export::export).
+    /// [`tiles`](TileReader::tiles), [`recompute_digest`](TileReader::recompute_digest),
+    /// [`verify`](TileReader::verify) and [`export`](crate::export::export).
     ///
     /// The directory counts, and so does the cache if the pass uses it. A pass works on as many
     /// tiles at once as fit, and fails with [`ReadError::Memory`] if not even one fits. The limit
@@ -73,60 +78,8 @@ pub struct TileReader {
 }
 
 struct ReaderInner {
-    name: Arc<str>,
-    source: Arc<dyn ReadAt>,
-    in_force: InForce,
-    directory: Arc<Directory>,
-    cache: Cache,
+    pages: Arc<Pages>,
     memory: Option<u64>,
-}
-
-/// Reads and checks the superblock in force and the directory.
-async fn read_directory(
-    source: &impl ReadAt,
-    name: &Arc<str>,
-    memory: Option<u64>,
-) -> Result<(InForce, Directory), ReadError> {
-    let io = |what: &str| {
-        let (file, what) = (Arc::clone(name), what.to_owned());
-        move |error| ReadError::Io {
-            file,
-            what,
-            source: Arc::new(error),
-        }
-    };
-    let invalid = |reason: String| ReadError::Invalid {
-        file: Arc::clone(name),
-        reason,
-    };
-    let damaged = |damage: Damage| invalid(damage.into());
-    let length = source.length();
-    let head = source.read_at(0..length.min(FIRST_EXTENT)).await;
-    let in_force = Superblock::choose(&head.map_err(io("the superblocks"))?).map_err(damaged)?;
-    let superblock = &in_force.superblock;
-    if superblock.file_length > length {
-        let reason = format!("it is cut off: it has {length} of {} bytes", superblock.file_length);
-        return Err(invalid(reason));
-    }
-    // While it is decoded, the directory is in memory twice.
-    let needed = superblock.directory_length.saturating_mul(2);
-    if let Some(allowed) = memory.filter(|&memory| needed > memory) {
-        return Err(ReadError::Memory {
-            file: Arc::clone(name),
-            needed,
-            allowed,
-        });
-    }
-    let start = superblock.directory_offset;
-    let bytes = source.read_at(start..start + superblock.directory_length).await;
-    let bytes = bytes.map_err(io("the directory"))?;
-    let directory =
-        Directory::decode(&bytes, superblock).map_err(|damage| damaged(damage.of("its directory is damaged")))?;
-    // The id is the key in caches: a file must not pass for another.
-    if superblock.file_id != FileId::of(&bytes) {
-        return Err(invalid("its id is not that of its directory".to_owned()));
-    }
-    Ok((in_force, directory))
 }
 
 impl TileReader {
@@ -175,24 +128,19 @@ impl TileReader {
         name: &str,
         options: OpenOptions,
     ) -> Result<Self, ReadError> {
-        let name: Arc<str> = name.into();
-        let (in_force, directory) = read_directory(&source, &name, options.memory).await?;
         let cache = options.cache;
         let cache = cache.unwrap_or_else(|| Cache::new(FileShares(options.memory).cache()));
+        let pages = Pages::open(Arc::new(source), name.into(), cache).await?;
         tracing::debug!(
-            file = &*name,
-            backend = source.backend(),
-            note = source.note(),
-            tiles = directory.tiles.len(),
+            file = &*pages.name,
+            backend = pages.source.backend(),
+            note = pages.source.note(),
+            tiles = pages.root.metadata.tiles,
             "opened"
         );
         Ok(Self {
             inner: Arc::new(ReaderInner {
-                name,
-                source: Arc::new(source),
-                in_force,
-                directory: Arc::new(directory),
-                cache,
+                pages: Arc::new(pages),
                 memory: options.memory,
             }),
         })
@@ -201,19 +149,34 @@ impl TileReader {
     /// Returns the metadata of the whole file.
     #[must_use]
     pub fn metadata(&self) -> &Metadata {
-        &self.inner.directory.metadata
+        &self.inner.pages.root.metadata
     }
 
-    /// Returns the whole directory: the metadata, the k-d tree and the entry of every tile.
+    /// Returns the lists of the file. They are read on the first call.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a list cannot be read or is damaged.
+    pub async fn lists(&self) -> Result<Arc<Lists>, ReadError> {
+        self.inner.pages.lists().await
+    }
+
+    /// Reads the whole directory: the metadata, the lists, the k-d tree and the entry of every
+    /// tile.
     ///
     /// Whoever needs few tiles finds them by [`tile_at`](Self::tile_at) and
     /// [`entry`](Self::entry).
     ///
     /// # Errors
     ///
-    /// Returns an error if a part of the directory cannot be read or is damaged.
+    /// Returns an error if a part of the directory cannot be read or is damaged, or if the
+    /// directory needs more memory than the reader may use.
     pub async fn directory(&self) -> Result<Arc<Directory>, ReadError> {
-        Ok(Arc::clone(&self.inner.directory))
+        let needed = DIRECTORY_BYTES * u64::from(self.inner.pages.root.next_tile);
+        if self.memory().is_some_and(|memory| needed > memory) {
+            return Err(self.too_little_memory(needed));
+        }
+        Ok(Arc::new(self.inner.pages.whole().await?))
     }
 
     /// Returns the entry of a tile in the directory.
@@ -223,60 +186,66 @@ impl TileReader {
     /// Returns an error if there is no such tile, or if a part of the directory cannot be read or
     /// is damaged.
     pub async fn entry(&self, id: TileId) -> Result<TileEntry, ReadError> {
-        self.inner.entry(id).await
+        self.inner.pages.entry(id).await
     }
 
     /// Returns the entry of a tile, if it is in memory.
-    pub(crate) fn entry_in_memory(&self, id: TileId) -> Option<&TileEntry> {
-        self.inner.directory.tiles.get(id.0 as usize)
+    pub(crate) fn entry_in_memory(&self, id: TileId) -> Option<TileEntry> {
+        self.inner.pages.entry_in_memory(id)
+    }
+
+    /// Returns the directory, page by page.
+    pub(super) fn pages(&self) -> &Arc<Pages> {
+        &self.inner.pages
     }
 
     /// Returns the name with which the file was opened.
     #[must_use]
     pub fn name(&self) -> &str {
-        &self.inner.name
+        &self.inner.pages.name
     }
 
-    /// Returns the identity of the file: a hash of its whole content.
+    /// Returns the identity of the file: a hash of the directory with which it was made. Edits do
+    /// not change it.
     #[must_use]
     pub fn file_id(&self) -> FileId {
-        self.inner.in_force.superblock.file_id
+        self.inner.pages.in_force.superblock.file_id
     }
 
     /// Returns the generation of the file: 1 for a new file, and one more for each change.
     #[must_use]
     pub fn generation(&self) -> u64 {
-        self.inner.in_force.superblock.generation
+        self.inner.pages.in_force.superblock.generation
     }
 
     /// Returns the length of the file in bytes.
     #[must_use]
     pub fn file_length(&self) -> u64 {
-        self.inner.in_force.superblock.file_length
+        self.inner.pages.in_force.superblock.file_length
     }
 
     /// Returns the name of the I/O backend.
     #[must_use]
     pub fn backend(&self) -> &'static str {
-        self.inner.source.backend()
+        self.inner.pages.source.backend()
     }
 
     /// Returns the superblock that was in force when the file was opened.
     pub(crate) fn in_force(&self) -> &InForce {
-        &self.inner.in_force
+        &self.inner.pages.in_force
     }
 
     /// Returns a note for the user on how the I/O backend was chosen, such as why there is no ring,
     /// or `None` if there is nothing to say.
     #[must_use]
     pub fn backend_note(&self) -> Option<&str> {
-        self.inner.source.note()
+        self.inner.pages.source.note()
     }
 
     /// Returns the cache in use.
     #[must_use]
     pub fn cache(&self) -> &Cache {
-        &self.inner.cache
+        &self.inner.pages.cache
     }
 
     /// Returns a tile from the cache or the file. Must be awaited within a tokio runtime.
@@ -285,25 +254,27 @@ impl TileReader {
     ///
     /// Returns an error if there is no such tile, if it cannot be read, or if it is damaged.
     pub async fn tile(&self, id: TileId) -> Result<Arc<Tile>, ReadError> {
+        let entry = self.entry(id).await?;
         let inner = Arc::clone(&self.inner);
-        let key = self.inner.key(id);
-        self.inner.cache.get_or_load(key, || inner.load(id)).await
+        let key = self.inner.key(id, &entry);
+        self.inner.pages.cache.get_or_load(key, || inner.load(id, entry)).await
     }
 
     /// Returns whether a tile is in the cache.
     pub(crate) fn is_cached(&self, id: TileId) -> bool {
-        self.inner.cache.peek(self.inner.key(id)).is_some()
+        let entry = self.entry_in_memory(id);
+        entry.is_some_and(|entry| self.inner.pages.cache.peek(self.inner.key(id, &entry)).is_some())
     }
 
     /// Returns whether the tile is not in the cache, and is known to fit into it without an
     /// eviction.
     pub(crate) fn has_room_for(&self, id: TileId) -> bool {
-        let cache = &self.inner.cache;
+        let cache = &self.inner.pages.cache;
         let Some(entry) = self.entry_in_memory(id) else {
             return false;
         };
         // With its notes, a tile takes about twice as much memory as in the file.
-        let bytes = 2 * (u64::from(entry.core.length) + u64::from(entry.border.length));
+        let bytes = 2 * entry.decoded_bytes();
         let free = cache.capacity().saturating_sub(cache.statistics().bytes);
         bytes <= free as u64 && !self.is_cached(id)
     }
@@ -315,9 +286,10 @@ impl TileReader {
     ///
     /// Returns the errors of [`tile`](Self::tile).
     pub async fn pin(&self, id: TileId) -> Result<PinnedTile, ReadError> {
+        let entry = self.entry(id).await?;
         let inner = Arc::clone(&self.inner);
-        let key = self.inner.key(id);
-        self.inner.cache.pin_or_load(key, || inner.load(id)).await
+        let key = self.inner.key(id, &entry);
+        self.inner.pages.cache.pin_or_load(key, || inner.load(id, entry)).await
     }
 
     /// Starts to load a tile in a task of its own, which continues while the consumer computes. The
@@ -326,18 +298,19 @@ impl TileReader {
     pub(super) fn load_ahead(
         &self,
         id: TileId,
+        entry: Option<TileEntry>,
         border: Option<BorderAhead>,
     ) -> impl Future<Output = Result<Arc<Tile>, ReadError>> + Send + 'static + use<> {
         let inner = Arc::clone(&self.inner);
         let load = tokio::spawn(async move {
-            if let Some(tile) = inner.cache.peek(inner.key(id)) {
+            let entry = entry.ok_or_else(|| inner.pages.no_such_tile(id))?;
+            if let Some(tile) = inner.pages.cache.peek(inner.key(id, &entry)) {
                 return Ok(tile);
             }
             let Some(border) = border else {
-                return inner.load(id).await;
+                return inner.load(id, entry).await;
             };
-            let entry = inner.entry(id).await?;
-            let core = inner.source.read_at(entry.core.range());
+            let core = inner.pages.source.read_at(entry.core.range());
             let read = future::try_join(core, border.bytes()).await;
             let (core, border) = read.map_err(|error| inner.unreadable(id, &entry, error))?;
             inner.open(id, entry, core, border).await
@@ -347,12 +320,12 @@ impl TileReader {
 
     /// Returns the file.
     pub(super) fn source(&self) -> &Arc<dyn ReadAt> {
-        &self.inner.source
+        &self.inner.pages.source
     }
 
     /// Tells the I/O backend that a pass over tiles has ended.
     pub(crate) fn rest(&self) {
-        self.inner.source.rest();
+        self.inner.pages.source.rest();
     }
 
     /// Returns the limit on the reader's memory in bytes, if there is one.
@@ -363,7 +336,7 @@ impl TileReader {
     /// Returns the error for a pass that needs at least `needed` bytes of memory.
     pub(crate) fn too_little_memory(&self, needed: u64) -> ReadError {
         ReadError::Memory {
-            file: Arc::clone(&self.inner.name),
+            file: Arc::clone(&self.inner.pages.name),
             needed,
             allowed: self.inner.memory.unwrap_or(u64::MAX),
         }
@@ -371,7 +344,7 @@ impl TileReader {
 
     /// Reads the core or the border of a tile, without any checks.
     pub(super) async fn read_extent(&self, id: TileId, entry: &TileEntry, extent: Extent) -> Result<Bytes, ReadError> {
-        let read = self.inner.source.read_at(extent.range()).await;
+        let read = self.inner.pages.source.read_at(extent.range()).await;
         read.map_err(|error| self.inner.unreadable(id, entry, error))
     }
 
@@ -382,44 +355,36 @@ impl TileReader {
 }
 
 impl ReaderInner {
-    fn key(&self, tile: TileId) -> TileKey {
+    fn key(&self, tile: TileId, entry: &TileEntry) -> TileKey {
         TileKey {
-            file: self.in_force.superblock.file_id,
-            generation: self.in_force.superblock.generation,
+            file: self.pages.in_force.superblock.file_id,
+            generation: entry.generation,
             tile,
+            crcs: [entry.core.crc, entry.border.crc],
         }
     }
 
-    async fn entry(&self, id: TileId) -> Result<TileEntry, ReadError> {
-        let tiles = &self.directory.tiles;
-        tiles.get(id.0 as usize).copied().ok_or_else(|| ReadError::NoSuchTile {
-            file: Arc::clone(&self.name),
-            tile: id,
-            tiles: tiles.len(),
-        })
-    }
-
     fn damaged(&self, tile: TileId, reason: String) -> ReadError {
+        let entry = self.pages.entry_in_memory(tile);
         ReadError::Tile {
-            file: Arc::clone(&self.name),
+            file: Arc::clone(&self.pages.name),
             tile,
-            offset: self.directory.tiles.get(tile.0 as usize).map_or(0, |t| t.core.offset),
+            offset: entry.map_or(0, |entry| entry.core.offset),
             reason,
         }
     }
 
     fn unreadable(&self, id: TileId, entry: &TileEntry, error: io::Error) -> ReadError {
         ReadError::Io {
-            file: Arc::clone(&self.name),
+            file: Arc::clone(&self.pages.name),
             what: format!("tile {id} at byte {}", entry.core.offset),
             source: Arc::new(error),
         }
     }
 
-    async fn load(self: Arc<Self>, id: TileId) -> Result<Arc<Tile>, ReadError> {
-        let entry = self.entry(id).await?;
+    async fn load(self: Arc<Self>, id: TileId, entry: TileEntry) -> Result<Arc<Tile>, ReadError> {
         let ranges = [entry.core, entry.border].map(Extent::range);
-        let read = self.source.read_many(&ranges).await;
+        let read = self.pages.source.read_many(&ranges).await;
         let extents = read.map_err(|error| self.unreadable(id, &entry, error))?;
         let [core, border]: [Bytes; 2] = extents.try_into().expect("an answer for each range");
         self.open(id, entry, core, border).await
@@ -435,6 +400,11 @@ impl ReaderInner {
         // Checksums and range checks take milliseconds, which would block the runtime's workers.
         let opened = files::blocking(move || Tile::open(id, &entry, &core, &border)).await;
         let tile = opened.map_err(ReadError::thread)?;
-        tile.map(Arc::new).map_err(|damage| self.damaged(id, damage.into()))
+        tile.map(Arc::new).map_err(|damage| ReadError::Tile {
+            file: Arc::clone(&self.pages.name),
+            tile: id,
+            offset: entry.core.offset,
+            reason: damage.into(),
+        })
     }
 }

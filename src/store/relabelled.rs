@@ -5,6 +5,7 @@ use futures::stream::TryStreamExt;
 use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId, VertexIndex};
 use crate::io::{Buffers, MemoryFile};
 use crate::mesh::{Topology, Twin};
+use crate::store::directory_writer::front_end_for;
 use crate::store::format::directory::Directory;
 use crate::store::format::encode::{BorderDraft, CoreDraft};
 use crate::store::format::entry::TileEntry;
@@ -90,7 +91,7 @@ pub(crate) async fn relabelled(
     metadata: impl FnOnce(&mut Metadata),
 ) -> MemoryFile {
     let file = MemoryFile::default();
-    let mut writer = TileWriter::new(file.clone());
+    let mut writer = TileWriter::new(file.clone(), front_end_for(2));
     let tiles: Vec<_> = reader.tiles().try_collect().await.unwrap();
     let (mut cores, mut borders) = (Vec::new(), Vec::new());
     for tile in tiles {
@@ -112,13 +113,22 @@ pub(crate) async fn relabelled(
         cores.push(writer.append_core(&bytes).await.unwrap());
         borders.push(border.encode(tile.id(), 1, &buffers));
     }
-    let mut directory = Directory::clone(&*reader.directory().await.unwrap());
-    for ((entry, core), border) in directory.tiles.iter_mut().zip(cores).zip(borders) {
+    let Directory {
+        metadata: mut changed,
+        lists,
+        tree,
+        mut tiles,
+        ..
+    } = Directory::clone(&*reader.directory().await.unwrap());
+    for ((entry, core), border) in tiles.iter_mut().zip(cores).zip(borders) {
         let border = writer.append_border(&border).await.unwrap();
         *entry = TileEntry { core, border, ..*entry };
     }
-    metadata(&mut directory.metadata);
-    writer.finish(&directory).await.unwrap();
+    metadata(&mut changed);
+    writer
+        .finish(&Directory::new(changed, lists, tree, tiles))
+        .await
+        .unwrap();
     file
 }
 

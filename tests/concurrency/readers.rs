@@ -3,16 +3,16 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use delaunay_tiles::BuildOptions;
 use delaunay_tiles::geometry::{Point, Rect};
-use delaunay_tiles::io::MemoryFile;
+use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::query::Location;
-use delaunay_tiles::store::{Cache, CacheStatistics, OpenOptions, ReadError, TileId, TileReader, VertexId};
+use delaunay_tiles::store::{Cache, CacheStatistics, LineKind, OpenOptions, ReadError, TileId, TileReader, VertexId};
+use delaunay_tiles::{BuildOptions, Editor};
 use distributions::Kind;
 use futures::future::{FutureExt, join_all};
 use futures::stream::TryStreamExt;
 
-use crate::support::{Random, Scratch, batches, build_batches, file_bytes, points_of, runtime};
+use crate::support::{Random, Scratch, batches, build_batches, points_of, runtime};
 
 fn options() -> BuildOptions {
     BuildOptions::default().tile_vertices(64).threads(2)
@@ -172,7 +172,7 @@ fn an_open_reader_keeps_reading_its_file_after_another_file_takes_its_name() {
         let cache = Cache::new(0);
         let old = open(&scratch, &cache).await;
         let answers = Answers::of(&old).await;
-        let digest = old.digest().await.unwrap();
+        let digest = old.recompute_digest().await.unwrap();
         file(&scratch, &points_of(Kind::Grid, 3000, 2)).await;
         let new = open(&scratch, &cache).await;
         assert_ne!(old.file_id(), new.file_id());
@@ -183,8 +183,8 @@ fn an_open_reader_keeps_reading_its_file_after_another_file_takes_its_name() {
             answers.check(&old, &mut random).await;
             new_answers.check(&new, &mut random).await;
         }
-        assert_eq!(old.digest().await.unwrap(), digest);
-        assert_ne!(new.digest().await.unwrap(), digest);
+        assert_eq!(old.recompute_digest().await.unwrap(), digest);
+        assert_ne!(new.recompute_digest().await.unwrap(), digest);
         old.verify(true).await.unwrap();
     });
 }
@@ -230,38 +230,43 @@ fn readers_of_several_files_get_right_answers_from_a_shared_cache() {
     });
 }
 
-/// A file that is edited in place keeps its tiles' numbers. The id of a file is a hash of its
-/// directory. A reader of one generation must not get the tiles of another generation, even if both
-/// have the same id.
+/// A file that is edited in place keeps its id and its tiles' numbers. A reader of one generation
+/// must not get a tile that another generation changed; what did not change, they share.
 #[test]
-fn generations_of_a_file_do_not_share_cached_tiles() {
+fn generations_of_a_file_share_the_cached_tiles_that_did_not_change_and_no_others() {
     runtime().block_on(async {
-        let points = points_of(Kind::Uniform, 500, 1);
-        let first = file_bytes(&batches(&points, &[]), options()).await;
-        let mut second = first.clone();
-        for superblock in [0, 4096] {
-            second[superblock + 32] += 1;
-            let crc = crc32c::crc32c(&second[superblock..superblock + 4092]);
-            second[superblock + 4092..superblock + 4096].copy_from_slice(&crc.to_le_bytes());
-        }
+        let scratch = Scratch::new();
+        file(&scratch, &points_of(Kind::Uniform, 2000, 1)).await;
         let cache = Cache::new(1 << 30);
-        let mut readers = Vec::new();
-        for bytes in [first, second] {
-            let options = OpenOptions::default().cache(&cache);
-            readers.push(
-                TileReader::open_source(MemoryFile::new(bytes), "map", options)
-                    .await
-                    .unwrap(),
-            );
+        let old = open(&scratch, &cache).await;
+        let mut tiles = Vec::new();
+        for id in ids(&old).await {
+            tiles.push((id, old.entry(id).await.unwrap(), old.tile(id).await.unwrap()));
         }
-        assert_eq!(readers[0].file_id(), readers[1].file_id());
-        assert_eq!(readers[0].generation() + 1, readers[1].generation());
-        for id in ids(&readers[0]).await {
-            let [one, other] = [readers[0].tile(id).await.unwrap(), readers[1].tile(id).await.unwrap()];
-            assert!(!Arc::ptr_eq(&one, &other));
-            assert!(Arc::ptr_eq(&one, &readers[0].tile(id).await.unwrap()));
-            assert!(Arc::ptr_eq(&other, &readers[1].tile(id).await.unwrap()));
+        let mut editor = Editor::open(&scratch.path, 1 << 30).await.unwrap();
+        let bounds = old.metadata().bounds;
+        let at = |share: f64| {
+            let (width, height) = bounds.size();
+            Point::new(bounds.min_x + share * width, bounds.min_y + share * height)
+        };
+        let line = SegmentBatch {
+            ends: vec![[at(0.4), at(0.5)]],
+            lines: vec![0],
+            ..SegmentBatch::default()
+        };
+        editor.push(LineKind::BreakLine, 0, &line).unwrap();
+        editor.finish().await.unwrap();
+        let new = open(&scratch, &cache).await;
+        assert_eq!(old.file_id(), new.file_id());
+        assert_eq!(old.generation() + 1, new.generation());
+        let mut shared = [0; 2];
+        for (id, entry, before) in tiles {
+            let is_same = new.entry(id).await.unwrap() == entry;
+            assert_eq!(Arc::ptr_eq(&before, &new.tile(id).await.unwrap()), is_same);
+            assert!(Arc::ptr_eq(&before, &old.tile(id).await.unwrap()));
+            shared[usize::from(is_same)] += 1;
         }
+        assert!(shared.iter().all(|&n| n > 2), "{shared:?}");
     });
 }
 
@@ -281,7 +286,7 @@ fn scans_do_not_evict_hot_tiles() {
             }
         }
         let before = cache.statistics();
-        reader.digest().await.unwrap();
+        reader.recompute_digest().await.unwrap();
         assert_eq!(weight(&reader).await / 5, cache.capacity());
         assert_eq!(cache.statistics(), before, "scans bypass the cache");
         for scan in 0..2 {

@@ -10,6 +10,8 @@
 mod support;
 
 mod bad_input;
+#[cfg(feature = "compression")]
+mod compression;
 mod constraints;
 mod edits;
 mod export;

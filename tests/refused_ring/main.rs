@@ -60,7 +60,7 @@ fn build(path: &Path) {
 fn triangles(path: &Path, backend: Backend) -> Result<(u64, &'static str, Option<String>), ReadError> {
     wait(async {
         let reader = TileReader::open(path, OpenOptions::default().backend(backend)).await?;
-        let digest = reader.digest().await?;
+        let digest = reader.recompute_digest().await?;
         Ok((
             digest.triangles.count,
             reader.backend(),

@@ -3,10 +3,13 @@
 use std::path::Path;
 
 use crate::constraints::error::ConstraintError;
-use crate::constraints::polygons::check::{PolygonCheck, PolygonCounter, PolygonFaults, by_ends};
+use crate::constraints::polygons::check::{PolygonCheck, PolygonFaults};
+use crate::constraints::polygons::counter::{Begins, PolygonCounter, by_ends};
+use crate::constraints::polygons::lines::PolygonLines;
+use crate::constraints::polygons::normalize::PolygonNormalizer;
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::input::SegmentBatch;
-use crate::store::{EdgeSource, LineKind};
+use crate::store::{EdgeSource, LineKind, PolygonLine};
 
 /// The polygons of a build.
 #[derive(Debug)]
@@ -14,6 +17,7 @@ pub(crate) struct Arrivals {
     /// `None` if polygons that are inside out are to be repaired.
     check: Option<PolygonCheck>,
     counter: PolygonCounter,
+    lines: PolygonLines,
     /// For each polygon but the first, the number of segments by their ends that came before it.
     /// Segments of zero length do not count.
     starts: Option<Vec<u64>>,
@@ -28,6 +32,7 @@ impl Arrivals {
         Self {
             check: checks.then(|| PolygonCheck::new(folder, memory)),
             counter: PolygonCounter::default(),
+            lines: PolygonLines::default(),
             starts: splits.then(Vec::new),
             by_ends: 0,
             between: 0,
@@ -46,12 +51,16 @@ impl Arrivals {
         if let Some(check) = &mut self.check {
             check.push(first_line, batch)?;
         }
-        for (key, _, [a, b]) in by_ends(first_line, batch) {
-            let (before, polygon) = (self.counter.number(), self.counter.next(key));
-            if let Some(starts) = self.starts.as_mut().filter(|_| before != polygon) {
+        for (key, line, _) in by_ends(first_line, batch).filter(|(_, _, [a, b])| a != b) {
+            let begins = self.counter.next(key, line);
+            self.lines.take(begins, line);
+            if let Some(starts) = self.starts.as_mut()
+                && begins != Begins::Nothing
+                && self.by_ends > 0
+            {
                 starts.push(self.by_ends);
             }
-            self.by_ends += u64::from(a != b);
+            self.by_ends += 1;
         }
         self.between += batch.records.len() as u64;
         Ok(())
@@ -88,6 +97,17 @@ impl Arrivals {
             Ok(())
         })?;
         check.finish()
+    }
+
+    /// Returns the normaliser of the segments in the order of the spool, once their faults are
+    /// known; `None` if all obstacles cover each place 0 or 1 times, or if they are to be repaired.
+    pub(crate) fn normalizer(&self) -> Option<PolygonNormalizer> {
+        self.check.as_ref().and_then(PolygonCheck::normalizer)
+    }
+
+    /// Returns the lines that belong to the polygon of a smaller line, in order.
+    pub(crate) fn take_lines(&mut self) -> Vec<PolygonLine> {
+        std::mem::take(&mut self.lines).finish()
     }
 
     /// Returns the polygon numbers of the segments of nonzero length, in the order of the spool.

@@ -1,20 +1,22 @@
-//! Detection of polygons that are inside out, one by one as they arrive.
+//! Detection of polygons that are inside out, and of obstacles that overlap themselves, one by one
+//! as they arrive.
 //!
-//! An area is covered if any polygon covers it. The depth of a region is the sum of the windings of
-//! all polygons. In a covered region it is more than 0 if no winding is negative there. So each
-//! polygon is swept by itself before it joins the sum.
-//!
-//! A polygon that does not fit in memory goes to the disk, and is swept in strips that do.
+//! An area is covered if any obstacle covers it. The depth of a region is the sum of the windings of
+//! all obstacles. In a covered region it is more than 0 if no winding is negative there. It remains
+//! right when an obstacle is taken out if each winding is 0 or 1. So each polygon is swept by itself
+//! before it joins the sum, and so are the polygons of one obstacle together.
 
-use std::path::{Path, PathBuf};
+use std::mem::take;
+use std::ops::Range;
+use std::path::Path;
 
 use crate::constraints::error::ConstraintError;
-use crate::constraints::polygons::sweep::{BYTES, Outcome, Sweep};
-use crate::constraints::segments::spool::SegmentSpool;
+use crate::constraints::polygons::counter::{Begins, PolygonCounter, by_ends};
+use crate::constraints::polygons::normalize::PolygonNormalizer;
+use crate::constraints::polygons::pile::{Pile, Sweeper};
 use crate::geometry::Point;
 use crate::input::SegmentBatch;
-use crate::memory::{MemoryShortage, MemoryUse, PolygonShares};
-use crate::store::LineKind;
+use crate::mesh::windings::sweep::Outcome;
 
 /// A polygon that is inside out, and where.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +37,15 @@ pub struct InvertedPolygons {
     pub polygons: u64,
 }
 
+/// An obstacle that covers a place more than once, and where.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overlapping {
+    /// The number of the obstacle's record among all lines.
+    pub obstacle: u64,
+    /// The smallest corner of the part that is covered more than once.
+    pub point: Point,
+}
+
 /// Faults of polygons.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PolygonFaults {
@@ -46,57 +57,29 @@ pub struct PolygonFaults {
     /// The polygons whose rings cross and that are inside out, provided that the crossings are at
     /// vertices only. Otherwise the crossings are the error to report.
     pub inverted_if_uncrossed: Option<InvertedPolygons>,
+    /// The first obstacle whose rings cross and that covers a place more than once, provided that
+    /// the crossings are at vertices only. An obstacle whose rings do not cross is normalised
+    /// instead.
+    pub overlapping_if_uncrossed: Option<Overlapping>,
 }
 
-/// A check for polygons that are inside out.
+/// A check for polygons that are inside out, and for obstacles that overlap themselves.
 #[derive(Debug)]
 pub struct PolygonCheck {
-    folder: PathBuf,
-    /// Number of segments of a polygon that fit in memory.
-    most: usize,
-    shares: PolygonShares,
+    sweeper: Sweeper,
     counter: PolygonCounter,
-    /// The current polygon, and the number of its line.
-    polygon: u64,
+    /// The line of the last segment.
     line: u64,
-    segments: Vec<[Point; 2]>,
-    /// The segments of the polygon before these, if they do not fit in memory.
-    spooled: Option<SegmentSpool>,
+    /// The segments of the current polygon.
+    polygon: Pile,
+    /// The segments of the polygons before it that belong to the same obstacle.
+    obstacle: Pile,
+    /// Number of segments of nonzero length so far, and at the start of the current obstacle.
+    taken: u64,
+    started: u64,
     faults: PolygonFaults,
-}
-
-/// A counter that numbers polygons in the order in which they arrive. The segments of a polygon
-/// must be consecutive.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct PolygonCounter {
-    last: Option<u64>,
-    number: u64,
-}
-
-impl PolygonCounter {
-    /// Returns the number of the last segment's polygon.
-    pub(crate) fn number(self) -> u64 {
-        self.number
-    }
-
-    /// Returns the number of the next segment's polygon, which the input calls `key`.
-    pub(crate) fn next(&mut self, key: u64) -> u64 {
-        if self.last.is_some_and(|last| last != key) {
-            self.number += 1;
-        }
-        self.last = Some(key);
-        self.number
-    }
-}
-
-/// Returns the segments that a batch gives by their ends: for each, the input's name for its
-/// polygon, the number of its line, and its ends. Lines are numbered from `first_line` on.
-pub(crate) fn by_ends(first_line: u64, batch: &SegmentBatch) -> impl Iterator<Item = (u64, u64, [Point; 2])> {
-    let segments = batch.ends.iter().zip(&batch.lines).enumerate();
-    segments.map(move |(at, (&ends, &line))| {
-        let line = first_line.saturating_add(line);
-        (batch.polygons.get(at).copied().unwrap_or(line), line, ends)
-    })
+    /// The segments of the obstacles to normalise, by their numbers among those of nonzero length.
+    overlapping: Vec<Range<u64>>,
 }
 
 impl PolygonCheck {
@@ -104,17 +87,16 @@ impl PolygonCheck {
     /// file in `folder`.
     #[must_use]
     pub fn new(folder: &Path, memory: u64) -> Self {
-        let shares = PolygonShares::new(memory);
         Self {
-            folder: folder.to_owned(),
-            most: (shares.polygon / BYTES).clamp(16, u64::from(u32::MAX)) as usize,
-            shares,
+            sweeper: Sweeper::new(folder, memory),
             counter: PolygonCounter::default(),
-            polygon: 0,
             line: 0,
-            segments: Vec::new(),
-            spooled: None,
+            polygon: Pile::default(),
+            obstacle: Pile::default(),
+            taken: 0,
+            started: 0,
             faults: PolygonFaults::default(),
+            overlapping: Vec::new(),
         }
     }
 
@@ -132,17 +114,22 @@ impl PolygonCheck {
 
     /// Adds a segment of a polygon.
     pub(crate) fn take(&mut self, key: u64, line: u64, ends: [Point; 2]) -> Result<(), ConstraintError> {
-        let polygon = self.counter.next(key);
-        if polygon != self.polygon {
-            self.end_polygon()?;
-            self.polygon = polygon;
+        let ends = ends.map(Point::normalized);
+        if ends[0] == ends[1] {
+            return Ok(());
+        }
+        match self.counter.next(key, line) {
+            Begins::Nothing => {}
+            Begins::Polygon => {
+                self.end_polygon()?;
+                let polygon = take(&mut self.polygon);
+                self.sweeper.append(&mut self.obstacle, polygon)?;
+            }
+            Begins::Obstacle => self.end_obstacle()?,
         }
         self.line = line;
-        self.segments.push(ends.map(Point::normalized));
-        if self.segments.len() >= self.most {
-            self.spill()?;
-        }
-        Ok(())
+        self.taken += 1;
+        self.sweeper.push(&mut self.polygon, ends)
     }
 
     /// Returns the faults of the polygons that came so far. The next segment begins another
@@ -151,30 +138,53 @@ impl PolygonCheck {
     /// # Errors
     /// Errors are those of [`push`](Self::push).
     pub fn finish(&mut self) -> Result<PolygonFaults, ConstraintError> {
-        self.end_polygon()?;
-        self.counter.last = None;
-        self.segments = Vec::new();
+        self.end_obstacle()?;
+        self.counter.end();
         Ok(self.faults)
     }
 
-    fn spill(&mut self) -> Result<(), ConstraintError> {
-        let (folder, memory) = (&self.folder, self.shares.spool);
-        let spool = self.spooled.get_or_insert_with(|| SegmentSpool::new(folder, memory));
-        let lines = vec![0; self.segments.len()];
-        spool.push(&self.segments, &[], LineKind::Obstacle, &lines)?;
-        self.segments.clear();
+    /// Returns a normaliser of the obstacles that cover a place more than once, if there are any.
+    /// It takes the same segments again, in the same order.
+    #[must_use]
+    pub fn normalizer(&self) -> Option<PolygonNormalizer> {
+        (!self.overlapping.is_empty()).then(|| PolygonNormalizer::new(self.overlapping.clone()))
+    }
+
+    fn end_obstacle(&mut self) -> Result<(), ConstraintError> {
+        let mut outcome = self.end_polygon()?;
+        let mut pile = take(&mut self.polygon);
+        if !self.obstacle.is_empty() {
+            let mut obstacle = take(&mut self.obstacle);
+            self.sweeper.append(&mut obstacle, pile)?;
+            outcome = self.sweeper.sweep(&mut obstacle, self.line)?;
+            pile = obstacle;
+        }
+        let segments = self.started..self.taken;
+        self.started = self.taken;
+        let Outcome::Seen {
+            overlap: Some(point),
+            meets,
+            ..
+        } = outcome
+        else {
+            return Ok(());
+        };
+        if meets {
+            let obstacle = self.line;
+            let found = Overlapping { obstacle, point };
+            self.faults.overlapping_if_uncrossed.get_or_insert(found);
+            return Ok(());
+        }
+        if pile.is_spooled() {
+            return Err(self.sweeper.shortage(self.line, segments.end - segments.start));
+        }
+        self.overlapping.push(segments);
         Ok(())
     }
 
-    fn end_polygon(&mut self) -> Result<(), ConstraintError> {
-        let outcome = if self.spooled.is_some() {
-            self.spill()?;
-            self.segments = Vec::new();
-            let spool = self.spooled.take();
-            spool.map_or(Ok(Outcome::Crosses), |spool| self.sweep_in_strips(spool))?
-        } else {
-            Sweep::new(self.segments.drain(..)).run(None, &mut |_| {})
-        };
+    /// Sweeps the current polygon.
+    fn end_polygon(&mut self) -> Result<Outcome, ConstraintError> {
+        let outcome = self.sweeper.sweep(&mut self.polygon, self.line)?;
         match outcome {
             Outcome::Open => {
                 self.faults.open.get_or_insert(self.line);
@@ -196,78 +206,6 @@ impl PolygonCheck {
             }
             Outcome::Crosses | Outcome::Seen { .. } => {}
         }
-        Ok(())
-    }
-
-    /// Sweeps a polygon that does not fit in memory.
-    fn sweep_in_strips(&self, mut spool: SegmentSpool) -> Result<Outcome, ConstraintError> {
-        let cuts = self.cuts(&mut spool)?;
-        let ends = [f64::NEG_INFINITY, f64::INFINITY];
-        let bounds: Vec<f64> = [ends[0]]
-            .into_iter()
-            .chain(cuts.iter().copied())
-            .chain([ends[1]])
-            .collect();
-        let (mut smallest, mut any_meets) = (None, false);
-        for strip in bounds.windows(2) {
-            let strip = [strip[0], strip[1]];
-            match Sweep::new(self.within(&mut spool, strip)?.into_iter()).run(Some(strip), &mut |_| {}) {
-                Outcome::Seen { first, meets, .. } => {
-                    // Strips are swept from left to right, so the first point is the smallest.
-                    smallest = smallest.or(first);
-                    any_meets |= meets;
-                }
-                other => return Ok(other),
-            }
-        }
-        Ok(Outcome::Seen {
-            first: smallest,
-            faces: 0,
-            meets: any_meets,
-        })
-    }
-
-    /// Returns where to cut a polygon into strips. Each strip meets about half of the segments that
-    /// fit in memory, if few segments pass through it without an end there.
-    fn cuts(&self, spool: &mut SegmentSpool) -> Result<Vec<f64>, ConstraintError> {
-        const SAMPLE: u64 = 1 << 14;
-        let every = spool.len().div_ceil(SAMPLE).max(1);
-        let (mut count, mut sample) = (0, Vec::new());
-        spool.for_each_chunk(|segments| {
-            for segment in segments {
-                if count % every == 0 {
-                    sample.push(segment.ends[0].x);
-                }
-                count += 1;
-            }
-            Ok(())
-        })?;
-        sample.sort_unstable_by(f64::total_cmp);
-        let step = (self.most as u64 / 4 / every).max(1) as usize;
-        let mut cuts: Vec<f64> = sample.into_iter().step_by(step).skip(1).collect();
-        cuts.dedup();
-        Ok(cuts)
-    }
-
-    /// Returns the segments that meet a strip.
-    fn within(&self, spool: &mut SegmentSpool, [left, right]: [f64; 2]) -> Result<Vec<[Point; 2]>, ConstraintError> {
-        let (mut within, count) = (Vec::new(), spool.len());
-        spool.for_each_chunk(|segments| {
-            let meets = |ends: &[Point; 2]| {
-                let [a, b] = ends.map(|end| end.x);
-                a.max(b) >= left && a.min(b) <= right
-            };
-            within.extend(segments.iter().map(|segment| segment.ends).filter(meets));
-            match within.len() > self.most {
-                true => Err(MemoryShortage {
-                    of: MemoryUse::Polygon { obstacle: self.line },
-                    needed: count.saturating_mul(BYTES),
-                    budget: self.shares.polygon,
-                }
-                .into()),
-                false => Ok(()),
-            }
-        })?;
-        Ok(within)
+        Ok(outcome)
     }
 }

@@ -1,91 +1,130 @@
-//! Repair of polygons that are inside out: they cover once what their rings enclose, in any
-//! direction.
+//! Repair of polygons that are inside out, and of obstacles that cover a place more than once: they
+//! cover once what their rings enclose, in any direction.
 //!
 //! In: the subsegments of all polygons, which do not cross. Out: subsegments whose direction says
-//! where the interior is. Along each, the depth changes by what the polygon covers on its left, 1
-//! or 0, minus what the polygon covers on its right. Where this difference is 0, the subsegment
-//! occurs once in each direction. Polygons whose winding is nowhere negative are unchanged.
+//! where the interior is. First each polygon that is inside out is normalised by itself, then each
+//! obstacle that covers a place more than once. Other polygons are unchanged.
 
 use crate::constraints::crossings::split::TaggedSegment;
 use crate::constraints::polygons::check::{Inverted, InvertedPolygons};
-use crate::constraints::polygons::sweep::{EdgePart, Outcome, Sweep};
+use crate::constraints::polygons::normalize::{DirectedPart, direct};
+use crate::constraints::polygons::segment_ends::SegmentEnds;
 use crate::geometry::Point;
+use crate::mesh::windings::sweep::{Outcome, Sweep};
+
+/// The segment that a subsegment is a part of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PartOf {
+    /// The number of the segment.
+    pub(crate) segment: u32,
+    /// Which ends of the subsegment are ends of the segment, or of others along it that this one
+    /// replaces.
+    pub(crate) is_end: [bool; 2],
+}
+
+/// A part of a segment.
+pub(crate) type Subsegment = TaggedSegment<PartOf>;
 
 /// The result of a repair.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct PolygonRepair {
-    /// The polygons that were repaired.
+    /// The polygons that were inside out.
     pub(crate) inverted: Option<InvertedPolygons>,
     /// Number of parts of them that were inside out.
     pub(crate) parts: u64,
+    /// Whether any subsegments were changed.
+    pub(crate) changes: bool,
 }
 
 /// Repairs polygons. `polygon_of` returns the polygon of a subsegment and the number of its line,
-/// or `None` if it belongs to no polygon. The subsegments of a polygon must be consecutive.
-pub(crate) fn repair<T: Copy>(
-    subsegments: &mut Vec<TaggedSegment<T>>,
-    polygon_of: impl Fn(&TaggedSegment<T>) -> Option<(u64, u64)>,
+/// or `None` if it belongs to no polygon. The subsegments of a polygon must be consecutive, and so
+/// must be those of a line.
+pub(crate) fn repair(
+    subsegments: &mut Vec<Subsegment>,
+    polygon_of: impl Fn(&Subsegment) -> Option<(u64, u64)>,
 ) -> PolygonRepair {
     let mut done = PolygonRepair::default();
-    let mut changed: Vec<TaggedSegment<T>> = Vec::new();
+    let mut changed: Vec<Subsegment> = Vec::new();
     // Number of subsegments that were copied to `changed`, if any polygon was repaired.
-    let mut copied = 0;
-    let mut start = 0;
-    let polygon = |subsegment: &TaggedSegment<T>| polygon_of(subsegment).map(|(polygon, _)| polygon);
-    for its in subsegments.chunk_by(|one, other| polygon(one) == polygon(other)) {
+    let (mut copied, mut start) = (0, 0);
+    for its in subsegments.chunk_by(|one, other| match (polygon_of(one), polygon_of(other)) {
+        (Some((polygon, line)), Some((other, of_other))) => polygon == other || line == of_other,
+        (one, other) => one == other,
+    }) {
         let end = start + its.len();
-        if let Some((_, obstacle)) = polygon_of(&its[0]) {
-            let sweep = Sweep::new(its.iter().map(|subsegment| subsegment.ends));
-            if let Outcome::Seen {
-                first: Some(point),
-                faces,
-                ..
-            } = sweep.run(None, &mut |_| {})
-            {
-                let first = Inverted { obstacle, point };
-                let inverted = done.inverted.get_or_insert(InvertedPolygons { first, polygons: 0 });
-                inverted.polygons += 1;
-                done.parts += faces;
-                changed.extend_from_slice(&subsegments[copied..start]);
-                direct(its, &sweep, &mut changed);
-                copied = end;
-            }
+        if polygon_of(&its[0]).is_some()
+            && let Some(repaired) = repair_obstacle(its, &polygon_of, &mut done)
+        {
+            changed.extend_from_slice(&subsegments[copied..start]);
+            changed.extend(repaired);
+            copied = end;
         }
         start = end;
     }
     if copied > 0 {
         changed.extend_from_slice(&subsegments[copied..]);
         *subsegments = changed;
+        done.changes = true;
     }
     done
 }
 
-/// Directs the subsegments of a polygon.
-fn direct<T: Copy>(its: &[TaggedSegment<T>], sweep: &Sweep, out: &mut Vec<TaggedSegment<T>>) {
-    let mut parts: Vec<EdgePart> = Vec::new();
-    sweep.run(None, &mut |part| parts.push(part));
-    // The parts of an edge are in their order along it.
-    parts.sort_by_key(|part| part.edge);
-    let mut is_directed = vec![false; sweep.edge_count()];
-    for subsegment in its {
-        let Some(edge) = sweep.edge_between(subsegment.ends[0], subsegment.ends[1]) else {
-            // Its edge is traversed equally often in both directions.
-            out.push(*subsegment);
+/// Returns the repaired subsegments of an obstacle, or `None` if they need no repair.
+fn repair_obstacle(
+    its: &[Subsegment],
+    polygon_of: &impl Fn(&Subsegment) -> Option<(u64, u64)>,
+    done: &mut PolygonRepair,
+) -> Option<Vec<Subsegment>> {
+    let polygon = |subsegment: &Subsegment| polygon_of(subsegment).map(|(polygon, _)| polygon);
+    let line = |subsegment: &Subsegment| polygon_of(subsegment).map_or(0, |(_, line)| line);
+    let (mut all, mut polygons, mut overlaps, mut is_inverted) = (Vec::new(), 0, false, false);
+    for its in its.chunk_by(|one, other| polygon(one) == polygon(other)) {
+        polygons += 1;
+        let sweep = sweep(its);
+        let Outcome::Seen {
+            first, faces, overlap, ..
+        } = sweep.run(None, &mut |_| {})
+        else {
+            all.extend_from_slice(its);
             continue;
         };
-        let is_first = !std::mem::replace(&mut is_directed[edge], true);
-        let along = &parts[parts.partition_point(|part| part.edge < edge)..];
-        for part in along.iter().take_while(|part| part.edge == edge) {
-            let [low, high] = part.ends;
-            let [below, above] = part.windings.map(|winding| i32::from(winding != 0));
-            let change = if is_first && part.is_first { above - below } else { 0 };
-            let mut push = |ends: [Point; 2]| out.push(TaggedSegment { ends, ..*subsegment });
-            if change >= 0 {
-                push([low, high]);
+        match first {
+            Some(point) => {
+                let obstacle = line(&its[0]);
+                let first = Inverted { obstacle, point };
+                let inverted = done.inverted.get_or_insert(InvertedPolygons { first, polygons: 0 });
+                inverted.polygons += 1;
+                done.parts += faces;
+                all.extend(directed(its, line, &sweep));
+                is_inverted = true;
             }
-            if change <= 0 {
-                push([high, low]);
+            None => {
+                all.extend_from_slice(its);
+                overlaps |= overlap.is_some();
             }
         }
     }
+    if polygons > 1 || overlaps {
+        let sweep = sweep(&all);
+        if let Outcome::Seen { overlap: Some(_), .. } = sweep.run(None, &mut |_| {}) {
+            return Some(directed(&all, line, &sweep));
+        }
+    }
+    is_inverted.then_some(all)
+}
+
+fn sweep(its: &[Subsegment]) -> Sweep {
+    Sweep::new(its.iter().map(|subsegment| subsegment.ends))
+}
+
+fn directed(its: &[Subsegment], line: impl Fn(&Subsegment) -> u64, sweep: &Sweep) -> Vec<Subsegment> {
+    let segment_ends = SegmentEnds::of(its.iter().map(|subsegment| (subsegment.ends, subsegment.tag.is_end)));
+    let ends: Vec<[Point; 2]> = its.iter().map(|subsegment| subsegment.ends).collect();
+    let parts = direct(&ends, |at| line(&its[at]), sweep);
+    let subsegment = |(at, ends): DirectedPart| {
+        let is_end = segment_ends.of_part(ends);
+        let tag = PartOf { is_end, ..its[at].tag };
+        TaggedSegment { ends, tag }
+    };
+    parts.into_iter().map(subsegment).collect()
 }

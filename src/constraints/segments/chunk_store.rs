@@ -87,12 +87,8 @@ impl ChunkStore {
             none => none.insert(create_segments(&self.folder)?),
         };
         file.write_all_at(bytes, offset)?;
-        let extent = Extent {
-            offset,
-            length: u32::try_from(length).map_err(io::Error::other)?,
-            crc: crc32c::crc32c(bytes),
-        };
-        Ok(Chunk::File(extent))
+        let length = u32::try_from(length).map_err(io::Error::other)?;
+        Ok(Chunk::File(Extent::raw(offset, length, crc32c::crc32c(bytes))))
     }
 
     /// Finds room in the file. Gives up for good free ranges that are too small.

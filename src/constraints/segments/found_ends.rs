@@ -65,7 +65,10 @@ impl FoundEnds {
     }
 
     fn spill(&mut self, store: &mut ChunkStore) -> io::Result<()> {
-        if let Some(Extent { offset, length, crc }) = self.last {
+        if let Some(Extent {
+            offset, length, crc, ..
+        }) = self.last
+        {
             self.buffer[..8].copy_from_slice(&offset.to_le_bytes());
             self.buffer[8..12].copy_from_slice(&length.to_le_bytes());
             self.buffer[12..HEADER].copy_from_slice(&crc.to_le_bytes());
@@ -137,11 +140,8 @@ fn before(chunk: &[u8], here: Extent) -> io::Result<Option<Extent>> {
     let &[a, b, length, crc, ..] = words else {
         return Err(damaged("a chunk of ends is too short"));
     };
-    let extent = Extent {
-        offset: u64::from(u32::from_le_bytes(a)) | u64::from(u32::from_le_bytes(b)) << 32,
-        length: u32::from_le_bytes(length),
-        crc: u32::from_le_bytes(crc),
-    };
+    let offset = u64::from(u32::from_le_bytes(a)) | u64::from(u32::from_le_bytes(b)) << 32;
+    let extent = Extent::raw(offset, u32::from_le_bytes(length), u32::from_le_bytes(crc));
     if extent.length == 0 {
         return Ok(None);
     }

@@ -8,15 +8,14 @@ use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, Rect, TriangleId};
 use crate::mesh::{Topology, Twin};
 use crate::store::format::components::{components, of_core};
-use crate::store::{BorderDraft, Component, CoreDraft, Extent, TileEntry};
+use crate::store::{BorderDraft, Component, CoreDraft, Digest, Extent, TileEntry};
 
 /// The drafts that a tile is written from.
 pub(crate) struct Drafts {
     pub(crate) core: CoreDraft,
     pub(crate) border: BorderDraft,
-    /// Number of triangles that belong to the tile, and of those that are in holes.
-    owned: u32,
-    in_holes: u32,
+    /// The digest of all elements that belong to the tile, with holes if regions are stored.
+    digest: Digest,
     bounds: Rect,
 }
 
@@ -70,14 +69,12 @@ impl EditTile {
     /// Without it, the tile stores no regions.
     pub(crate) fn drafts(&self, label: Option<&dyn Fn(TriangleId) -> Component>) -> Drafts {
         let numbering = Numbering::of(self);
-        let is_in_hole = |triangle: TriangleId| label.is_some_and(|label| label(triangle).is_hole);
-        let owned = numbering.in_order().filter(|&triangle| self.owns(triangle));
-        let (owned, in_holes) = owned.fold((0, 0), |(owned, in_holes), triangle| {
-            (owned + 1, in_holes + u32::from(is_in_hole(triangle)))
-        });
+        let mut digest = self.digest();
+        if let Some(label) = label {
+            digest.holes = self.triangle_sum(|triangle| label(triangle).is_hole);
+        }
         let mut drafts = Drafts {
-            owned,
-            in_holes,
+            digest,
             bounds: self.bounds(&numbering),
             core: self.core_draft(&numbering),
             border: self.border_draft(&numbering),
@@ -231,8 +228,7 @@ pub(crate) struct Counts {
     vertices: u32,
     core_triangles: u32,
     border_triangles: u32,
-    owned: u32,
-    pub(crate) in_holes: u32,
+    pub(crate) digest: Digest,
     bounds: Rect,
 }
 
@@ -242,8 +238,7 @@ impl Drafts {
             vertices: self.core.points.len() as u32,
             core_triangles: self.core.triangles.len() as u32,
             border_triangles: self.border.triangles.len() as u32,
-            owned: self.owned,
-            in_holes: self.in_holes,
+            digest: self.digest,
             bounds: self.bounds,
         }
     }
@@ -260,7 +255,7 @@ impl Counts {
             vertices: self.vertices,
             core_triangles: self.core_triangles,
             border_triangles: self.border_triangles,
-            owned_triangles: self.owned,
+            owned_triangles: self.digest.triangles.count as u32,
             bounds: self.bounds,
         }
     }

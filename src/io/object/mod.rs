@@ -23,12 +23,10 @@ use object_store::{
 };
 use tokio::runtime::{Builder, Handle};
 
-use crate::io::file::{ReadAt, length_of};
+use crate::io::file::{FIRST_READ, ReadAt, length_of};
 use crate::io::start::start_thread;
 use crate::shown;
 
-/// The number of bytes requested when a file is opened: its superblocks.
-const BEGINNING: u64 = 8192;
 /// The alignment of FlatBuffers in memory, which is also that of their offsets in the file.
 const ALIGNMENT: usize = 8;
 /// The time that a request may take.
@@ -99,7 +97,7 @@ impl ObjectFile {
     async fn open_named(store: Arc<dyn ObjectStore>, path: Path, name: String) -> io::Result<Self> {
         let opened = async move {
             let options = GetOptions {
-                range: Some(GetRange::Bounded(0..BEGINNING)),
+                range: Some(GetRange::Bounded(0..FIRST_READ)),
                 ..GetOptions::default()
             };
             let answer = match store.get_opts(&path, options).await {
@@ -119,7 +117,7 @@ impl ObjectFile {
                 name,
             };
             let beginning = match answer {
-                Ok(answer) => object.collect(answer, 0..BEGINNING.min(object.length)).await?,
+                Ok(answer) => object.collect(answer, 0..FIRST_READ.min(object.length)).await?,
                 Err(_) => Bytes::new(),
             };
             Ok((Arc::new(object), beginning))

@@ -22,7 +22,7 @@ use crate::pipeline::output::border_log::BorderLog;
 use crate::pipeline::output::writer::{Journal, Output};
 use crate::pipeline::plan::Block;
 use crate::pipeline::resume::journal::FinishedBlocks;
-use crate::store::KdTree;
+use crate::store::{KdTree, front_end_for};
 
 /// A build whose files are open.
 pub(crate) struct OpenedBuild {
@@ -89,11 +89,13 @@ impl Assembly {
             has_journal,
         };
         let conquest = Arc::new(self.conquest(&plan.tree, limits, &shares, rules, log));
+        let expected_tiles = 2 * plan.points.div_ceil(self.options.tile_vertices as u64);
+        let front_end = front_end_for(expected_tiles);
         let (first_tile, first_block) = (finished.cores.len() as u32, finished.blocks);
         Ok(OpenedBuild {
             stop: StopOnDrop(Arc::clone(&conquest)),
             conquest,
-            output: Output::new(file, path.clone(), finished.cores, journal, first_block),
+            output: Output::new(file, path.clone(), front_end, finished.cores, journal, first_block),
             path,
             blocks,
             segments,

@@ -19,13 +19,12 @@ use crate::pipeline::assembly::open::OpenedBuild;
 use crate::pipeline::assembly::run::RunResult;
 pub(crate) use crate::pipeline::conquer::conquest::ConquestState;
 use crate::pipeline::error::BuildError;
-use crate::pipeline::finish::borders::RegionTotals;
 use crate::pipeline::finish::enclosed_sites::sites_in_holes;
 use crate::pipeline::records::{GENERATION, TileState};
 use crate::pipeline::summary::{BuildSummary, LevelSummary, Waits, phases};
 use crate::store::{
-    CompactError, Directory, Extent, KdTree, Metadata, OpenOptions, ReadError, TileEntry, TileReader, hull_edges,
-    this_program,
+    CompactError, Directory, Extent, KdTree, Lists, Metadata, OpenOptions, ReadError, TileEntry, TileReader,
+    hull_edges, polygon_lines_in_order,
 };
 
 /// Deferred segments: the file is compacted if more than 1/`UNUSED_SHARE` of it was rewritten to
@@ -66,11 +65,8 @@ impl Assembly {
             ..
         } = work;
         let mut state = take(&mut *conquest.state.lock());
-        let trees: Vec<KdTree> = state.blocks.iter().map(|block| block.tree.clone()).collect();
-        let ends = state.blocks.iter().map(|block| block.ends).sum();
         let (cores, borders) = output.extents();
-        let tree = tree.with_leaves_cut(&trees);
-        let directory = self.directory(tree, &ran.tiles, cores, borders, ends, &ran.regions);
+        let directory = self.directory(&tree, &state, ran, cores, borders);
         let bytes = |extents: &[Extent]| extents.iter().map(|e| u64::from(e.length)).sum::<u64>();
         let [log_read, log_written] = conquest.log.lock().traffic();
         let core_bytes = bytes(&cores[first_tile as usize..]) + output.journal_bytes() + log_written;
@@ -118,6 +114,9 @@ impl Assembly {
     fn give_name(&self) -> Result<(), BuildError> {
         if let Some(inverted) = self.given.inverted_if_uncrossed {
             return Err(BuildError::Inverted(inverted));
+        }
+        if let Some(overlapping) = self.given.overlapping_if_uncrossed {
+            return Err(BuildError::Overlapping(overlapping));
         }
         if self.options.progress.is_cancelled() {
             return Err(BuildError::Cancelled);
@@ -178,7 +177,10 @@ impl Assembly {
             lines: Vec::new(),
             new_records: 0,
             missing_z: MissingZ::Zero,
+            pieces: None,
+            polygon_lines: Vec::new(),
             inverted: None,
+            overlapping: None,
             is_draft: true,
             threads: self.options.threads,
         };
@@ -228,13 +230,18 @@ impl Assembly {
     /// Returns the directory of a file whose extents are all written.
     fn directory(
         &mut self,
-        tree: KdTree,
-        states: &[TileState],
+        tree: &KdTree,
+        state: &ConquestState,
+        ran: &RunResult,
         cores: &[Extent],
         borders: &[Extent],
-        ends: u64,
-        regions: &RegionTotals,
     ) -> Directory {
+        let trees: Vec<KdTree> = state.blocks.iter().map(|block| block.tree.clone()).collect();
+        let tree = tree.with_leaves_cut(&trees);
+        let ends: u64 = state.blocks.iter().map(|block| block.ends).sum();
+        let mut regions = ran.regions.clone();
+        state.blocks.iter().for_each(|block| regions.digest += block.digest);
+        let states = &ran.tiles;
         let extents = cores.iter().zip(borders);
         let entry = |(tile, (&core, &border)): (&TileState, (&Extent, &Extent))| TileEntry {
             core,
@@ -252,8 +259,6 @@ impl Assembly {
         let metadata = Metadata {
             points: self.given.points,
             has_z: self.given.has_z,
-            sources: self.given.description.sources.clone(),
-            crs: self.given.description.crs.clone(),
             tile_vertices: self.options.tile_vertices as u32,
             vertices,
             triangles,
@@ -262,20 +267,33 @@ impl Assembly {
             ends,
             sites: self.given.site_count,
             crossings: self.given.crossings,
-            borders: take(&mut self.given.borders),
-            lines: self.given.description.lines.clone(),
             next_record: self.given.next_record,
+            next_line: self
+                .given
+                .description
+                .lines
+                .last()
+                .map_or(0, |last| last.first + last.lines),
+            next_site: self.given.site_count,
             exterior_is_hole: self.options.exterior_is_hole,
-            seeds: take(&mut self.given.seeds),
             constraint_edges: states.iter().map(|state| state.constraint_edges).sum(),
             regions: regions.regions,
             spanning_regions: regions.spanning,
             hole_regions: regions.hole_regions,
-            hole_triangles: regions.hole_triangles,
+            hole_triangles: regions.digest.holes.count,
             hull_edges: hull_edges(vertices, triangles),
-            producer: this_program(),
+            digest: regions.digest,
+            ..Metadata::default()
         };
-        Directory { metadata, tree, tiles }
+        let lists = Lists {
+            sources: self.given.description.sources.clone(),
+            crs: self.given.description.crs.clone(),
+            lines: self.given.description.lines.clone(),
+            hole_points: take(&mut self.given.seeds),
+            cell_borders: take(&mut self.given.borders),
+            polygon_lines: polygon_lines_in_order(take(&mut self.given.polygon_lines), &self.given.description.lines),
+        };
+        Directory::new(metadata, lists, tree, tiles)
     }
 }
 

@@ -9,7 +9,7 @@ use crate::geometry::HalfEdge;
 use crate::mesh::NONE;
 use crate::pipeline::records::{Anchor, BoundaryEdge};
 use crate::store::format::components::joined;
-use crate::store::{CoreDraft, EdgeSource, LinePart};
+use crate::store::{CoreDraft, DigestSum, EdgeSource, LinePart, triangle_hash};
 
 /// The components of a core, open ones first.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,7 +18,7 @@ pub(crate) struct Components {
     pub(crate) of_triangles: Vec<u32>,
     pub(crate) count: u32,
     pub(crate) open: u32,
-    /// The anchor of each component; empty if there are no obstacles.
+    /// The anchor of each component.
     pub(crate) anchors: Vec<Anchor>,
 }
 
@@ -30,7 +30,8 @@ struct ComponentLink {
 }
 
 impl Components {
-    /// Finds the components of a core.
+    /// Finds the components of a core. They are anchored as if there were no obstacles: all are as
+    /// deep as component 0, which is open because every core has a boundary.
     pub(crate) fn of(core: &CoreDraft, boundary_edges: &[BoundaryEdge]) -> Self {
         let (mut of_triangles, found) = joined(core);
         let mut is_open = vec![false; found as usize];
@@ -45,16 +46,26 @@ impl Components {
         for component in &mut of_triangles {
             *component = numbers[*component as usize];
         }
+        let alike = Anchor {
+            component: 0,
+            deeper: 0,
+            triangles: DigestSum::default(),
+        };
+        let mut anchors = vec![alike; found as usize];
+        for (corners, &component) in core.triangles.iter().zip(&of_triangles) {
+            let hash = triangle_hash(corners.map(|corner| core.points[corner as usize]));
+            anchors[component as usize].triangles.add_hash(hash);
+        }
         Self {
             of_triangles,
             count: found,
             open: open.len() as u32,
-            anchors: Vec::new(),
+            anchors,
         }
     }
 
-    /// Anchors every component. `sources` holds the sources of the constraint edges within the
-    /// core, each with a half-edge of its edge, sorted.
+    /// Anchors every component, given the obstacles around them. `sources` holds the sources of the
+    /// constraint edges within the core, each with a half-edge of its edge, sorted.
     ///
     /// # Errors
     /// Returns a source of the edge at which a ring does not close: going round it, a component
@@ -81,29 +92,22 @@ impl Components {
         let mut steps: Vec<(u32, u32, i32)> = both.collect();
         steps.sort_unstable();
         steps.dedup();
-        let mut anchors: Vec<Option<Anchor>> = vec![None; self.count as usize];
+        let mut is_anchored = vec![false; self.count as usize];
         let mut reached = Vec::new();
         for first in 0..self.count {
-            if anchors[first as usize].is_none() {
+            if !is_anchored[first as usize] {
                 reached.push((first, 0));
             }
             while let Some((component, deeper)) = reached.pop() {
-                if anchors[component as usize].is_some() {
+                if std::mem::replace(&mut is_anchored[component as usize], true) {
                     continue;
                 }
-                anchors[component as usize] = Some(Anchor {
-                    component: first,
-                    deeper,
-                    triangles: 0,
-                });
+                let anchor = &mut self.anchors[component as usize];
+                (anchor.component, anchor.deeper) = (first, deeper);
                 let start = steps.partition_point(|&(from, ..)| from < component);
                 let on = steps[start..].iter().take_while(|&&(from, ..)| from == component);
                 reached.extend(on.map(|&(_, to, change)| (to, deeper - change)));
             }
-        }
-        self.anchors = anchors.into_iter().flatten().collect();
-        for &component in &self.of_triangles {
-            self.anchors[component as usize].triangles += 1;
         }
         let deeper = |component: u32| self.anchors[component as usize].deeper;
         let broken = links

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use bytes::Bytes;
 use parking_lot::Mutex;
 
 use crate::constraints::seeds::HoleRules;
@@ -29,7 +28,7 @@ use crate::pipeline::output::writer::{Sender, ToWrite};
 use crate::pipeline::records::{BlockState, DoneEdge, GENERATION, Pending, Seam, TileState};
 use crate::pipeline::resume::journal::FinishedBlock;
 use crate::pipeline::summary::LevelSummary;
-use crate::store::TileId;
+use crate::store::{Part, StoredPart, TileId};
 
 /// Conquers leaves and merges seams.
 pub(crate) struct Conquest {
@@ -51,9 +50,9 @@ pub(crate) struct Conquest {
 
 impl Conquest {
     /// Runs one thread's work: tasks until there are no more.
-    pub(crate) fn work<F>(&self, cores: &Ordered<Bytes, F>, sender: &Sender)
+    pub(crate) fn work<F>(&self, cores: &Ordered<StoredPart, F>, sender: &Sender)
     where
-        F: FnMut(u32, Bytes) -> Result<(), Closed>,
+        F: FnMut(u32, StoredPart) -> Result<(), Closed>,
     {
         let mut workspace = Workspace::new(
             self.options.engine.create(),
@@ -132,14 +131,14 @@ impl Conquest {
         clippy::too_many_arguments,
         reason = "a leaf is what a task says of it, and where its results go"
     )]
-    fn leaf<F: FnMut(u32, Bytes) -> Result<(), Closed>>(
+    fn leaf<F: FnMut(u32, StoredPart) -> Result<(), Closed>>(
         &self,
         workspace: &mut Workspace,
         node: u32,
         tile: TileId,
         block: &BlockPoints,
         points: Range<usize>,
-        cores: &Ordered<Bytes, F>,
+        cores: &Ordered<StoredPart, F>,
         sender: &Sender,
     ) -> Result<(), Closed> {
         let began = Instant::now();
@@ -168,6 +167,7 @@ impl Conquest {
             self.take_subsegments(&leaf.seam.pending)?;
         }
         let core = workspace.core.encode(tile, GENERATION, &workspace.buffers);
+        let core = self.options.codec().store(core, Part::Core);
         let counts = [workspace.core.points.len(), workspace.core.triangles.len()];
         self.state.lock().waited_to_write += waited;
         self.note_leaf(tile, block.number, items.len(), counts, &leaf);
@@ -194,6 +194,7 @@ impl Conquest {
         let of_block = &mut state.blocks[block as usize];
         of_block.duplicates += leaf.duplicates;
         of_block.ends += leaf.ends;
+        of_block.digest += leaf.digest;
         of_block.held_triangles += leaf.seam.pending.held.len() as u64;
         count(&mut of_block.levels, vertices, settled, &leaf.seam);
         of_block.tiles[(tile.0 - of_block.first_tile) as usize] = TileState {

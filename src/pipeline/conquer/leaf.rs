@@ -10,11 +10,12 @@ use crate::mesh::point_table::PointTable;
 use crate::pipeline::conquer::components::Components;
 use crate::pipeline::conquer::constrain::constrain_leaf;
 use crate::pipeline::conquer::constrain::refusal::Refusal;
+use crate::pipeline::conquer::core_digest;
 use crate::pipeline::conquer::node::{Fate, Workspace};
 use crate::pipeline::ingest::point_store::{Attributes, Item};
 use crate::pipeline::options::DuplicateRule;
 use crate::pipeline::records::{BoundaryEdge, DoneEdge, Pending, Seam, SeamVertex, Subsegment};
-use crate::store::{CoreDraft, EdgeSource, LinePart, TileId, VertexId};
+use crate::store::{CoreDraft, Digest, EdgeSource, LinePart, TileId, VertexId};
 
 /// The input of a leaf.
 #[derive(Clone, Copy, Debug)]
@@ -82,6 +83,8 @@ pub(crate) struct Leaf {
     pub(crate) without_z: u64,
     /// Number of constraint edges between two triangles of the core.
     pub(crate) constraint_edges: u64,
+    /// The digest of the core.
+    pub(crate) digest: Digest,
 }
 
 /// Returns the first record of a leaf that is at the position of an earlier one: the smallest
@@ -128,6 +131,7 @@ pub(crate) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
         has_sites: !core.sites.is_empty(),
         without_z,
         constraint_edges: core.edge_sources.chunk_by(|a, b| a.0 == b.0).count() as u64,
+        digest: core_digest::without_triangles(&core),
         boundary_edges: Vec::new(),
     };
     if rules.has_regions {
@@ -135,10 +139,15 @@ pub(crate) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
         // regions.
         let has_rings = rules.has_holes && workspace.deferral.is_empty();
         leaf.components = components(&core, &mut boundary_edges, has_rings).map_err(LeafError::OpenRing)?;
+        for anchor in &leaf.components.anchors {
+            leaf.digest.triangles += anchor.triangles;
+        }
         leaf.seeded = seeded(&core, input.cell, &leaf.components, &rules.seeds);
         if leaf.components.count > 1 {
             core.components.append(&mut leaf.components.of_triangles);
         }
+    } else {
+        core_digest::add_triangles(&core, &mut leaf.digest);
     }
     leaf.boundary_edges = boundary_edges;
     workspace.core = core;

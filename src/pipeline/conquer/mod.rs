@@ -4,6 +4,7 @@ pub(crate) mod components;
 pub(super) mod conquest;
 pub(super) mod conquest_state;
 pub(super) mod constrain;
+mod core_digest;
 mod crossings;
 pub(super) mod deferral;
 mod dividing;

@@ -5,22 +5,20 @@ use crate::mesh::Twin;
 use crate::pipeline::finish::border_mesh::{BorderMesh, BorderTriangle};
 use crate::pipeline::finish::regions::Regions;
 use crate::pipeline::output::border_log::GroupBorders;
-use crate::pipeline::records::{Anchor, TileState};
+use crate::pipeline::records::{Anchor, LoggedEdge, TileState};
 pub(crate) use crate::store::format::components::components;
-use crate::store::{BorderDraft, LinePart, TileId};
+use crate::store::{BorderDraft, Digest, DigestSum, LinePart, TileId, triangle_hash};
 
 /// A border, and what it adds to the tile's directory entry.
 #[derive(Debug)]
 pub(crate) struct Border {
     pub(crate) draft: BorderDraft,
-    /// Number of its triangles that belong to the tile.
-    pub(crate) owned: u32,
-    /// Bounding box of the corners of these triangles.
+    /// The digest of what belongs to the tile: the border's triangles, constraint edges except
+    /// those between two core triangles, and the triangles of both core and border that are in
+    /// holes.
+    pub(crate) digest: Digest,
+    /// Bounding box of the corners of the border's triangles that belong to the tile.
     pub(crate) bounds: Rect,
-    /// Number of constraint edges that belong to the tile, except those between two core triangles.
-    pub(crate) constraint_edges: u64,
-    /// Number of the tile's triangles in holes.
-    pub(crate) hole_triangles: u64,
     /// Number of holes that are closed components of the core.
     pub(crate) closed_holes: u64,
 }
@@ -42,8 +40,11 @@ pub(crate) fn assemble(
     regions: Option<TileRegions<'_>>,
 ) -> Border {
     let (neighbours, core_links) = link(mesh);
-    let along = group.edges_of(tile);
-    let along = along.map(|(ends, source)| (ends.map(|id| mesh.corner(id)), source));
+    let mut logged: Vec<LoggedEdge> = group.edges_of(tile).collect();
+    let mut digest = edge_digest(&mut logged);
+    digest.triangles = mesh.owned;
+    let along = logged.iter();
+    let along = along.map(|edge| (edge.ends.map(|id| mesh.corner(id)), edge.source));
     let (edges, edge_sources) = match mesh.half_edges.is_empty() {
         true => edges(along.collect()),
         false => (Vec::new(), edge_sources(mesh, along)),
@@ -64,29 +65,57 @@ pub(crate) fn assemble(
         edge_sources,
         edges,
     };
-    let (mut hole_triangles, mut closed_holes) = (0, 0);
+    let mut closed_holes = 0;
     if let Some(TileRegions { all, seeded }) = regions {
         let anchors: Vec<Anchor> = group.anchors_of(tile).collect();
         let of_core = all.of_core(tile, state, &anchors, seeded);
         let closed = of_core[state.open_components as usize..].iter();
         closed_holes = closed.filter(|region| region.is_hole).count() as u64;
         let in_holes = of_core.iter().zip(&anchors).filter(|(region, _)| region.is_hole);
-        hole_triangles = in_holes.map(|(_, anchor)| u64::from(anchor.triangles)).sum();
+        in_holes.for_each(|(_, anchor)| digest.holes += anchor.triangles);
+        digest.holes += late_holes(tile, mesh, group, all);
         let of_late = mesh.late.iter().map(|late| all.of_late(late.number));
-        let with_regions = of_late.clone().zip(&mesh.late);
-        hole_triangles += with_regions
-            .filter(|(region, late)| region.is_hole && late.is_own)
-            .count() as u64;
         (draft.regions, draft.components) = components(of_core, of_late);
     }
     Border {
-        constraint_edges: draft.edge_sources.chunk_by(|a, b| a.0 == b.0).count() as u64,
         draft,
-        owned: mesh.late.iter().filter(|late| late.is_own).count() as u32,
+        digest,
         bounds: mesh.bounds,
-        hole_triangles,
         closed_holes,
     }
+}
+
+/// Returns the digest of constraint edges, which are given once for each of their sources. Sorts
+/// them by their ends.
+fn edge_digest(edges: &mut [LoggedEdge]) -> Digest {
+    let mut digest = Digest::default();
+    edges.sort_unstable_by_key(|edge| edge.ends);
+    for of_edge in edges.chunk_by(|a, b| a.ends == b.ends) {
+        digest.add_constraint_edge(of_edge[0].points);
+        for edge in of_edge {
+            digest.add_edge_source(edge.points, edge.source.source());
+        }
+    }
+    digest
+}
+
+/// Returns the number of late triangles that belong to the tile and are in holes, and the sum of
+/// their hashes.
+fn late_holes(tile: TileId, mesh: &BorderMesh, group: &GroupBorders, regions: &Regions) -> DigestSum {
+    let in_holes = mesh
+        .late
+        .iter()
+        .filter(|late| late.is_own && regions.of_late(late.number).is_hole);
+    let mut numbers: Vec<u32> = in_holes.map(|late| late.number).collect();
+    numbers.sort_unstable();
+    let mut sum = DigestSum::default();
+    if !numbers.is_empty() {
+        let late = group.triangles_of(tile);
+        for triangle in late.filter(|late| numbers.binary_search(&late.number).is_ok()) {
+            sum.add_hash(triangle_hash(triangle.corners.map(|corner| corner.point)));
+        }
+    }
+    sum
 }
 
 /// Returns, for each constraint edge, its smallest half-edge with each of its sources, seen along

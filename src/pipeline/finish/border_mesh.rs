@@ -7,7 +7,7 @@ use crate::geometry::{HalfEdge, TriangleId};
 use crate::mesh::WALLS;
 use crate::pipeline::output::border_log::GroupBorders;
 use crate::pipeline::records::{BoundaryEdge, LateTriangle, SeamVertex, TileState};
-use crate::store::{TileId, VertexId};
+use crate::store::{DigestSum, TileId, VertexId, triangle_hash};
 
 /// The late triangles of a tile and the boundary half-edges of its core. Does not depend on the
 /// order in which they arrived.
@@ -25,8 +25,10 @@ pub(crate) struct BorderMesh {
     pub(crate) late: Vec<BorderTriangle>,
     /// All half-edges, sorted by the ends of their edge.
     pub(crate) half_edges: Vec<KeyedHalfEdge>,
-    /// Bounding box of the corners of the triangles that belong to the tile.
+    /// Bounding box of the corners of the late triangles that belong to the tile, and their number
+    /// and the sum of their hashes.
     pub(crate) bounds: Rect,
+    pub(crate) owned: DigestSum,
 }
 
 /// A late triangle, rotated so that its smallest corner comes first.
@@ -98,6 +100,7 @@ impl BorderMesh {
             late: Vec::with_capacity(triangles.len()),
             half_edges: Vec::new(),
             bounds: Rect::EMPTY,
+            owned: DigestSum::default(),
         };
         for triangle in &triangles {
             let corners = triangle.corners;
@@ -109,7 +112,9 @@ impl BorderMesh {
             let smallest = corners.iter().min_by(|a, b| a.point.lex_cmp(b.point));
             let is_own = smallest.is_some_and(|v| v.id.tile == tile);
             if is_own {
-                this.bounds = this.bounds.union(Rect::around(corners.map(|v| v.point)));
+                let points = corners.map(|v| v.point);
+                this.bounds = this.bounds.union(Rect::around(points));
+                this.owned.add_hash(triangle_hash(points));
             }
             let late = BorderTriangle {
                 corners: corners.map(|v| this.corner(v.id)),

@@ -7,7 +7,6 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use bytes::Bytes;
 use parking_lot::Mutex;
 
 use crate::io::Buffers;
@@ -22,9 +21,9 @@ use crate::pipeline::output::ordered::{Closed, Ordered};
 use crate::pipeline::output::writer::{Sender, ToWrite};
 use crate::pipeline::records::{GENERATION, Nexts, TileState};
 use crate::pipeline::threads::on_threads;
-use crate::store::{Component, TileId, by_tile};
+use crate::store::{Component, Digest, Part, StoredPart, TileId, by_tile};
 
-/// Totals of the regions of a file.
+/// Totals of the borders of a file and of its regions.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct RegionTotals {
     /// Number of all regions; 0 if regions are not distinguished.
@@ -32,7 +31,8 @@ pub(crate) struct RegionTotals {
     /// Number of regions that may extend over several tiles.
     pub(crate) spanning: u64,
     pub(crate) hole_regions: u64,
-    pub(crate) hole_triangles: u64,
+    /// The digest of all borders, and of the triangles in holes.
+    pub(crate) digest: Digest,
 }
 
 /// Assembles the borders of all tiles, group by group, and sends them in order.
@@ -111,10 +111,10 @@ impl BorderAssembly<'_> {
         group: &GroupMeshes,
         tiles: &mut [TileState],
         threads: usize,
-        borders: &Ordered<Bytes, F>,
+        borders: &Ordered<StoredPart, F>,
     ) -> Result<(), BuildError>
     where
-        F: FnMut(u32, Bytes) -> Result<(), Closed> + Send,
+        F: FnMut(u32, StoredPart) -> Result<(), Closed> + Send,
     {
         let progress = &self.conquest.options.progress;
         let range = group.borders.tiles();
@@ -133,7 +133,8 @@ impl BorderAssembly<'_> {
                 let tile = TileId(number);
                 let border = self.border(tile, state, group, mesh);
                 let encoded = border.draft.encode(tile, GENERATION, &buffers);
-                if borders.put(number, encoded).is_err() {
+                let stored = self.conquest.options.codec().store(encoded, Part::Border);
+                if borders.put(number, stored).is_err() {
                     return;
                 }
                 progress.advance(1, u64::from(state.vertices));
@@ -157,7 +158,7 @@ impl BorderAssembly<'_> {
         note_border(state, &border);
         let mut totals = self.totals.lock();
         totals.hole_regions += border.closed_holes;
-        totals.hole_triangles += border.hole_triangles;
+        totals.digest += border.digest;
         border
     }
 }
@@ -195,8 +196,8 @@ impl GroupMeshes {
 /// Adds a border's counts and bounds to its tile's state.
 fn note_border(state: &mut TileState, border: &Border) {
     state.border_triangles = border.draft.triangles.len() as u32;
-    state.owned_triangles = state.core_triangles + border.owned;
-    state.constraint_edges += border.constraint_edges;
+    state.owned_triangles = state.core_triangles + border.digest.triangles.count as u32;
+    state.constraint_edges += border.digest.constraint_edges.count;
     state.bounds = state.bounds.union(border.bounds);
 }
 

@@ -21,7 +21,7 @@ use crate::collections::union_find::{UnionFind, WeightedUnionFind};
 use crate::constraints::seeds::{HoleRules, Seeds};
 use crate::pipeline::finish::border_mesh::BorderMesh;
 use crate::pipeline::output::border_log::GroupBorders;
-use crate::pipeline::records::{Anchor, TileState};
+use crate::pipeline::records::{Anchor, LoggedEdge, TileState};
 use crate::store::{Component, EdgeSource, TileId};
 
 /// The numbers of the nodes of each tile.
@@ -165,7 +165,7 @@ impl RegionFinder {
         if !self.rules.has_holes {
             return Vec::new();
         }
-        let edges = group.edges_of(tile).map(|(ends, part)| {
+        let edges = group.edges_of(tile).map(|LoggedEdge { ends, source: part, .. }| {
             let source = part.source();
             let [from, to] = ends.map(|id| mesh.corner(id));
             match from < to {

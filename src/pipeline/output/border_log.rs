@@ -19,8 +19,11 @@ use std::sync::Arc;
 use crate::geometry::Point;
 use crate::geometry::{HalfEdge, VertexIndex};
 use crate::mesh::WALLS;
-use crate::pipeline::records::{Anchor, BoundaryEdge, DoneEdge, GroupChunks, KINDS, LateTriangle, SeamVertex};
-use crate::store::{Extent, LinePart, TileId, VertexId};
+use crate::pipeline::output::by_tile::ByTile;
+use crate::pipeline::records::{
+    Anchor, BoundaryEdge, DoneEdge, GroupChunks, KINDS, LateTriangle, LoggedEdge, SeamVertex,
+};
+use crate::store::{DigestSum, Extent, LinePart, TileId, VertexId};
 
 /// Bytes of a corner: tile, index, x, y.
 const CORNER: usize = 24;
@@ -33,11 +36,12 @@ const TRIANGLE: usize = 3 * CORNER + 4;
 const TRIANGLE_WITH_Z: usize = TRIANGLE + 3 * 8;
 /// Bytes of a boundary half-edge in the log: tile, from, to, half-edge, component.
 const BOUNDARY_EDGE: usize = 20;
-/// Bytes of a constraint edge in the log: tile and index of both ends, part of a line. The edge
-/// belongs to the tile of its first end.
-const EDGE: usize = 24;
-/// Bytes of an anchor in the log: tile, component, relative depth, triangles.
-const ANCHOR: usize = 16;
+/// Bytes of a constraint edge in the log: tile and index of both ends, part of a line, x and y of
+/// both ends. The edge belongs to the tile of its first end.
+const EDGE: usize = 56;
+/// Bytes of an anchor in the log: tile, component, relative depth, number of triangles, sum of
+/// their hashes.
+const ANCHOR: usize = 32;
 /// Most bytes of a buffer.
 const BUFFER: usize = 64 << 10;
 
@@ -196,6 +200,8 @@ impl BorderLog {
                 buffer.extend_from_slice(&word.to_le_bytes());
             }
             buffer.extend_from_slice(&source.to_bits().to_le_bytes());
+            let points = [first.point, second.point];
+            buffer.extend(points.iter().flat_map(|p| [p.x, p.y]).flat_map(f64::to_le_bytes));
             self.buffered += EDGE;
             self.relieve(group, EDGES)?;
         }
@@ -207,9 +213,12 @@ impl BorderLog {
         let group = self.group_of(tile.0);
         let buffer = &mut self.groups[group].buffers[ANCHORS];
         for anchor in anchors {
-            for word in [tile.0, anchor.component, anchor.deeper as u32, anchor.triangles] {
+            // A core has fewer than 2³² triangles.
+            let triangles = anchor.triangles.count as u32;
+            for word in [tile.0, anchor.component, anchor.deeper as u32, triangles] {
                 buffer.extend_from_slice(&word.to_le_bytes());
             }
+            buffer.extend_from_slice(&anchor.triangles.sum.to_le_bytes());
         }
         self.buffered += anchors.len() * ANCHOR;
         self.relieve(group, ANCHORS)
@@ -255,11 +264,8 @@ impl BorderLog {
         // Frees the memory too: most groups get little or no more data.
         let buffer = std::mem::take(&mut buffers[kind]);
         self.file.write_all_at(&buffer, self.length)?;
-        chunks[kind].push(Extent {
-            offset: self.length,
-            length: buffer.len() as u32,
-            crc: crc32c::crc32c(&buffer),
-        });
+        let length = buffer.len() as u32;
+        chunks[kind].push(Extent::raw(self.length, length, crc32c::crc32c(&buffer)));
         self.length += buffer.len() as u64;
         self.written += buffer.len() as u64;
         self.buffered -= buffer.len();
@@ -357,68 +363,6 @@ pub(crate) struct GroupBorders {
     pub(crate) has_z: bool,
 }
 
-/// Entries of equal length, indexed by tile.
-#[derive(Debug)]
-struct ByTile {
-    bytes: Vec<u8>,
-    entry: usize,
-    /// Numbers of the entries, tile by tile.
-    numbers: Vec<u32>,
-    /// For each tile the start of its range in `numbers`, and the end of the last range.
-    starts: Vec<usize>,
-}
-
-impl ByTile {
-    /// Indexes entries by the tiles that `tiles_of` reads from each, some of which may be in other
-    /// groups.
-    fn new<const N: usize>(
-        bytes: Vec<u8>,
-        entry: usize,
-        tiles: &Range<u32>,
-        tiles_of: impl Fn(&[u8]) -> [u32; N],
-    ) -> Self {
-        let mut starts = vec![0; tiles.len() + 1];
-        let in_group = |bytes: &[u8]| {
-            let entry_tiles = tiles_of(bytes);
-            // Each tile once.
-            let distinct_tiles = entry_tiles
-                .into_iter()
-                .enumerate()
-                .filter(move |&(at, tile)| !entry_tiles[..at].contains(&tile));
-            let in_group = distinct_tiles.filter(|(_, tile)| tiles.contains(tile));
-            in_group.map(|(_, tile)| (tile - tiles.start) as usize)
-        };
-        for bytes in bytes.chunks_exact(entry) {
-            in_group(bytes).for_each(|index| starts[index + 1] += 1);
-        }
-        for index in 1..starts.len() {
-            starts[index] += starts[index - 1];
-        }
-        let mut numbers = vec![0; starts[tiles.len()]];
-        let mut next = starts.clone();
-        for (bytes, number) in bytes.chunks_exact(entry).zip(0..) {
-            for index in in_group(bytes) {
-                numbers[next[index]] = number;
-                next[index] += 1;
-            }
-        }
-        Self {
-            bytes,
-            entry,
-            numbers,
-            starts,
-        }
-    }
-
-    fn of(&self, index: u32) -> impl Iterator<Item = &[u8]> {
-        let numbers = &self.numbers[self.starts[index as usize]..self.starts[index as usize + 1]];
-        numbers.iter().map(|&number| {
-            let at = number as usize * self.entry;
-            &self.bytes[at..at + self.entry]
-        })
-    }
-}
-
 impl GroupBorders {
     fn new([boundary_edges, triangles, edges, anchors]: [Vec<u8>; KINDS], tiles: Range<u32>, has_z: bool) -> Self {
         let of_one = |bytes: &[u8]| words::<1>(bytes);
@@ -436,8 +380,7 @@ impl GroupBorders {
     /// Returns the size in bytes.
     pub(crate) fn byte_size(&self) -> u64 {
         let by_kind = [&self.boundary_edges, &self.triangles, &self.edges, &self.anchors];
-        let bytes = by_kind.map(|entries| entries.bytes.len() + 4 * entries.numbers.len() + 8 * entries.starts.len());
-        bytes.iter().sum::<usize>() as u64
+        by_kind.map(ByTile::byte_size).iter().sum::<usize>() as u64
     }
 
     /// Returns the tiles of the group.
@@ -463,9 +406,9 @@ impl GroupBorders {
         open.collect()
     }
 
-    /// Returns the constraint edges that belong to `tile` and are not in its core, each starting at
-    /// its end in the tile.
-    pub(crate) fn edges_of(&self, tile: TileId) -> impl Iterator<Item = ([VertexId; 2], LinePart)> {
+    /// Returns the constraint edges that belong to `tile` and are not in its core, once for each of
+    /// their sources.
+    pub(crate) fn edges_of(&self, tile: TileId) -> impl Iterator<Item = LoggedEdge> {
         self.edges.of(tile.0 - self.tiles.start).map(|bytes| {
             let [tile, index, other_tile, other_index, low, high] = words(bytes);
             let id = |tile, index| VertexId {
@@ -473,21 +416,35 @@ impl GroupBorders {
                 index: VertexIndex(index),
             };
             let source = LinePart::from_bits(u64::from(high) << 32 | u64::from(low));
-            ([id(tile, index), id(other_tile, other_index)], source)
+            let [from_x, from_y, to_x, to_y] = floats(&bytes[24..]);
+            LoggedEdge {
+                ends: [id(tile, index), id(other_tile, other_index)],
+                points: [Point::new(from_x, from_y), Point::new(to_x, to_y)],
+                source,
+            }
         })
     }
 
     /// Returns the anchors of a tile's components.
     pub(crate) fn anchors_of(&self, tile: TileId) -> impl Iterator<Item = Anchor> {
         self.anchors.of(tile.0 - self.tiles.start).map(|bytes| {
-            let [_, component, deeper, triangles] = words(bytes);
+            let [_, component, deeper, triangles, sum @ ..]: [u32; 8] = words(bytes);
+            let sum = sum.iter().rev().fold(0, |sum, &word| sum << 32 | u128::from(word));
             Anchor {
                 component,
                 deeper: deeper as i32,
-                triangles,
+                triangles: DigestSum {
+                    count: triangles.into(),
+                    sum,
+                },
             }
         })
     }
+}
+
+fn floats<const N: usize>(bytes: &[u8]) -> [f64; N] {
+    let (floats, _) = bytes.as_chunks::<8>();
+    std::array::from_fn(|at| f64::from_le_bytes(floats[at]))
 }
 
 fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {

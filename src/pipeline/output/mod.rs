@@ -2,5 +2,6 @@
 //! border log.
 
 pub(super) mod border_log;
+mod by_tile;
 pub(super) mod ordered;
 pub(super) mod writer;

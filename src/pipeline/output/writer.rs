@@ -12,7 +12,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::{fs, io};
 
-use bytes::Bytes;
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use tracing::Instrument;
@@ -24,13 +23,13 @@ use crate::pipeline::records::Seam;
 use crate::pipeline::resume::journal;
 use crate::pipeline::resume::journal::FinishedBlock;
 use crate::pipeline::work_folder::WorkFolder;
-use crate::store::{Directory, Extent, TileWriter};
+use crate::store::{Directory, Extent, StoredPart, TileWriter};
 
 /// A message to the writing task.
 #[derive(Debug)]
 pub(crate) enum ToWrite {
-    Core(Bytes),
-    Border(Bytes),
+    Core(StoredPart),
+    Border(StoredPart),
     /// A block is done, except that some of its cores may still be in the channel.
     Finished(Box<(FinishedBlock, Seam)>),
 }
@@ -74,17 +73,18 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    /// Continues a file after the cores that are in it.
+    /// Continues a file after the cores that are in it. Its cores start at `front_end`.
     pub(crate) fn new(
         file: ThreadsFile,
         path: PathBuf,
+        front_end: u64,
         cores: Vec<Extent>,
         journal: Option<Journal>,
         next_block: u32,
     ) -> Self {
         let writer = match cores.last() {
-            Some(last) => TileWriter::behind(file.clone(), last.range().end),
-            None => TileWriter::new(file.clone()),
+            Some(last) => TileWriter::behind(file.clone(), last.range().end).front_end(front_end),
+            None => TileWriter::new(file.clone(), front_end),
         };
         Self {
             writer,
@@ -127,8 +127,8 @@ impl Output {
 
     async fn take(&mut self, extent: ToWrite) -> io::Result<()> {
         match extent {
-            ToWrite::Core(bytes) => self.cores.push(self.writer.append_core(&bytes).await?),
-            ToWrite::Border(bytes) => self.borders.push(self.writer.append_border(&bytes).await?),
+            ToWrite::Core(core) => self.cores.push(self.writer.append_core(core).await?),
+            ToWrite::Border(border) => self.borders.push(self.writer.append_border(border).await?),
             ToWrite::Finished(block) => {
                 let index = self.finished.partition_point(|other| other.0.number < block.0.number);
                 self.finished.insert(index, *block);
@@ -227,6 +227,6 @@ impl Output {
         let before = self.writer.length();
         let finished = self.writer.draft(is_draft).finish(directory).await;
         let length = finished.map_err(|error| BuildError::io(&self.path, "finish", error))?;
-        Ok((length, length - before))
+        Ok((length, length.saturating_sub(before)))
     }
 }

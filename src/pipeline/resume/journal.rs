@@ -21,7 +21,7 @@ use crate::pipeline::records::{BlockState, Description, GroupChunks, Pending, Se
 use crate::pipeline::resume::codec::{Decoder, Encoder};
 use crate::pipeline::summary::LevelSummary;
 use crate::pipeline::work_folder::WorkFolder;
-use crate::store::{Extent, KdNode, KdTree, Source, TileId, VertexId};
+use crate::store::{Codec, Digest, Extent, KdNode, KdTree, Source, TileId, VertexId};
 
 /// The results of a finished block.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -45,7 +45,7 @@ pub(crate) struct SavedPlan {
     pub(crate) plan: BlockPlan,
 }
 
-const MAGIC: &[u8; 8] = b"dtplan04";
+const MAGIC: &[u8; 8] = b"dtplan05";
 
 impl SavedPlan {
     /// Writes the plan to `path` atomically: the file is renamed to `path` once it is complete and
@@ -168,6 +168,9 @@ pub(crate) fn encode(block: &FinishedBlock, seam: &Seam) -> Vec<u8> {
             out.u64(number);
         }
     });
+    for word in state.digest.to_words().as_flattened() {
+        out.u64(*word);
+    }
     out.list(&block.cores, put_extent);
     out.list(&block.chunks, |out, group| {
         for chunks in group {
@@ -190,21 +193,30 @@ pub(crate) fn encode(block: &FinishedBlock, seam: &Seam) -> Vec<u8> {
     out.0
 }
 
+fn take_digest(from: &mut Decoder<'_>) -> Option<Digest> {
+    let mut words = [[0; 3]; 7];
+    for word in words.as_flattened_mut() {
+        *word = from.u64()?;
+    }
+    Some(Digest::from_words(words))
+}
+
+fn take_tile_state(from: &mut Decoder<'_>) -> Option<TileState> {
+    Some(TileState {
+        vertices: from.u32()?,
+        core_triangles: from.u32()?,
+        bounds: from.rect()?,
+        // Borders come after the journal, and builds with lines have no journal.
+        border_triangles: 0,
+        owned_triangles: 0,
+        constraint_edges: 0,
+        components: 0,
+        open_components: 0,
+    })
+}
+
 fn decode(bytes: &[u8]) -> Option<(FinishedBlock, Seam)> {
     let mut from = Decoder(bytes);
-    let tile = |from: &mut Decoder<'_>| {
-        Some(TileState {
-            vertices: from.u32()?,
-            core_triangles: from.u32()?,
-            bounds: from.rect()?,
-            // Borders come after the journal, and builds with lines have no journal.
-            border_triangles: 0,
-            owned_triangles: 0,
-            constraint_edges: 0,
-            components: 0,
-            open_components: 0,
-        })
-    };
     let level = |from: &mut Decoder<'_>| {
         Some(LevelSummary {
             nodes: from.u64()?,
@@ -227,12 +239,13 @@ fn decode(bytes: &[u8]) -> Option<(FinishedBlock, Seam)> {
         state: BlockState {
             first_tile: from.u32()?,
             tree: take_tree(&mut from)?,
-            tiles: from.list(tile)?,
+            tiles: from.list(take_tile_state)?,
             duplicates: from.u64()?,
             ends: from.u64()?,
             late_triangles: from.u64()?,
             held_triangles: from.u64()?,
             levels: from.list(level)?,
+            digest: take_digest(&mut from)?,
         },
         cores: from.list(take_extent)?,
         chunks: from.list(|from| {
@@ -346,6 +359,8 @@ fn put_extent(out: &mut Encoder, extent: &Extent) {
     out.u64(extent.offset);
     out.u32(extent.length);
     out.u32(extent.crc);
+    out.u32(extent.codec.number().into());
+    out.u32(extent.decoded);
 }
 
 fn take_extent(from: &mut Decoder<'_>) -> Option<Extent> {
@@ -353,6 +368,8 @@ fn take_extent(from: &mut Decoder<'_>) -> Option<Extent> {
         offset: from.u64()?,
         length: from.u32()?,
         crc: from.u32()?,
+        codec: Codec::of_number(u8::try_from(from.u32()?).ok()?)?,
+        decoded: from.u32()?,
     })
 }
 

@@ -42,9 +42,9 @@ impl BreakLines {
         if metadata.constraint_edges == 0 {
             return Self::No;
         }
-        match &metadata.lines[..] {
-            [] => Self::Unknown,
-            lines if lines.iter().any(|of_file| of_file.kind == LineKind::BreakLine) => Self::Yes,
+        match metadata.line_kinds {
+            0 => Self::Unknown,
+            kinds if kinds >> LineKind::BreakLine.to_code() & 1 == 1 => Self::Yes,
             _ => Self::No,
         }
     }

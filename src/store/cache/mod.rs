@@ -32,17 +32,39 @@ pub(crate) use state::Weight;
 
 use self::shelf::{Pinned, Shelf};
 use self::state::Content;
-use super::{FileId, ReadError, Tile, TileId};
+use super::{FileId, Page, ReadError, Tile, TileId};
 
 /// The key of a tile in a cache.
 ///
-/// It contains the generation because a file that was changed in place has different tiles under
-/// the same numbers.
+/// It contains the generation of the tile's entry, because a file that was changed in place has
+/// different tiles under the same numbers; what did not change is found by readers of all
+/// generations. Checksums distinguish copies of a file that were changed differently.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct TileKey {
     pub(crate) file: FileId,
-    pub(crate) generation: u64,
+    pub(crate) generation: u32,
     pub(crate) tile: TileId,
+    /// The checksums of the core and the border.
+    pub(crate) crcs: [u32; 2],
+}
+
+/// The key of a page of a directory in a cache.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct PageKey {
+    pub(crate) file: FileId,
+    pub(crate) offset: u64,
+    pub(crate) crc: u32,
+}
+
+/// The share of the capacity that is added for pages of directories.
+const PAGES_SHARE: usize = 16;
+/// The minimum number of bytes for pages of directories.
+const LEAST_FOR_PAGES: usize = 256 << 10;
+
+impl Weight for Page {
+    fn weight(&self) -> usize {
+        self.byte_size()
+    }
 }
 
 impl Weight for Tile {
@@ -57,9 +79,13 @@ impl Weight for Tile {
 /// more than once are kept longer than tiles that were used once, so a scan does not evict the
 /// tiles that queries use. Tiles that are [pinned](super::TileReader::pin) are never evicted; if
 /// they alone take more bytes than the capacity, the cache exceeds its capacity.
+///
+/// Besides, it holds pages of the files' directories: up to a sixteenth of its capacity, and at
+/// least 256 KiB.
 #[derive(Clone)]
 pub struct Cache {
     shelf: Shelf<TileKey, Tile, ReadError>,
+    pages: Shelf<PageKey, Page, ReadError>,
 }
 
 impl fmt::Debug for Cache {
@@ -104,6 +130,7 @@ impl Cache {
     pub fn new(capacity: usize) -> Self {
         Self {
             shelf: Shelf::new(capacity),
+            pages: Shelf::new((capacity / PAGES_SHARE).max(LEAST_FOR_PAGES)),
         }
     }
 
@@ -140,6 +167,22 @@ impl Cache {
     pub(crate) fn peek(&self, key: TileKey) -> Option<Arc<Tile>> {
         match self.shelf.with(|inner| inner.state.peek(&key)) {
             Content::Here(tile) => Some(tile),
+            _ => None,
+        }
+    }
+
+    /// Returns a page of a directory from the cache, or loads it with `load`.
+    pub(crate) async fn page<F>(&self, key: PageKey, load: impl FnOnce() -> F) -> Result<Arc<Page>, ReadError>
+    where
+        F: Future<Output = Result<Arc<Page>, ReadError>> + Send + 'static,
+    {
+        self.pages.get_or_load(key, load).await
+    }
+
+    /// Returns a page of a directory if it is in the cache. This does not count as a use.
+    pub(crate) fn peek_page(&self, key: PageKey) -> Option<Arc<Page>> {
+        match self.pages.with(|inner| inner.state.peek(&key)) {
+            Content::Here(page) => Some(page),
             _ => None,
         }
     }

@@ -116,6 +116,11 @@ impl EdgeSource {
         Self(self.0 ^ (self.0 >> 1 & 1))
     }
 
+    /// Returns the number that stands for the kind, and for the side of the interior, in a file.
+    pub(crate) const fn code(self) -> u64 {
+        self.0 & 3
+    }
+
     /// Returns the number that stands for this value in a file.
     pub(crate) const fn to_bits(self) -> u64 {
         self.0

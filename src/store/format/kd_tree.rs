@@ -5,9 +5,9 @@ use crate::geometry::{Point, Rect, segment_meets};
 use crate::store::format::damage::Damage;
 use crate::store::format::ids::TileId;
 
-/// A node of the k-d tree.
+/// A node of a k-d tree whose leaves have a value of type `L`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum KdNode {
+pub enum KdNode<L = TileId> {
     /// A cut by x. Points with x up to and including `cut` are in the left child, which is the next
     /// node; other points are in node `right`.
     X {
@@ -23,22 +23,33 @@ pub enum KdNode {
         /// The number of the right child.
         right: u32,
     },
-    /// A leaf, with the tile of its cell.
-    Leaf(TileId),
+    /// A leaf, with the value of its cell.
+    Leaf(L),
 }
 
 /// A k-d tree in preorder: node 0 is the root, and the left child follows its parent. Without
 /// tiles, it is empty.
 ///
+/// Leaves have a value of type `L`: in the tree of a whole file, the tile of the cell.
+///
 /// Cells are half-open: a cell contains its right and top boundary, but not its left and bottom
 /// one. Outermost cells extend to infinity.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct KdTree {
-    nodes: Vec<KdNode>,
+#[derive(Clone, Debug, PartialEq)]
+pub struct KdTree<L = TileId> {
+    nodes: Vec<KdNode<L>>,
     tiles: u32,
 }
 
-impl KdTree {
+impl<L> Default for KdTree<L> {
+    fn default() -> Self {
+        Self {
+            nodes: Vec::new(),
+            tiles: 0,
+        }
+    }
+}
+
+impl<L: Copy> KdTree<L> {
     /// Returns the borders between cells within a rectangle, one segment per cut.
     pub(crate) fn borders(&self, within: Rect) -> Vec<[Point; 2]> {
         let mut borders = Vec::new();
@@ -78,9 +89,8 @@ impl KdTree {
         borders
     }
 
-    /// Creates a tree from `nodes`, which must be in preorder, with leaves numbered from left to
-    /// right. The error says what is wrong.
-    pub(crate) fn new(nodes: Vec<KdNode>) -> Result<Self, Damage> {
+    /// Creates a tree from `nodes`, which must be in preorder. The error says what is wrong.
+    pub(crate) fn new(nodes: Vec<KdNode<L>>) -> Result<Self, Damage> {
         let mut tiles = 0;
         if nodes.is_empty() {
             return Ok(Self::default());
@@ -98,10 +108,7 @@ impl KdTree {
                     }
                     expected.push(right);
                 }
-                KdNode::Leaf(tile) => {
-                    if tile.0 != tiles {
-                        return Err(Damage::new(format!("leaf {number} is tile {tile}, not {tiles}")));
-                    }
+                KdNode::Leaf(_) => {
                     tiles += 1;
                     if expected.pop() != Some(number + 1) {
                         return Err(Damage::new(format!(
@@ -121,7 +128,7 @@ impl KdTree {
 
     /// Returns the nodes in preorder.
     #[must_use]
-    pub fn nodes(&self) -> &[KdNode] {
+    pub fn nodes(&self) -> &[KdNode<L>] {
         &self.nodes
     }
 
@@ -141,6 +148,90 @@ impl KdTree {
             }
         }
         depths.into_iter().max().unwrap_or(0)
+    }
+
+    /// Returns the values of the leaves from left to right.
+    pub fn leaves(&self) -> impl Iterator<Item = L> {
+        self.nodes.iter().filter_map(|node| match *node {
+            KdNode::Leaf(leaf) => Some(leaf),
+            _ => None,
+        })
+    }
+
+    /// Returns the value of the leaf whose cell contains `p`, or `None` if there are no leaves.
+    pub(crate) fn leaf_at(&self, p: Point) -> Option<L> {
+        let mut node = 0u32;
+        loop {
+            node = match *self.nodes.get(node as usize)? {
+                KdNode::X { cut, right } => {
+                    if p.x <= cut {
+                        node + 1
+                    } else {
+                        right
+                    }
+                }
+                KdNode::Y { cut, right } => {
+                    if p.y <= cut {
+                        node + 1
+                    } else {
+                        right
+                    }
+                }
+                KdNode::Leaf(leaf) => return Some(leaf),
+            };
+        }
+    }
+
+    /// Returns the cell of every node, in preorder. Outer boundaries are infinite.
+    #[must_use]
+    pub fn node_cells(&self) -> Vec<Rect> {
+        self.node_cells_within(Rect::PLANE)
+    }
+
+    /// Returns the cell of every node, in preorder. `root` is the cell of the root.
+    pub(crate) fn node_cells_within(&self, root: Rect) -> Vec<Rect> {
+        let mut cells = vec![root; self.nodes.len()];
+        for (number, node) in self.nodes.iter().enumerate() {
+            let cell = cells[number];
+            let (mut low, mut high) = (cell, cell);
+            let right = match *node {
+                KdNode::X { cut, right } => {
+                    (low.max_x, high.min_x) = (cut, cut);
+                    right
+                }
+                KdNode::Y { cut, right } => {
+                    (low.max_y, high.min_y) = (cut, cut);
+                    right
+                }
+                KdNode::Leaf(_) => continue,
+            };
+            cells[number + 1] = low;
+            cells[right as usize] = high;
+        }
+        cells
+    }
+
+    /// Returns each leaf's value with its cell, from left to right. Outer boundaries are infinite.
+    #[must_use]
+    pub fn cells(&self) -> Vec<(L, Rect)> {
+        self.leaves().zip(self.cells_within(Rect::PLANE)).collect()
+    }
+
+    /// Returns the cell of every leaf, from left to right. `root` is the cell of the root.
+    pub(crate) fn cells_within(&self, root: Rect) -> Vec<Rect> {
+        let cells = self.node_cells_within(root).into_iter().zip(&self.nodes);
+        cells
+            .filter(|(_, node)| matches!(node, KdNode::Leaf(_)))
+            .map(|(cell, _)| cell)
+            .collect()
+    }
+}
+
+impl KdTree {
+    /// Returns the tile whose cell contains `p`, or `None` if there are no tiles.
+    #[must_use]
+    pub fn tile_at(&self, p: Point) -> Option<TileId> {
+        self.leaf_at(p)
     }
 
     /// Returns the tree with leaf i replaced by `subtrees[i]`. The leaves are numbered anew from
@@ -183,31 +274,6 @@ impl KdTree {
         Self { nodes, tiles }
     }
 
-    /// Returns the tile whose cell contains `p`, or `None` if there are no tiles.
-    #[must_use]
-    pub fn tile_at(&self, p: Point) -> Option<TileId> {
-        let mut node = 0u32;
-        loop {
-            node = match *self.nodes.get(node as usize)? {
-                KdNode::X { cut, right } => {
-                    if p.x <= cut {
-                        node + 1
-                    } else {
-                        right
-                    }
-                }
-                KdNode::Y { cut, right } => {
-                    if p.y <= cut {
-                        node + 1
-                    } else {
-                        right
-                    }
-                }
-                KdNode::Leaf(tile) => return Some(tile),
-            };
-        }
-    }
-
     /// Calls `take` for each tile whose closed cell the segment meets. `root` is the cell of the
     /// root.
     pub(crate) fn tiles_along(&self, root: Rect, ends: [Point; 2], mut take: impl FnMut(TileId)) {
@@ -242,50 +308,6 @@ impl KdTree {
             }
         }
     }
-
-    /// Returns the cell of every node, in preorder. Outer boundaries are infinite.
-    #[must_use]
-    pub fn node_cells(&self) -> Vec<Rect> {
-        self.node_cells_within(Rect::PLANE)
-    }
-
-    /// Returns the cell of every node, in preorder. `root` is the cell of the root.
-    pub(crate) fn node_cells_within(&self, root: Rect) -> Vec<Rect> {
-        let mut cells = vec![root; self.nodes.len()];
-        for (number, node) in self.nodes.iter().enumerate() {
-            let cell = cells[number];
-            let (mut low, mut high) = (cell, cell);
-            let right = match *node {
-                KdNode::X { cut, right } => {
-                    (low.max_x, high.min_x) = (cut, cut);
-                    right
-                }
-                KdNode::Y { cut, right } => {
-                    (low.max_y, high.min_y) = (cut, cut);
-                    right
-                }
-                KdNode::Leaf(_) => continue,
-            };
-            cells[number + 1] = low;
-            cells[right as usize] = high;
-        }
-        cells
-    }
-
-    /// Returns the cell of every tile, in order. Outer boundaries are infinite.
-    #[must_use]
-    pub fn cells(&self) -> Vec<Rect> {
-        self.cells_within(Rect::PLANE)
-    }
-
-    /// Returns the cell of every tile, in order. `root` is the cell of the root.
-    pub(crate) fn cells_within(&self, root: Rect) -> Vec<Rect> {
-        let cells = self.node_cells_within(root).into_iter().zip(&self.nodes);
-        cells
-            .filter(|(_, node)| matches!(node, KdNode::Leaf(_)))
-            .map(|(cell, _)| cell)
-            .collect()
-    }
 }
 
 #[cfg(test)]
@@ -307,7 +329,10 @@ mod tests {
         let tree = KdTree::new(tree()).unwrap();
         let at = |x, y| tree.tile_at(Point::new(x, y)).unwrap().0;
         assert_eq!([at(1.0, 9.0), at(1.5, 5.0), at(1.5, 5.5)], [0, 1, 2]);
-        assert_eq!(tree.cells()[1], Rect::new(1.0, f64::NEG_INFINITY, f64::INFINITY, 5.0));
+        assert_eq!(
+            tree.cells()[1],
+            (TileId(1), Rect::new(1.0, f64::NEG_INFINITY, f64::INFINITY, 5.0))
+        );
         assert_eq!(KdTree::default().tile_at(Point::new(0.0, 0.0)), None);
     }
 

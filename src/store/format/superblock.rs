@@ -7,33 +7,19 @@
 use std::fmt;
 
 use crate::store::format::damage::Damage;
+use crate::store::format::entry::Extent;
+use crate::store::format::limits::{BLOCK, MAX_PAGE};
 
-/// Bytes of a superblock, and the alignment of extents.
-pub(crate) const BLOCK: u64 = 4096;
-/// The offset of the first extent.
-pub(crate) const FIRST_EXTENT: u64 = 2 * BLOCK;
 /// The version of the format that this library writes and reads.
 pub const FORMAT_VERSION: u32 = 2;
 /// The last version that no release wrote. Its files are not worth a reader: they are built again.
 const LAST_UNRELEASED: u32 = 1;
-/// The maximum size of a FlatBuffer in a file, in bytes.
-pub(crate) const MAX_FLATBUFFER: u64 = 64 << 20;
-/// The maximum size of a directory, its root and its pages, in bytes.
-pub(crate) const MAX_DIRECTORY: u64 = 256 << 20;
 
 const MAGIC: [u8; 8] = *b"DELTILES";
 
-/// The identity of a file: a hash of its whole content.
+/// The identity of a file: a hash of the directory with which it was made. Edits do not change it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FileId(pub u128);
-
-impl FileId {
-    /// Returns the id of a file with this directory. The directory contains the checksums of
-    /// everything else.
-    pub(crate) fn of(directory: &[u8]) -> Self {
-        Self(xxhash_rust::xxh3::xxh3_128(directory))
-    }
-}
 
 impl fmt::Display for FileId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -48,12 +34,8 @@ pub(crate) struct Superblock {
     pub(crate) generation: u64,
     /// Length of the whole file in bytes.
     pub(crate) file_length: u64,
-    pub(crate) directory_offset: u64,
-    /// Length of the directory, root and pages, in bytes.
-    pub(crate) directory_length: u64,
-    /// Length in bytes of the root, which comes first.
-    pub(crate) root_length: u32,
-    pub(crate) root_crc: u32,
+    /// Where the root of the directory is.
+    pub(crate) root: Extent,
 }
 
 impl Superblock {
@@ -65,10 +47,9 @@ impl Superblock {
         block[16..32].copy_from_slice(&self.file_id.0.to_le_bytes());
         block[32..40].copy_from_slice(&self.generation.to_le_bytes());
         block[40..48].copy_from_slice(&self.file_length.to_le_bytes());
-        block[48..56].copy_from_slice(&self.directory_offset.to_le_bytes());
-        block[56..64].copy_from_slice(&self.directory_length.to_le_bytes());
-        block[64..68].copy_from_slice(&self.root_length.to_le_bytes());
-        block[68..72].copy_from_slice(&self.root_crc.to_le_bytes());
+        block[48..56].copy_from_slice(&self.root.offset.to_le_bytes());
+        block[56..60].copy_from_slice(&self.root.length.to_le_bytes());
+        block[60..64].copy_from_slice(&self.root.crc.to_le_bytes());
         let crc = crc32c::crc32c(&block[..4092]);
         block[4092..].copy_from_slice(&crc.to_le_bytes());
         block
@@ -107,20 +88,9 @@ impl Superblock {
             file_id: FileId(u128::from_le_bytes(block[16..32].try_into().expect("sixteen bytes"))),
             generation: u64_at(32),
             file_length: u64_at(40),
-            directory_offset: u64_at(48),
-            directory_length: u64_at(56),
-            root_length: u32_at(64),
-            root_crc: u32_at(68),
+            root: Extent::raw(u64_at(48), u32_at(56), u32_at(60)),
         };
-        let end = this.directory_offset.checked_add(this.directory_length);
-        if this.directory_offset < FIRST_EXTENT
-            || end.is_none_or(|end| end > this.file_length)
-            || this.directory_length > MAX_DIRECTORY
-            || u64::from(this.root_length) > this.directory_length
-            || u64::from(this.root_length) > MAX_FLATBUFFER
-        {
-            return Err(Damage::new("the superblock's directory extent is out of range"));
-        }
+        this.root.check("the directory's root", this.file_length, MAX_PAGE)?;
         Ok(this)
     }
 
@@ -160,10 +130,7 @@ mod tests {
             file_id: FileId(7),
             generation,
             file_length: 20_000,
-            directory_offset: 8192,
-            directory_length: 400,
-            root_length: 300,
-            root_crc: 9,
+            root: Extent::raw(8192, 304, 9),
         }
     }
 

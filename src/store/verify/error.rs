@@ -63,6 +63,18 @@ pub enum VerifyError {
         /// What is wrong.
         reason: String,
     },
+    /// A polygon does not cover each point 0 or 1 times.
+    #[error("obstacle {polygon}, line {line} (counted from 0) of {file}, {reason}")]
+    Polygon {
+        /// The number of the polygon, which is that of its first line.
+        polygon: u64,
+        /// The name of the file that it came from.
+        file: String,
+        /// The number of its first line in that file, from 0.
+        line: u64,
+        /// What is wrong with the polygon, and where.
+        reason: String,
+    },
     /// The file as a whole contradicts itself.
     #[error("{0}")]
     File(String),

@@ -8,6 +8,7 @@
 use crate::geometry::VertexIndex;
 use crate::mesh::{StarEnd, Topology};
 use crate::store::format::line_part::LinePart;
+use crate::store::format::lists::Lists;
 use crate::store::format::metadata::Metadata;
 use crate::store::format::tile::Tile;
 use crate::store::verify::error::{Fault, TileEdge};
@@ -33,8 +34,8 @@ const ENDS: u64 = 1;
 const PASSES: u64 = 2;
 
 /// Returns whether lines of a file were split where they cross each other or borders.
-pub(super) fn is_split(metadata: &Metadata) -> bool {
-    metadata.crossings > 0 || !metadata.borders.is_empty()
+pub(super) fn is_split(metadata: &Metadata, lists: &Lists) -> bool {
+    metadata.crossings > 0 || !lists.cell_borders.is_empty()
 }
 
 /// Returns the number of vertices of a tile at which no point of the input lies.

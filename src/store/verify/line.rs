@@ -9,7 +9,7 @@ use futures::stream::StreamExt;
 
 use crate::geometry::{Orientation, Point, VertexIndex, orient2d};
 use crate::store::format::ids::{TileId, VertexId};
-use crate::store::format::metadata::LineSource;
+use crate::store::format::line_source::LineSource;
 use crate::store::format::tile::{Tile, Vertex};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError};
@@ -42,8 +42,9 @@ impl OnLine {
 impl TileReader {
     /// Checks a file without triangles.
     pub(super) async fn verify_on_line(&self) -> Result<(), VerifyError> {
-        let lines = &self.metadata().lines;
-        let is_split = held::is_split(self.metadata());
+        let lists = self.lists().await?;
+        let lines = &lists.lines;
+        let is_split = held::is_split(self.metadata(), &lists);
         let mut start: Vec<Point> = Vec::with_capacity(2);
         let mut intervals = Vec::new();
         let mut tiles = self.tiles();

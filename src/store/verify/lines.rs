@@ -118,7 +118,9 @@ impl TileReader {
     /// assumes that no edge is stored twice and that the file is consistent, which
     /// [`verify`](Self::verify) proves. In a file whose lines were split where they cross, edges
     /// deviate from their lines. Compare such a file with the subsegments that
-    /// [`LinesToSplit`](crate::LinesToSplit) makes of the lines.
+    /// [`LinesToSplit`](crate::LinesToSplit) makes of the lines. Builds and edits normalise obstacles
+    /// that cover a point more than once; a [`PolygonNormalizer`](crate::PolygonNormalizer) makes the
+    /// same segments.
     ///
     /// The segments are looked up in parts, with as many segments as fit into the memory that the
     /// reader may use, or into 512 MiB. Each part passes over the tiles that it meets. The check

@@ -8,11 +8,12 @@
 //! - both half-edges of an edge agree on whether it is a constraint;
 //! - around each vertex the triangles close once, or form a fan of at most a half-turn on the hull;
 //! - the hull, which turns left everywhere, goes round once: it has a single lexicographic minimum;
-//! - the counts and bounds in the directory are those of the tiles;
+//! - the counts, the bounds and the digest in the directory are those of the tiles;
 //! - a point of the input, a site or an end of a segment is at each vertex, as far as one tile
 //!   knows it, and lines go on where they pass a vertex;
 //! - constraints have sources and change the depth accordingly, regions end at constraints only,
 //!   and each hole has a reason, if the file has regions;
+//! - each polygon covers each point 0 or 1 times, if the file lists its lines;
 //! - each triangle is stored in all tiles of its vertices, and is the same in each: for each pair
 //!   of tiles, the hashes of the triangles that one tile owns and the other shares cancel out.
 //!
@@ -30,6 +31,7 @@ mod held;
 mod line;
 mod lines;
 mod points;
+mod polygons;
 mod regions;
 mod sites;
 mod star;

@@ -124,10 +124,11 @@ impl PassReader {
         self.find(sought, &mut seen, plan, &vertices).await?;
         end.unwrap_or(Ok(()))?;
         if let Some((tile, vertex)) = seen.first_unseen(directory.metadata.vertices) {
-            return Err(not_of_the_input(&self.tile(tile).await?, vertex));
+            let tile = self.tile(tile).await?;
+            return Err(not_of_the_input(&tile, vertex));
         }
         Ok(VerifyReport {
-            tiles: directory.tiles.len() as u64,
+            tiles: directory.metadata.tiles.into(),
             vertices: points,
             ..VerifyReport::default()
         })

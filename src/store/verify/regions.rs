@@ -9,15 +9,16 @@
 //!
 //! This does not prove that all triangles of a region are connected with each other. Nor does it
 //! prove that no obstacle is inside out under another one, where the sum of the coverage is too
-//! small: only the obstacles' files say which rings belong together, and code that has these files
-//! checks each polygon separately.
+//! small: `polygons` checks each polygon separately.
 
 use xxhash_rust::xxh3::xxh3_128;
 
 use crate::geometry::{HalfEdge, Orientation, Point, Rect, TriangleId, orient2d};
 use crate::mesh::{Topology, Twin};
 use crate::store::format::damage::Damage;
-use crate::store::format::metadata::{LineSource, Metadata};
+use crate::store::format::directory::Directory;
+use crate::store::format::line_source::LineSource;
+use crate::store::format::metadata::Metadata;
 use crate::store::format::tile::Tile;
 use crate::store::format::tile::regions::Component;
 use crate::store::verify::error::Fault;
@@ -38,15 +39,16 @@ pub(super) struct RegionClaims {
 }
 
 impl RegionClaims {
-    pub(super) fn of(metadata: &Metadata) -> Self {
-        let mut seeds: Vec<Point> = metadata.seeds.iter().map(|seed| seed.normalized()).collect();
+    pub(super) fn of(directory: &Directory) -> Self {
+        let Directory { metadata, lists, .. } = directory;
+        let mut seeds: Vec<Point> = lists.hole_points.iter().map(|seed| seed.normalized()).collect();
         seeds.sort_unstable_by(|a, b| a.lex_cmp(*b));
         Self {
             regions: metadata.regions,
             spanning: metadata.spanning_regions,
             exterior_is_hole: metadata.exterior_is_hole,
             seeds,
-            lines: metadata.lines.clone(),
+            lines: lists.lines.clone(),
         }
     }
 
@@ -120,6 +122,8 @@ pub(super) struct RegionReport {
     locals: u64,
     sum: u128,
     local_holes: u64,
+    /// The number of sources of edges that are obstacles.
+    pub(super) obstacles: u64,
 }
 
 /// The sums over all tiles.
@@ -148,7 +152,7 @@ pub(super) fn check(tile: &Tile, claims: &RegionClaims, bounds: Rect) -> Result<
         }
     });
     let mut components: Vec<Region> = components.collect();
-    let mut edges_with_sources = 0;
+    let (mut edges_with_sources, mut obstacles) = (0, 0);
     for triangle in tile.triangle_ids() {
         let component = &mut components[tile.component_number(triangle) as usize];
         component.flags.add(RegionFlags::SEEN);
@@ -156,7 +160,10 @@ pub(super) fn check(tile: &Tile, claims: &RegionClaims, bounds: Rect) -> Result<
         for half_edge in HalfEdge::of_triangle(triangle) {
             match check_edge(tile, half_edge, claims)? {
                 EdgeRole::Open => component.flags.add(RegionFlags::OPEN),
-                EdgeRole::OwnedConstraint => edges_with_sources += 1,
+                EdgeRole::OwnedConstraint(its) => {
+                    edges_with_sources += 1;
+                    obstacles += its;
+                }
                 EdgeRole::Other => {}
             }
         }
@@ -175,6 +182,7 @@ pub(super) fn check(tile: &Tile, claims: &RegionClaims, bounds: Rect) -> Result<
         locals: 0,
         sum: 0,
         local_holes: 0,
+        obstacles,
     };
     for region in regions {
         if region.number < claims.spanning {
@@ -226,8 +234,9 @@ fn check_number(tile: &Tile, triangle: TriangleId, region: u64, claims: &RegionC
 enum EdgeRole {
     /// A hull edge that is no constraint, so the region is open to the outside.
     Open,
-    /// A constraint that belongs to the tile. Each such edge is reported once.
-    OwnedConstraint,
+    /// A constraint that belongs to the tile, with the number of its sources that are obstacles.
+    /// Each such edge is reported once.
+    OwnedConstraint(u64),
     /// Anything else.
     Other,
 }
@@ -261,11 +270,12 @@ fn check_edge(tile: &Tile, half_edge: HalfEdge, claims: &RegionClaims) -> Result
     if smaller.id.tile != tile.id() {
         return Ok(EdgeRole::Other);
     }
-    let (mut count, mut is_wall, mut expected) = (0, false, 0);
+    let (mut count, mut is_wall, mut expected, mut obstacles) = (0, false, 0, 0);
     for source in tile.edge_sources(half_edge) {
         count += 1;
         is_wall |= source.is_wall();
         expected += i64::from(source.depth_change());
+        obstacles += u64::from(source.depth_change() != 0);
         if !LineSource::knows(&claims.lines, source) {
             let reason = format!("its edge to {neighbour} comes from {source:?}, which the directory does not know");
             return Err(Fault::at(triangle, reason));
@@ -283,7 +293,7 @@ fn check_edge(tile: &Tile, half_edge: HalfEdge, claims: &RegionClaims) -> Result
             "changes the depth by {change}, but its sources change it by {expected}"
         ));
     }
-    Ok(EdgeRole::OwnedConstraint)
+    Ok(EdgeRole::OwnedConstraint(obstacles))
 }
 
 /// Finds the seeds in triangles of the tile, and sets the flags of their components.

@@ -5,7 +5,9 @@ mod held;
 mod line;
 mod lines;
 mod model;
+mod polygons;
 mod regions;
+mod renumbered;
 mod town;
 
 use crate::geometry::{Point, VertexIndex};

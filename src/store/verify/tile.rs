@@ -6,6 +6,7 @@ use xxhash_rust::xxh3::xxh3_128;
 
 use crate::geometry::{HalfEdge, Orientation, Rect, TriangleId, VertexIndex, in_circle, orient2d};
 use crate::mesh::{Topology, Twin};
+use crate::store::format::digest::Digest;
 use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::tile::regions::Component;
 use crate::store::format::tile::{Tile, Vertex};
@@ -23,14 +24,12 @@ pub(super) struct TileReport {
     pub(super) bounds: Rect,
     pub(super) has_z: bool,
     pub(super) edges: u64,
-    pub(super) constraint_edges: u64,
     pub(super) hull_edges: u64,
     pub(super) hull_minima: u64,
     pub(super) shared: HashMap<(TileId, TileId), u128>,
-    pub(super) hole_triangles: u64,
-    pub(super) sites: u64,
     /// The number of vertices at which no point of the input lies.
     pub(super) ends: u64,
+    pub(super) digest: Digest,
     /// The report on regions, if the check is deep and the file has regions.
     pub(super) regions: Option<regions::RegionReport>,
 }
@@ -64,12 +63,10 @@ pub(super) fn check(
         bounds: Rect::around(tile.points()),
         has_z: tile.vertex_count() == 0 || tile.has_z(),
         edges: 0,
-        constraint_edges: tile.owned_constraints().count() as u64,
+        digest: Digest::of_tile(tile),
         hull_edges: 0,
         hull_minima: 0,
         shared: HashMap::new(),
-        hole_triangles: 0,
-        sites: tile.site_count().into(),
         ends: held::without_point(tile),
         regions: None,
     };
@@ -77,7 +74,6 @@ pub(super) fn check(
         check_triangle(tile, triangle)?;
         if tile.owns(triangle) {
             report.owned += 1;
-            report.hole_triangles += u64::from(tile.is_hole(triangle));
             report.bounds = report.bounds.union(Rect::around(tile.triangle_points(triangle)));
         }
     }

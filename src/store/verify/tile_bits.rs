@@ -21,11 +21,11 @@ impl PassReader {
         // other things by the passes that follow.
         plan.tiles = plan.tiles.min(plan.threads + 1);
         let all = self.tile_ids().into_iter().map(|id| (id, ())).collect();
-        let mut counts = Vec::with_capacity(self.directory().tiles.len());
+        let mut counts = vec![0; self.directory().tiles.len()];
         let mut tiles = self.for_some_tiles(all, plan, move |tile, ()| (tile.id(), count(&tile)));
         while let Some(counted) = tiles.next().await {
             let (tile, count) = counted?;
-            counts.push(count.map_err(|fault| fault.of(tile))?);
+            counts[tile.0 as usize] = count.map_err(|fault| fault.of(tile))?;
         }
         Ok(counts)
     }

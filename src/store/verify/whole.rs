@@ -9,12 +9,14 @@ use futures::stream::StreamExt;
 use crate::geometry::{Rect, TriangleId};
 use crate::memory::FileShares;
 use crate::store::error::ReadError;
+use crate::store::format::digest::Digest;
 use crate::store::format::directory::Directory;
 use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::tile::Tile;
 use crate::store::pass::{Needs, PassPlan, PassReader, Workspaces};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
+use crate::store::verify::polygons::ObstacleEdges;
 use crate::store::verify::tile::{Expected, TileReport, VertexPoints};
 use crate::store::verify::{held, regions, tile};
 
@@ -31,16 +33,25 @@ impl TileReader {
     }
 }
 
+/// Returns the cell of each tile, by its number.
+fn cells_of_tiles(directory: &Directory) -> Vec<Rect> {
+    let mut cells = vec![Rect::EMPTY; directory.tiles.len()];
+    for (tile, cell) in directory.tree.cells() {
+        cells[tile.0 as usize] = cell;
+    }
+    cells
+}
+
 impl PassReader {
     async fn verify(&self, deep: bool) -> Result<VerifyReport, VerifyError> {
         let directory = self.directory();
         let metadata = &directory.metadata;
-        let cells = Arc::new(directory.tree.cells());
+        let cells = cells_of_tiles(directory);
         let expected = Arc::new(Expected {
             has_triangles: metadata.triangles > 0,
             deep,
-            is_split: held::is_split(metadata),
-            regions: (metadata.regions > 0).then(|| regions::RegionClaims::of(metadata)),
+            is_split: held::is_split(metadata, &directory.lists),
+            regions: (metadata.regions > 0).then(|| regions::RegionClaims::of(directory)),
         });
         let mut needs = Needs {
             per_vertex: tile::BYTES_PER_VERTEX,
@@ -74,13 +85,20 @@ impl PassReader {
             regions
                 .check(claims, metadata)
                 .map_err(|damage| VerifyError::File(damage.into()))?;
+            self.verify_polygons(std::mem::take(&mut totals.obstacle_edges)).await?;
+        }
+        // Last, because the other checks say more about what is wrong.
+        if let Some([found, stored]) = totals.digest.first_difference(&metadata.digest) {
+            return Err(VerifyError::File(format!(
+                "the digest of its tiles is \"{found}\", but the directory says \"{stored}\""
+            )));
         }
         Ok(VerifyReport {
-            tiles: directory.tiles.len() as u64,
+            tiles: metadata.tiles.into(),
             vertices: metadata.vertices,
             triangles: metadata.triangles,
             edges: totals.edges,
-            constraint_edges: totals.constraint_edges,
+            constraint_edges: totals.digest.constraint_edges.count,
             regions: claims.map_or(0, |_| metadata.regions),
             hole_regions: claims.map_or(0, |_| metadata.hole_regions),
             ..VerifyReport::default()
@@ -104,10 +122,15 @@ impl PassReader {
     /// Checks the root of the directory against its entries, which have been checked before.
     fn verify_metadata(&self, totals: &FileTotals) -> Result<(), VerifyError> {
         let Directory { metadata, tiles, .. } = self.directory();
+        let found = &totals.digest;
         for (what, found, expected) in [
-            ("constraint edges", totals.constraint_edges, metadata.constraint_edges),
-            ("triangles in holes", totals.hole_triangles, metadata.hole_triangles),
-            ("sites", totals.sites, metadata.sites),
+            (
+                "constraint edges",
+                found.constraint_edges.count,
+                metadata.constraint_edges,
+            ),
+            ("triangles in holes", found.holes.count, metadata.hole_triangles),
+            ("sites", found.sites.count, metadata.sites),
             ("vertices without a point of the input", totals.ends, metadata.ends),
         ] {
             if found != expected {
@@ -224,7 +247,7 @@ impl PassReader {
     /// owns the vertex, if that tile has it.
     async fn of_other_z(&self, tiles: [TileId; 2], difference: &OtherZ) -> Result<Option<VerifyError>, ReadError> {
         let vertex = difference.vertex;
-        let owner = match self.directory().tiles.get(vertex.tile.0 as usize) {
+        let owner = match self.directory().entry(vertex.tile) {
             Some(entry) if vertex.index.0 < entry.vertices => self.tile(vertex.tile).await?,
             _ => return Ok(None),
         };
@@ -272,7 +295,6 @@ fn other_z(tiles: [&Tile; 2], shared: [&HashMap<u128, TriangleId>; 2]) -> Option
 #[derive(Default)]
 struct FileTotals {
     edges: u64,
-    constraint_edges: u64,
     hull_edges: u64,
     /// The number of hull vertices that are lexicographically smaller than both their neighbours on
     /// the hull.
@@ -280,11 +302,11 @@ struct FileTotals {
     /// For each pair of an owner and another tile, the sum of the hashes of the triangles owned
     /// less those shared.
     shared: HashMap<(TileId, TileId), u128>,
-    hole_triangles: u64,
-    sites: u64,
     ends: u64,
+    digest: Digest,
     /// The sums of regions, if these are checked.
     regions: Option<regions::RegionTotals>,
+    obstacle_edges: ObstacleEdges,
 }
 
 impl FileTotals {
@@ -308,13 +330,12 @@ impl FileTotals {
             return wrong("it and the directory disagree on whether there is z".to_owned());
         }
         self.edges += report.edges;
-        self.constraint_edges += report.constraint_edges;
         self.hull_edges += report.hull_edges;
         self.hull_minima += report.hull_minima;
-        self.hole_triangles += report.hole_triangles;
-        self.sites += report.sites;
         self.ends += report.ends;
+        self.digest += report.digest;
         if let (Some(totals), Some(regions)) = (&mut self.regions, &report.regions) {
+            self.obstacle_edges.add(report.tile, regions.obstacles);
             totals.add(regions).map_err(|fault| fault.of(report.tile))?;
         }
         for (pair, sum) in report.shared {

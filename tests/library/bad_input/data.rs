@@ -38,7 +38,7 @@ fn check(name: &str, points: &[Point], tile_sizes: &[usize]) {
                     panic!("{name}, {engine}, tiles of {tile_vertices}: {error}");
                 }
                 assert_eq!(
-                    reader.digest().await.unwrap(),
+                    reader.recompute_digest().await.unwrap(),
                     expected,
                     "{name}, {engine}, tiles of {tile_vertices}"
                 );

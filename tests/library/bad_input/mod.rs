@@ -37,7 +37,11 @@ fn check(points: &[Point]) {
         in_time(async {
             let (_scratch, reader) = built(points, options).await;
             check_file(&reader, &vertices).await;
-            assert_eq!(reader.digest().await.unwrap(), expected, "tiles of {tile_vertices}");
+            assert_eq!(
+                reader.recompute_digest().await.unwrap(),
+                expected,
+                "tiles of {tile_vertices}"
+            );
             let metadata = reader.metadata();
             assert_eq!(
                 (metadata.points, metadata.vertices),
@@ -487,7 +491,7 @@ fn more_threads_than_tiles_give_the_same_digest() {
         for threads in 1..=8 {
             for merge_vertices in [0, 16, 1 << 16] {
                 let options = options(4).threads(threads).merge_vertices(merge_vertices);
-                let digest = in_time(async { built(&input, options).await.1.digest().await.unwrap() });
+                let digest = in_time(async { built(&input, options).await.1.recompute_digest().await.unwrap() });
                 assert_eq!(digest, expected, "{n} points, {threads} threads");
             }
         }

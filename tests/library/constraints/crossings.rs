@@ -62,7 +62,7 @@ async fn build(
     if let Err(error) = reader.verify(true).await {
         panic!("tiles of {tile_vertices}: {error}");
     }
-    Ok((summary, reader.digest().await.unwrap()))
+    Ok((summary, reader.recompute_digest().await.unwrap()))
 }
 
 /// Returns the lines in another order, each with its ends swapped.

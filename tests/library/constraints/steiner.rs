@@ -79,7 +79,7 @@ async fn build(
     let summary = try_build(&scratch, points, lines, steiner, way).await.unwrap();
     let reader = scratch.open().await;
     reader.verify(true).await.unwrap();
-    let digest = reader.digest().await.unwrap();
+    let digest = reader.recompute_digest().await.unwrap();
     (scratch, summary, digest)
 }
 
@@ -113,7 +113,7 @@ fn lines_are_split_at_borders_and_nothing_else_changes() {
         // The file stores where lines are split: the subsegments cross no border, and are those of
         // the file.
         let reader = scratch.open().await;
-        let borders = reader.metadata().borders.clone();
+        let borders = reader.lists().await.unwrap().cell_borders.clone();
         let all = LineBatch {
             ends: lines.iter().map(|line| line.2).collect(),
             sources: lines

@@ -50,12 +50,12 @@ async fn edit(scratch: &Scratch, memory: u64, segments: &[SegmentBatch]) -> Resu
 }
 
 async fn digest(scratch: &Scratch) -> Digest {
-    scratch.open().await.digest().await.unwrap()
+    scratch.open().await.recompute_digest().await.unwrap()
 }
 
 /// Returns the digest of a file with these bytes, or `None` if reading it returns an error.
 async fn digest_of(bytes: Vec<u8>) -> Option<Digest> {
-    open_bytes(bytes).await.ok()?.digest().await.ok()
+    open_bytes(bytes).await.ok()?.recompute_digest().await.ok()
 }
 
 fn walls() -> Vec<SegmentBatch> {
@@ -131,7 +131,7 @@ fn an_edit_overwrites_what_an_unfinished_edit_left() {
         fs::write(&other.path, bytes).unwrap();
         edit(&other, ENOUGH, &walls()).await.unwrap();
         let reader = other.open().await;
-        assert_eq!(reader.digest().await.unwrap(), digest(&scratch).await);
+        assert_eq!(reader.recompute_digest().await.unwrap(), digest(&scratch).await);
         assert_eq!(reader.file_length(), scratch.open().await.file_length());
     });
 }
@@ -141,18 +141,21 @@ fn an_open_reader_sees_no_edits_and_a_new_reader_sees_all() {
     runtime().block_on(async {
         let (scratch, other) = (grid().await, grid().await);
         let first = scratch.open().await;
-        let old = first.digest().await.unwrap();
+        let old = first.recompute_digest().await.unwrap();
         for wall in walls() {
             edit(&scratch, ENOUGH, &[wall]).await.unwrap();
         }
-        assert_eq!(first.digest().await.unwrap(), old);
+        assert_eq!(first.recompute_digest().await.unwrap(), old);
         assert_eq!(first.generation(), 1);
         let reader = scratch.open().await;
         assert_eq!(reader.generation(), 4);
         edit(&other, ENOUGH, &walls()).await.unwrap();
-        assert_eq!(reader.digest().await.unwrap(), digest(&other).await);
-        let lines = &reader.metadata().lines;
-        assert_eq!(lines.iter().map(|lines| lines.first).collect::<Vec<_>>(), [0, 1, 2]);
+        assert_eq!(reader.recompute_digest().await.unwrap(), digest(&other).await);
+        let lists = reader.lists().await.unwrap();
+        assert_eq!(
+            lists.lines.iter().map(|lines| lines.first).collect::<Vec<_>>(),
+            [0, 1, 2]
+        );
         reader.verify(true).await.unwrap();
 
         let length = reader.compact(&scratch.path).await.unwrap();
@@ -162,7 +165,7 @@ fn an_open_reader_sees_no_edits_and_a_new_reader_sees_all() {
         compacted.verify(true).await.unwrap();
         let all = [&compacted, &reader, &scratch.open().await];
         for reader in all {
-            assert_eq!(reader.digest().await.unwrap(), digest(&other).await);
+            assert_eq!(reader.recompute_digest().await.unwrap(), digest(&other).await);
         }
         // The compacted file can be edited.
         edit(&scratch, ENOUGH, &[segment((0.0, 29.0), (1.0, 29.0))])
@@ -240,7 +243,7 @@ fn tiles_that_are_evicted_repeatedly_do_not_make_the_file_grow() {
         edit(&scratch, 113 << 10, &walls).await.unwrap();
         edit(&other, ENOUGH, &walls).await.unwrap();
         let reader = scratch.open().await;
-        assert_eq!(reader.digest().await.unwrap(), digest(&other).await);
+        assert_eq!(reader.recompute_digest().await.unwrap(), digest(&other).await);
         reader.verify(true).await.unwrap();
         let grown = [&reader, &other.open().await].map(|reader| reader.file_length() - before);
         assert!(grown[0] < 2 * grown[1], "{grown:?}");

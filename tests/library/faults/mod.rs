@@ -65,7 +65,7 @@ impl Task {
                     .map_ok(|tile| (tile.id(), tile.points().collect::<Vec<_>>()));
                 format!("{:?}", tiles.try_collect::<Vec<_>>().await?)
             }
-            Self::Digest => reader.digest().await?.to_string(),
+            Self::Digest => reader.recompute_digest().await?.to_string(),
             Self::Locate => {
                 let mut answers = Vec::new();
                 for x in [0.1, 0.3, 0.5, 0.7, 0.9] {

@@ -2,9 +2,13 @@
 //! the tables of that page, without the library's generated code, finds in files what was put into
 //! them.
 
+pub mod codec;
+mod digest;
+mod directory;
 mod labels;
 mod page;
 mod reader;
+mod requests;
 use std::collections::HashSet;
 
 use self::page::{Page, schemas};
@@ -14,7 +18,7 @@ use delaunay_tiles::geometry::{HalfEdge, Point, Rect};
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::store::{Digest, EdgeSource, FORMAT_VERSION, LineKind, LineSource, Site, TileEdge, TileId};
-use delaunay_tiles::{BuildOptions, Builder};
+use delaunay_tiles::{BuildOptions, Builder, Description};
 use distributions::Kind;
 
 fn options(tile_vertices: usize) -> BuildOptions {
@@ -25,14 +29,22 @@ fn built(points: &[Point], z: &[f64], tile_vertices: usize) -> Vec<u8> {
     runtime().block_on(file_bytes(&batches(points, z), options(tile_vertices)))
 }
 
+#[cfg(feature = "compression")]
+fn compressed(points: &[Point], z: &[f64], tile_vertices: usize) -> Vec<u8> {
+    let options = options(tile_vertices).compress(true);
+    runtime().block_on(file_bytes(&batches(points, z), options))
+}
+
 #[test]
 fn the_format_page_lists_the_fields_of_the_schemas() {
     let page = Page::read();
     let schemas = schemas();
-    assert_eq!(schemas.len(), 12);
+    assert_eq!(schemas.len(), 23);
     let size = |kind: &str| match kind {
         "ubyte" | "bool" => 1,
+        "ushort" => 2,
         "uint" => 4,
+        "PartExtent" => 16,
         "ulong" | "double" => 8,
         other => panic!("structs have no {other}"),
     };
@@ -94,6 +106,25 @@ fn uniform_points_with_z_are_readable_from_the_format_page_alone() {
     check(&built(&points, &z, 16), &points, &z);
 }
 
+/// Integers, decimals with errors of rounding, doubles; tiles of one and of many.
+#[test]
+#[cfg(feature = "compression")]
+fn compressed_files_are_readable_from_the_format_page_alone() {
+    let uniform = points_of(Kind::Uniform, 700, 4);
+    let rounded = |p: &Point| Point::new((p.x * 1e4).round() * 0.01 + 637_000.0, (p.y * 1e3).round() / 4.0 - 3.0);
+    let lidar: Vec<Point> = uniform.iter().map(rounded).collect();
+    let z: Vec<f64> = (0..700).map(|i| f64::from(i % 37) * 0.01).collect();
+    let other: Vec<f64> = uniform.iter().map(|p| p.x.sin()).collect();
+    for tile_vertices in [16, 300, 65536] {
+        let grid = points_of(Kind::Grid, 600, 3);
+        check(&compressed(&grid, &[], tile_vertices), &grid, &[]);
+        check(&compressed(&lidar, &z, tile_vertices), &lidar, &z);
+        check(&compressed(&uniform, &other, tile_vertices), &uniform, &other);
+    }
+    let line: Vec<Point> = (0..50).map(|i| Point::new(f64::from(i), f64::from(3 * i))).collect();
+    check(&compressed(&line, &[], 8), &line, &[]);
+}
+
 #[test]
 fn collinear_points_and_empty_files_are_readable_from_the_format_page_alone() {
     let line: Vec<Point> = (0..50).map(|i| Point::new(f64::from(i), f64::from(3 * i))).collect();
@@ -104,14 +135,16 @@ fn collinear_points_and_empty_files_are_readable_from_the_format_page_alone() {
 }
 
 #[test]
-fn all_directory_pages_but_the_last_are_full() {
+fn pages_have_as_many_entries_as_the_page_allows_and_subtrees_give() {
     let page = Page::read();
-    let full: usize = page.limits["entries of a page"].parse().unwrap();
+    let most: usize = page.limits["entries of a page"].parse().unwrap();
     let points = points_of(Kind::Uniform, 20_000, 5);
     let bytes = built(&points, &[], 4);
     let file = check(&bytes, &points, &[]);
-    let (last, others) = file.directory.page_entries.split_last().unwrap();
-    assert!(!others.is_empty() && others.iter().all(|&n| n == full) && (1..=full).contains(last));
+    let entries = &file.directory.page_entries;
+    assert!(entries.len() > 20 && entries.iter().all(|&n| (1..=most).contains(&n)));
+    // Two subtrees that fit into one page are in one page.
+    assert!(entries.iter().sum::<usize>() / entries.len() > most / 3);
 }
 
 #[test]
@@ -208,6 +241,53 @@ fn check_segment_ends(file: &File, segments: &[[Point; 2]]) {
     }
 }
 
+/// A polygon with a court, each ring a line of its own, between two polygons of one line.
+#[test]
+fn polygons_of_several_lines_are_readable_from_the_format_page_alone() {
+    let square = |x: f64, size: f64, turned: bool| {
+        let mut corners = [[x, x], [x + size, x], [x + size, x + size], [x, x + size]].map(|[x, y]| Point::new(x, y));
+        if turned {
+            corners.reverse();
+        }
+        (0..4).map(move |i| [corners[i], corners[(i + 1) % 4]])
+    };
+    let rings = [
+        (0.0, 3.0, false),
+        (10.0, 8.0, false),
+        (12.0, 2.0, true),
+        (15.0, 1.0, true),
+        (20.0, 3.0, false),
+    ];
+    let mut batch = SegmentBatch::default();
+    for ((x, size, turned), line) in rings.into_iter().zip(0..) {
+        batch.ends.extend(square(x, size, turned));
+        batch.lines.resize(batch.ends.len(), line);
+        batch.polygons.resize(batch.ends.len(), [0, 1, 1, 1, 2][line as usize]);
+    }
+    for tile_vertices in [8, 65536] {
+        let scratch = Scratch::new();
+        let bytes = runtime().block_on(async {
+            let mut builder = Builder::new(&scratch.path, options(tile_vertices)).unwrap();
+            builder.describe(Description {
+                lines: vec![LineSource {
+                    name: "rings".to_owned(),
+                    kind: LineKind::Obstacle,
+                    first: 0,
+                    lines: 5,
+                    edit: 0,
+                }],
+                ..Description::default()
+            });
+            builder.push_lines(LineKind::Obstacle, 0, &batch).unwrap();
+            builder.finish().await.unwrap();
+            std::fs::read(&scratch.path).unwrap()
+        });
+        let file = File::read(&Page::read(), &bytes);
+        assert_eq!(file.directory.polygon_lines, [(2, 1), (3, 1)]);
+        runtime().block_on(compare(&file, bytes));
+    }
+}
+
 /// Checks that lines, regions and sites as the page describes them are those that the library
 /// reads.
 async fn compare(file: &File, bytes: Vec<u8>) {
@@ -231,9 +311,17 @@ async fn compare(file: &File, bytes: Vec<u8>) {
         lines: *lines,
         edit: *edit as u32,
     });
-    assert_eq!(m.lines, lines.collect::<Vec<_>>());
-    assert_eq!(m.next_record, d.next_record);
-    assert_eq!((m.exterior_is_hole, &m.seeds), (d.exterior_is_hole, &d.seeds));
+    let lists = reader.lists().await.unwrap();
+    assert_eq!(lists.lines, lines.collect::<Vec<_>>());
+    assert_eq!([m.next_record, m.next_line, m.next_site], d.next_numbers);
+    assert_eq!(
+        (m.exterior_is_hole, &lists.hole_points),
+        (d.exterior_is_hole, &d.hole_points)
+    );
+    let polygon_lines = lists.polygon_lines.iter().map(|of| (of.line, of.polygon));
+    assert_eq!(polygon_lines.collect::<Vec<_>>(), d.polygon_lines);
+    assert_eq!(digest::sums(file), d.digest);
+    assert_eq!(digest::of_library(&m.digest), d.digest);
     let (mut owned, mut vertices_without_point) = (0, 0);
     for (number, expected) in file.tiles.iter().enumerate() {
         let tile = reader.tile(TileId(number as u32)).await.unwrap();
@@ -342,8 +430,13 @@ fn check(bytes: &[u8], points: &[Point], z: &[f64]) -> File {
     }
     assert_eq!(digest.triangles.count, directory.triangles);
     assert_eq!(digest, reference(EngineKind::Native, points));
+    for (tile, vertex) in file.tiles.iter().flat_map(|t| (0..t.z.len()).map(move |v| (t, v))) {
+        digest.add_z(tile.points[vertex], tile.z[vertex]);
+    }
 
     let reader = runtime().block_on(open_bytes(bytes.to_vec())).unwrap();
+    assert_eq!(reader.metadata().digest, digest);
+    assert_eq!(digest::sums(&file), file.directory.digest);
     assert_eq!(reader.file_id().0, file.file_id);
     assert_eq!((reader.generation(), reader.file_length()), (1, bytes.len() as u64));
     let metadata = reader.metadata();

@@ -3,36 +3,16 @@
 use crc32c::crc32c;
 use delaunay_tiles::geometry::Point;
 
+use crate::format::codec;
+use crate::format::directory::{Directory, Node, Part, read_directory};
 use crate::format::labels::{Source, bits, bits_or, optional, read_regions, read_sites, sources};
 use crate::format::page::Page;
-use crate::support::flat::{Table, f64_at, u32_at, u64_at};
+use crate::support::flat::{Table, f64_at, u16_at, u32_at, u64_at};
 
 pub struct File {
     pub file_id: u128,
     pub directory: Directory,
     pub tiles: Vec<Tile>,
-}
-
-pub struct Directory {
-    pub tile_vertices: u32,
-    pub vertices: u64,
-    pub triangles: u64,
-    pub hull_edges: u64,
-    pub points: u64,
-    pub duplicates: u64,
-    pub has_z: bool,
-    pub producer: String,
-    /// Cut, right child or tile, and axis of each node.
-    pub nodes: Vec<(f64, u32, u32)>,
-    pub page_entries: Vec<usize>,
-    pub constraint_edges: u64,
-    /// The numbers of regions, spanning regions, hole regions, hole triangles, sites and crossings.
-    pub counts: [u64; 6],
-    /// Name, kind, first line, number of lines, and edit.
-    pub lines: Vec<(String, u8, u64, u64, u64)>,
-    pub next_record: u64,
-    pub exterior_is_hole: bool,
-    pub seeds: Vec<Point>,
 }
 
 pub struct Tile {
@@ -76,36 +56,40 @@ pub enum Twin {
 }
 
 /// The fields of a struct or superblock, by name.
-struct Fields<'a> {
-    page: &'a Page,
-    table: &'a str,
-    bytes: &'a [u8],
+pub struct Fields<'a> {
+    pub page: &'a Page,
+    pub table: &'a str,
+    pub bytes: &'a [u8],
 }
 
 impl Fields<'_> {
-    fn raw(&self, field: &str, size: usize) -> &[u8] {
+    pub fn raw(&self, field: &str, size: usize) -> &[u8] {
         let position = self.page.position(self.table, field);
         assert_eq!(position.bytes, size, "bytes of {field}");
         &self.bytes[position.offset..position.offset + size]
     }
 
-    fn u32(&self, field: &str) -> u32 {
+    pub fn u16(&self, field: &str) -> u16 {
+        u16_at(self.raw(field, 2), 0)
+    }
+
+    pub fn u32(&self, field: &str) -> u32 {
         u32_at(self.raw(field, 4), 0)
     }
 
-    fn u64(&self, field: &str) -> u64 {
+    pub fn u64(&self, field: &str) -> u64 {
         u64_at(self.raw(field, 8), 0)
     }
 
-    fn f64(&self, field: &str) -> f64 {
+    pub fn f64(&self, field: &str) -> f64 {
         f64_at(self.raw(field, 8), 0)
     }
 }
 
 /// Returns the structs of a vector.
-fn structs<'a>(page: &'a Page, name: &'a str, table: Table<'a>, slot: usize) -> Vec<Fields<'a>> {
+pub fn structs<'a>(page: &'a Page, name: &'a str, table: Table<'a>, slot: usize) -> Vec<Fields<'a>> {
     let (first, count) = table.vector(slot).unwrap();
-    assert_eq!(first % 8, 0, "structs are aligned");
+    assert_eq!(first % 4, 0, "structs are aligned");
     let size = page.size(name);
     let chunks = table.bytes[first..first + count * size].chunks(size);
     let fields = |bytes| Fields {
@@ -177,28 +161,26 @@ impl File {
         assert_eq!(superblock.u32("crc"), crc32c(&bytes[..crc]));
         let file_id = u128::from_le_bytes(superblock.raw("file_id", 16).try_into().unwrap());
 
-        let start = superblock.u64("directory_offset") as usize;
-        assert_eq!((start % 4096, start >= 8192), (0, true));
-        let whole = &bytes[start..];
-        assert_eq!(
-            whole.len() as u64,
-            superblock.u64("directory_length"),
-            "the directory ends the file"
-        );
+        let root = Part {
+            offset: superblock.u64("root_offset"),
+            length: superblock.u32("root_length"),
+            crc: superblock.u32("root_crc"),
+        };
+        let (directory, entries, hashed) = read_directory(page, bytes, root);
         assert_eq!(
             file_id,
-            xxhash_rust::xxh3::xxh3_128(whole),
+            xxhash_rust::xxh3::xxh3_128(&hashed),
             "the file id is the hash of the directory"
         );
-        let (root, pages) = whole.split_at(superblock.u32("root_length") as usize);
-        assert_eq!(root.len() % 8, 0);
-        assert_eq!(crc32c(root), superblock.u32("root_crc"));
-        let (directory, entries) = read_directory(page, root, pages);
 
-        // Cores start at 8192, aligned to 4096; borders follow, aligned to 8; gaps are zero.
-        let mut end = 2 * block;
+        // Cores follow the room for the root, aligned to 4096; borders follow, aligned to 8; gaps
+        // are zero.
+        let mut end = directory.front_end;
         let mut extent = |offset: u64, length: u32, crc: u32, alignment: usize| {
             let offset = offset as usize;
+            if end == directory.front_end {
+                end = offset;
+            }
             assert_eq!(offset, end.next_multiple_of(alignment));
             assert!(bytes[end..offset].iter().all(|&b| b == 0), "gaps are zero");
             end = offset + length as usize;
@@ -230,12 +212,20 @@ impl File {
             .map(|e| part(e, "border"))
             .map(|(offset, length, crc)| extent(offset, length, crc, 8))
             .collect();
-        assert_eq!(start, end.next_multiple_of(4096));
-        assert!(bytes[end..start].iter().all(|&b| b == 0), "gaps are zero");
+        assert!(directory.behind.is_none_or(|behind| behind == end.next_multiple_of(8)));
 
+        let decoded = |entry: &Fields<'_>, part: &str, stored: &[u8], codec: u32| {
+            let length = entry.u32(&format!("{part}_decoded")) as usize;
+            codec::decoded(stored, codec, length)
+        };
         let parts = entries.iter().zip(cores.into_iter().zip(borders)).zip(0..);
         let tiles = parts
-            .map(|((entry, (core, border)), id)| read_tile(page, entry, id, core, border))
+            .map(|((entry, (core, border)), id)| {
+                let codecs = entry.u32("codecs");
+                let core = decoded(entry, "core", core, codecs & 0xff);
+                let border = decoded(entry, "border", border, codecs >> 8);
+                read_tile(page, entry, id, &core, &border)
+            })
             .collect();
         Self {
             file_id,
@@ -248,115 +238,14 @@ impl File {
     pub fn tile_at(&self, p: Point) -> usize {
         let mut node = 0;
         loop {
-            let (cut, right, axis) = self.directory.nodes[node];
-            node = match axis {
-                0 if p.x <= cut => node + 1,
-                1 if p.y <= cut => node + 1,
-                2 => return right as usize,
-                _ => right as usize,
+            node = match self.directory.nodes[node] {
+                Node::X(cut, _) if p.x <= cut => node + 1,
+                Node::Y(cut, _) if p.y <= cut => node + 1,
+                Node::X(_, right) | Node::Y(_, right) => right,
+                Node::Leaf(tile) => return tile as usize,
             };
         }
     }
-}
-
-fn read_directory<'b>(page: &Page, root: &[u8], mut pages: &'b [u8]) -> (Directory, Vec<&'b [u8]>) {
-    let table = Table::root(root);
-    let slot = |field| page.slot("Directory", field);
-    let nodes = structs(page, "KdNode", table, slot("nodes"));
-    let nodes = nodes
-        .iter()
-        .map(|n| (n.f64("cut"), n.u32("right"), n.u32("axis")))
-        .collect();
-    let (mut entries, mut page_entries) = (Vec::new(), Vec::new());
-    let mut offset = root.len() as u64;
-    for extent in structs(page, "PageExtent", table, slot("pages")) {
-        assert_eq!(extent.u64("offset"), offset, "pages are back to back");
-        let (bytes, rest) = pages.split_at(extent.u32("length") as usize);
-        pages = rest;
-        offset += bytes.len() as u64;
-        assert_eq!((bytes.len() % 8, crc32c(bytes)), (0, extent.u32("crc")));
-        let this = Table::root(bytes);
-        assert_eq!(this.u32(page.slot("Page", "first_tile")) as usize, entries.len());
-        let (first, count) = this.vector(page.slot("Page", "entries")).unwrap();
-        let size = page.size("TileEntry");
-        entries.extend(bytes[first..first + count * size].chunks(size));
-        page_entries.push(count);
-    }
-    assert!(pages.is_empty());
-    assert_eq!(table.u32(slot("tiles")) as usize, entries.len());
-    let [vertices, triangles, hull_edges] = ["vertices", "triangles", "hull_edges"].map(|f| table.u64(slot(f)));
-    assert_eq!(
-        hull_edges,
-        if triangles == 0 {
-            0
-        } else {
-            2 * vertices - 2 - triangles
-        }
-    );
-    let bounds = ["min_x", "min_y", "max_x", "max_y"].map(|f| table.f64(slot(f)));
-    let mut around = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
-    for entry in &entries {
-        let entry = Fields {
-            page,
-            table: "TileEntry",
-            bytes: entry,
-        };
-        around = [
-            around[0].min(entry.f64("min_x")),
-            around[1].min(entry.f64("min_y")),
-            around[2].max(entry.f64("max_x")),
-            around[3].max(entry.f64("max_y")),
-        ];
-    }
-    assert_eq!(bounds, around);
-    assert!(table.tables(slot("sources")).is_empty());
-    let line = |of: Table<'_>| {
-        let slot = |field| page.slot("LineSource", field);
-        let name = of.string(slot("name")).unwrap().to_owned();
-        let edit = of.u32(slot("edit"));
-        (
-            name,
-            of.u8(slot("kind")),
-            of.u64(slot("first")),
-            of.u64(slot("lines")),
-            u64::from(edit),
-        )
-    };
-    let seeds = table
-        .vector(slot("seeds"))
-        .map(|_| structs(page, "Place", table, slot("seeds")));
-    let counts = [
-        "regions",
-        "spanning_regions",
-        "hole_regions",
-        "hole_triangles",
-        "sites",
-        "crossings",
-    ];
-    assert_eq!(table.string(slot("crs")), None);
-    let directory = Directory {
-        tile_vertices: table.u32(slot("tile_vertices")),
-        vertices,
-        triangles,
-        hull_edges,
-        points: table.u64(slot("points")),
-        duplicates: table.u64(slot("duplicates")),
-        has_z: table.u8(slot("has_z")) != 0,
-        producer: table.string(slot("producer")).unwrap().to_owned(),
-        nodes,
-        page_entries,
-        constraint_edges: table.u64(slot("constraint_edges")),
-        counts: counts.map(|f| table.u64(slot(f))),
-        lines: table.tables(slot("lines")).into_iter().map(line).collect(),
-        next_record: table.u64(slot("next_record")),
-        exterior_is_hole: table.u8(slot("exterior_is_hole")) != 0,
-        seeds: seeds
-            .unwrap_or_default()
-            .iter()
-            .map(|seed| Point::new(seed.f64("x"), seed.f64("y")))
-            .collect(),
-    };
-    (directory, entries)
 }
 
 fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border_bytes: &[u8]) -> Tile {
@@ -366,10 +255,7 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
     let tiles = [core.u32(in_core("tile")), border.u32(in_border("tile"))];
     assert_eq!(tiles, [id; 2]);
     let generations = [core.u32(in_core("generation")), border.u32(in_border("generation"))];
-    assert_eq!(
-        (generations, entry.u32("generation"), entry.u32("codec")),
-        ([1; 2], 1, 0)
-    );
+    assert_eq!((generations, entry.u32("generation")), ([1; 2], 1));
     let doubles = |(table, bytes): (Table<'_>, &[u8]), slot| {
         let (first, count) = table.vector(slot).unwrap_or((0, 0));
         (0..count).map(|i| f64_at(bytes, first + 8 * i)).collect::<Vec<f64>>()

@@ -1,13 +1,18 @@
 //! The promise: a damaged or hostile file gives an error or the same answer, never a panic, a hang,
 //! a huge allocation or a wrong answer.
 
+#[cfg(feature = "compression")]
+mod compressed;
+mod digest;
 mod surgery;
 mod town;
 
 use std::io;
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Duration;
 
+use self::digest::fix_digest;
 use self::surgery::Patient;
 use crate::support::{self, Random, batches, file_bytes, open_bytes, points_of, reference, runtime};
 use bytes::Bytes;
@@ -15,7 +20,7 @@ use delaunay_tiles::BuildOptions;
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::io::{MemoryFile, ReadAt};
 use delaunay_tiles::mesh::EngineKind;
-use delaunay_tiles::store::{Digest, OpenOptions, ReadError, TileReader, VerifyError};
+use delaunay_tiles::store::{Cache, Digest, Directory, OpenOptions, ReadError, TileReader, VerifyError};
 use distributions::Kind;
 use futures::future::{BoxFuture, FutureExt};
 use futures::stream::{StreamExt, TryStreamExt};
@@ -88,7 +93,7 @@ async fn digest_of_source(source: impl ReadAt + 'static) -> Result<Digest, Strin
             VerifyError::Read(error) => message(error),
             other => other.to_string(),
         })?;
-        reader.digest().await.map_err(message)
+        reader.recompute_digest().await.map_err(message)
     };
     tokio::time::timeout(LONGEST, all)
         .await
@@ -106,12 +111,7 @@ fn a_file_cut_off_at_any_length_is_refused() {
     for patient in patients() {
         let bytes = &patient.bytes;
         // Every length near the ends of parts, and every 61st elsewhere.
-        let parts = patient
-            .cores
-            .iter()
-            .chain(&patient.borders)
-            .chain(&patient.pages)
-            .chain([&patient.root]);
+        let parts = patient.cores.iter().chain(&patient.borders).chain(patient.directory());
         let ends: Vec<usize> = parts
             .flat_map(|p| [p.at, p.at + p.length])
             .chain([0, 4096, 8192, bytes.len()])
@@ -135,12 +135,7 @@ fn a_flipped_bit_gives_an_error_or_the_same_answer() {
     for patient in patients_of(5).into_iter().step_by(2) {
         runtime().block_on(async {
             let right = digest_of(patient.bytes.clone()).await.unwrap();
-            let parts = patient
-                .cores
-                .iter()
-                .chain(&patient.borders)
-                .chain(&patient.pages)
-                .chain([&patient.root]);
+            let parts = patient.cores.iter().chain(&patient.borders).chain(patient.directory());
             let mut bytes: Vec<usize> = parts.flat_map(|p| p.at..p.at + p.length).collect();
             // The fields of both superblocks, and some of the reserved bytes.
             bytes.extend((0..8192).filter(|at| matches!(at % 4096, 0..80 | 4088..) || at % 97 == 0));
@@ -173,13 +168,10 @@ fn bytes_in_gaps_and_after_the_end_do_not_change_the_answer() {
         runtime().block_on(async {
             let right = digest_of(patient.bytes.clone()).await.unwrap();
             let mut bytes = patient.bytes.clone();
-            let mut parts: Vec<_> = patient
-                .cores
-                .iter()
-                .chain(&patient.borders)
-                .map(|p| (p.at, p.at + p.length))
-                .collect();
-            parts.push((patient.root.at, bytes.len()));
+            let parts = patient.cores.iter().chain(&patient.borders);
+            let parts = parts.chain(patient.directory());
+            let mut parts: Vec<_> = parts.map(|p| (p.at, p.at + p.length)).collect();
+            parts.sort_unstable();
             let mut end = 8192;
             for (from, to) in parts {
                 bytes[end..from].fill(0xa5);
@@ -250,11 +242,14 @@ async fn use_all(bytes: Vec<u8>, right: &Digest, story: &str) -> Outcome {
     };
     let all = async {
         let mut whole = true;
-        let mut points = Vec::new();
+        let (mut points, mut heights) = (Vec::new(), Vec::new());
         let mut tiles = reader.tiles();
         while let Some(tile) = tiles.next().await {
             match tile {
-                Ok(tile) => points.extend(tile.points()),
+                Ok(tile) => {
+                    points.extend(tile.points());
+                    heights.extend(tile.vertex_indices().filter_map(|v| Some((tile.point(v), tile.z(v)?))));
+                }
                 Err(error) => {
                     message(error);
                     whole = false;
@@ -266,7 +261,7 @@ async fn use_all(bytes: Vec<u8>, right: &Digest, story: &str) -> Outcome {
         }
         let found: Result<Vec<_>, _> = reader.triangles_in(Rect::PLANE).try_collect().await;
         whole &= found.map_err(message).is_ok();
-        let digest = reader.digest().await.map_err(message);
+        let digest = reader.recompute_digest().await.map_err(message);
         let shallow = reader.verify(false).await;
         let deep = reader.verify(true).await;
         for verified in [&shallow, &deep] {
@@ -279,7 +274,10 @@ async fn use_all(bytes: Vec<u8>, right: &Digest, story: &str) -> Outcome {
             let digest = digest.unwrap();
             // A moved vertex may be valid, but then the triangulation must be that of the moved
             // points.
-            assert_eq!(digest, reference(EngineKind::Native, &points), "{story}");
+            let mut expected = reference(EngineKind::Native, &points);
+            heights.iter().for_each(|&(p, z)| expected.add_z(p, z));
+            assert_eq!(digest, expected, "{story}");
+            assert_eq!(reader.metadata().digest, expected, "{story}");
             assert_eq!(
                 (report.vertices, report.triangles),
                 (digest.vertices.count, digest.triangles.count),
@@ -346,10 +344,16 @@ fn changed_bytes_with_right_checksums_never_give_a_wrong_answer() {
                 0..3 => patient.cores[random.below(patient.cores.len())],
                 3..5 => patient.borders[random.below(patient.borders.len())],
                 5..7 => patient.pages[0],
-                _ => patient.root,
+                _ => *patient
+                    .directory()
+                    .nth(random.below(patient.directory().count()))
+                    .unwrap(),
             };
             mutate(&mut random, &mut mutated.bytes[part.at..part.at + part.length]);
             mutated.sew();
+            if group < 7 && random.below(4) > 0 {
+                runtime.block_on(fix_digest(&mut mutated));
+            }
             let story = format!("file {number}, seed {seed}, group {group}");
             let outcome = runtime.block_on(use_all(mutated.bytes, &right, &story));
             outcomes[outcome as usize] += 1;
@@ -413,13 +417,13 @@ fn counts_that_exceed_the_file_are_refused() {
     let patient = &patients()[1];
     runtime().block_on(async {
         // vertices; core, border and owned triangles.
-        for field in [40, 44, 48, 52] {
+        for field in [48, 52, 56, 60] {
             let mut mutated = patient.clone();
             let entry = patient.entries[1];
             mutated.put(entry + field, &0xffff_fff0u32.to_le_bytes());
             fix_sums(&mut mutated);
             mutated.sew();
-            let error = open_bytes(mutated.bytes).await.err();
+            let error = directory_of(mutated.bytes).await.err();
             assert!(
                 matches!(error, Some(ReadError::Invalid { .. })),
                 "field {field}: {error:?}"
@@ -430,14 +434,21 @@ fn counts_that_exceed_the_file_are_refused() {
         let end = mutated.bytes.len() as u64;
         for &entry in &patient.entries {
             mutated.put(entry, &8192u64.to_le_bytes());
-            mutated.put(entry + 16, &((end - 8192) as u32).to_le_bytes());
+            for length in [16, 24] {
+                mutated.put(entry + length, &((end - 8192) as u32).to_le_bytes());
+            }
         }
         mutated.cores.clear();
         mutated.borders.clear();
         mutated.sew();
-        let error = open_bytes(mutated.bytes).await.err();
+        let error = directory_of(mutated.bytes).await.err();
         assert!(matches!(error, Some(ReadError::Invalid { .. })), "{error:?}");
     });
+}
+
+/// Opens a file and reads its whole directory.
+async fn directory_of(bytes: Vec<u8>) -> Result<Arc<Directory>, ReadError> {
+    open_bytes(bytes).await?.directory().await
 }
 
 /// Sets the root's sums of vertices and triangles to those of the entries.
@@ -449,14 +460,15 @@ fn fix_sums(patient: &mut Patient) {
             .map(|e| u64::from(support::flat::u32_at(&patient.bytes, e + field)))
             .sum()
     };
-    let (vertices, triangles) = (sum(40), sum(52));
+    let (vertices, triangles) = (sum(48), sum(60));
     let root = support::flat::Table::root(&patient.bytes[patient.root.at..]);
-    let offsets = [2, 3].map(|slot| patient.root.at + root.field(slot).unwrap());
+    let offsets = [3, 4].map(|slot| patient.root.at + root.field(slot).unwrap());
     patient.put(offsets[0], &vertices.to_le_bytes());
     patient.put(offsets[1], &triangles.to_le_bytes());
 }
 
-/// Files of several origins may share a service's cache, whose keys contain the file's id.
+/// Files of several origins may share a service's cache, whose keys contain the file's id, which
+/// anybody can copy.
 #[test]
 fn a_file_cannot_pass_for_another_in_a_shared_cache() {
     let [one, other, _] = patients().try_into().ok().unwrap();
@@ -466,8 +478,23 @@ fn a_file_cannot_pass_for_another_in_a_shared_cache() {
     let crc = crc32c::crc32c(&impostor.bytes[..4092]);
     impostor.put(4092, &crc.to_le_bytes());
     impostor.bytes.copy_within(..4096, 4096);
-    let error = runtime().block_on(open_bytes(impostor.bytes)).err();
-    assert!(matches!(error, Some(ReadError::Invalid { .. })), "{error:?}");
+    runtime().block_on(async {
+        let cache = Cache::new(1 << 30);
+        let mut seen = Vec::new();
+        for bytes in [one.bytes, impostor.bytes, other.bytes] {
+            let options = OpenOptions::default().cache(&cache);
+            let reader = TileReader::open_source(MemoryFile::new(bytes), "file", options).await;
+            let reader = reader.unwrap();
+            let directory = reader.directory().await.unwrap();
+            let mut points = Vec::new();
+            for id in directory.tile_ids() {
+                points.extend(reader.tile(id).await.unwrap().points());
+            }
+            seen.push((reader.file_id(), points));
+        }
+        assert!(seen[0].0 == seen[1].0 && seen[0].1 != seen[1].1);
+        assert!(seen[1].0 != seen[2].0 && seen[1].1 == seen[2].1);
+    });
 }
 
 #[test]

@@ -1,14 +1,20 @@
 //! Changes bytes of a file and makes its checksums right again.
 
 use crc32c::crc32c;
-use xxhash_rust::xxh3::xxh3_128;
+use ruzstd::decoding::FrameDecoder;
 
-use super::support::flat::{Table, u32_at, u64_at};
+use super::support::flat::{Table, u16_at, u32_at, u64_at};
 
 /// Slots of fields that `schema/FORMAT.md` names; the tests in `format` compare that page with the
 /// code.
-const PAGES: usize = 13;
+const PAGE_LISTS: usize = 14;
+const LISTS: [usize; 6] = [16, 17, 27, 30, 31, 38];
+const PAGES: usize = 1;
 const ENTRIES: usize = 1;
+/// Bytes of structs.
+const PAGE_LIST_REF: usize = 32;
+const PAGE_REF: usize = 24;
+const ENTRY: usize = 96;
 
 /// A part of a file: its offset and length, and the offset of its checksum.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +29,9 @@ pub struct FilePart {
 pub struct Patient {
     pub bytes: Vec<u8>,
     pub root: FilePart,
+    /// The sources, the reference system, and what else is long.
+    pub lists: Vec<FilePart>,
+    pub page_lists: Vec<FilePart>,
     pub pages: Vec<FilePart>,
     /// The offset of each tile's entry.
     pub entries: Vec<usize>,
@@ -35,35 +44,52 @@ impl Patient {
         let start = u64_at(&bytes, 48) as usize;
         let root = FilePart {
             at: start,
-            length: u32_at(&bytes, 64) as usize,
-            crc: 68,
+            length: u32_at(&bytes, 56) as usize,
+            crc: 60,
         };
-        let (first, count) = Table::root(&bytes[start..]).vector(PAGES).unwrap();
-        let pages: Vec<FilePart> = (0..count)
-            .map(|i| start + first + 16 * i)
-            .map(|extent| FilePart {
-                at: start + u64_at(&bytes, extent) as usize,
-                length: u32_at(&bytes, extent + 8) as usize,
-                crc: extent + 12,
+        let table = Table::root(&bytes[start..]);
+        let extent = |at: usize| FilePart {
+            at: u64_at(&bytes, at) as usize,
+            length: u32_at(&bytes, at + 8) as usize,
+            crc: at + 12,
+        };
+        let lists = LISTS.iter().filter_map(|&slot| table.field(slot));
+        let lists: Vec<FilePart> = lists.map(|at| extent(start + at)).collect();
+        let (first, count) = table.vector(PAGE_LISTS).unwrap();
+        let page_lists: Vec<FilePart> = (0..count).map(|i| extent(start + first + PAGE_LIST_REF * i)).collect();
+        let pages_of = |list: &FilePart| {
+            let (first, count) = Table::root(&bytes[list.at..]).vector(PAGES).unwrap();
+            let at = list.at + first;
+            (0..count).map(move |i| at + PAGE_REF * i)
+        };
+        let pages: Vec<FilePart> = page_lists
+            .iter()
+            .flat_map(pages_of)
+            .map(|page| FilePart {
+                at: 4096 * u32_at(&bytes, page) as usize,
+                length: u16_at(&bytes, page + 12).into(),
+                crc: page + 4,
             })
             .collect();
         let entries: Vec<usize> = pages
             .iter()
             .flat_map(|page| {
                 let (first, count) = Table::root(&bytes[page.at..]).vector(ENTRIES).unwrap();
-                (0..count).map(move |i| page.at + first + 88 * i)
+                (0..count).map(move |i| page.at + first + ENTRY * i)
             })
             .collect();
         let part = |entry: &usize, which: usize| FilePart {
             at: u64_at(&bytes, entry + 8 * which) as usize,
             length: u32_at(&bytes, entry + 16 + 4 * which) as usize,
-            crc: entry + 24 + 4 * which,
+            crc: entry + 32 + 4 * which,
         };
         let cores = entries.iter().map(|entry| part(entry, 0)).collect();
         let borders = entries.iter().map(|entry| part(entry, 1)).collect();
         Self {
             bytes,
             root,
+            lists,
+            page_lists,
             pages,
             entries,
             cores,
@@ -71,15 +97,57 @@ impl Patient {
         }
     }
 
+    /// Returns the parts of the directory.
+    pub fn directory(&self) -> impl Iterator<Item = &FilePart> {
+        let lists = self.lists.iter().chain(&self.page_lists);
+        lists.chain(&self.pages).chain([&self.root])
+    }
+
+    /// Replaces each compressed part by one whose bytes can be changed: the Zstandard frames, which
+    /// hardly survive a change, give way to one frame that stores the plan as it is.
+    pub fn unpacked(mut self) -> Self {
+        for (&entry, which) in self.entries.iter().flat_map(|entry| [(entry, 0), (entry, 1)]) {
+            let parts = [&mut self.cores, &mut self.borders];
+            let part = parts.into_iter().nth(which).unwrap().iter_mut();
+            let part = part
+                .min_by_key(|part| part.crc.abs_diff(entry + 32 + 4 * which))
+                .unwrap();
+            let stored = &self.bytes[part.at..part.at + part.length];
+            let mut plan = vec![0; u32_at(stored, 0) as usize];
+            FrameDecoder::new().decode_all(&stored[4..], &mut plan).unwrap();
+            let mut unpacked = (plan.len() as u32).to_le_bytes().to_vec();
+            // A single segment, whose length has four bytes.
+            unpacked.extend([0x28, 0xb5, 0x2f, 0xfd, 0xa0]);
+            unpacked.extend((plan.len() as u32).to_le_bytes());
+            let blocks = plan.chunks(1 << 17);
+            for (block, number) in blocks.clone().zip(1..) {
+                let is_last = u32::from(number == blocks.len());
+                unpacked.extend(&((block.len() as u32) << 3 | is_last).to_le_bytes()[..3]);
+                unpacked.extend(block);
+            }
+            (part.at, part.length) = (self.bytes.len(), unpacked.len());
+            self.bytes.extend(unpacked);
+            let (at, length) = (part.at as u64, part.length as u32);
+            self.bytes[entry + 8 * which..][..8].copy_from_slice(&at.to_le_bytes());
+            self.bytes[entry + 16 + 4 * which..][..4].copy_from_slice(&length.to_le_bytes());
+        }
+        let length = self.bytes.len() as u64;
+        self.put(40, &length.to_le_bytes());
+        self.sew();
+        self
+    }
+
     pub fn put(&mut self, at: usize, bytes: &[u8]) {
         self.bytes[at..at + bytes.len()].copy_from_slice(bytes);
     }
 
-    /// Makes all checksums right, from the tiles up to the superblocks, and the file's id.
+    /// Makes all checksums right, from the tiles up to the superblocks.
     pub fn sew(&mut self) {
         let mut parts = self.cores.clone();
         parts.extend(&self.borders);
         parts.extend(&self.pages);
+        parts.extend(&self.page_lists);
+        parts.extend(&self.lists);
         parts.push(self.root);
         for part in parts {
             let crc = crc32c(&self.bytes[part.at..part.at + part.length]);
@@ -90,12 +158,6 @@ impl Patient {
 
     /// Makes the superblocks right; the second becomes a copy of the first.
     pub fn sew_superblocks(&mut self) {
-        let start = u64_at(&self.bytes, 48) as usize;
-        let length = u64_at(&self.bytes, 56) as usize;
-        if let Some(directory) = start.checked_add(length).and_then(|end| self.bytes.get(start..end)) {
-            let id = xxh3_128(directory);
-            self.put(16, &id.to_le_bytes());
-        }
         let crc = crc32c(&self.bytes[..4092]);
         self.put(4092, &crc.to_le_bytes());
         self.bytes.copy_within(..4096, 4096);

@@ -7,7 +7,7 @@ use std::fs;
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::{BuildError, BuildOptions, Crossings, Inverted, InvertedPolygons};
 
-use super::{Built, Input, Way};
+use super::{Built, Input, Way, without_sources};
 
 const WAYS: [Way; 3] = [(4, 1), (9, 2), (1 << 16, 1)];
 
@@ -151,7 +151,48 @@ fn rings_that_cross_are_refused_or_split() {
         &[(1, 1, [6.0, 8.0])],
     );
     assert_eq!(built.covered(), (8.0 * 8.0 + 2.0 * 6.0, 2));
-    assert_eq!(built.depths(), [0, 1, 2]);
+    assert_eq!(built.depths(), [0, 1]);
+}
+
+#[test]
+fn a_polygon_covers_each_point_once_however_often_its_rings_go_round() {
+    let square = accepted(&[SQUARE]);
+    let twice = "[[[0,0],[8,0],[8,8],[0,8],[0,0],[8,0],[8,8],[0,8],[0,0]]]";
+    // The parts of a MultiPolygon are one obstacle.
+    let (again, ring) = (format!("[{SQUARE},{SQUARE},{SQUARE}]"), &SQUARE[1..SQUARE.len() - 1]);
+    let turned = format!("[[{ring},[[0,0],[0,8],[8,8],[8,0]]],{SQUARE},{SQUARE}]");
+    for same in [twice, &again, &turned] {
+        let built = accepted(&[same]);
+        assert_eq!((built.covered(), built.depths()), ((64.0, 1), vec![0, 1]), "{same}");
+        assert_eq!(built.digest, square.digest, "{same}");
+    }
+    // Within and beside each other, with a wall between them.
+    let court = "[[[0,0],[8,0],[8,8],[0,8]],[[2,2],[6,2],[6,6],[2,6]]]";
+    for (other, area, holes) in [
+        ("[[[2,2],[6,2],[6,6],[2,6]]]", 64.0, 2),
+        ("[[[0,0],[8,0],[8,4],[0,4],[0,0]]]", 56.0, 3),
+        ("[[[8,2],[12,2],[12,5],[8,5],[8,2]]]", 60.0, 2),
+    ] {
+        let parts = format!("[{court},{other}]");
+        if other.contains("[8,4],[0,4]") {
+            // The ring of the second part crosses the court.
+            let built = build(&[&parts], Crossings::Split).unwrap();
+            assert_eq!(
+                (built.covered(), built.depths()),
+                ((area, holes), vec![0, 1]),
+                "{parts}"
+            );
+            continue;
+        }
+        let built = accepted(&[&parts]);
+        assert_eq!(
+            (built.covered(), built.depths()),
+            ((area, holes), vec![0, 1]),
+            "{parts}"
+        );
+    }
+    // Two features stay two obstacles.
+    assert_eq!(accepted(&[twice, SQUARE]).depths(), [0, 1, 2]);
 }
 
 #[test]
@@ -159,7 +200,10 @@ fn overlapping_polygons_cover_the_union_of_their_areas() {
     let twice = accepted(&[SQUARE, SQUARE]);
     assert_eq!(twice.covered(), (64.0, 1));
     assert_eq!(twice.depths(), [0, 1, 2]);
-    assert_eq!(twice.digest, accepted(&[SQUARE]).digest);
+    let once = accepted(&[SQUARE]);
+    assert_eq!(without_sources(twice.digest), without_sources(once.digest));
+    let [twice, once] = [twice, once].map(|built| built.digest.edge_sources.count);
+    assert_eq!(twice, once + 4, "each edge of the square has a source for each square");
     let within = accepted(&[SQUARE, "[[[2,2],[6,2],[6,6],[2,6],[2,2]]]"]);
     assert_eq!(within.covered(), (64.0, 2));
     assert_eq!(within.depths(), [0, 1, 2]);

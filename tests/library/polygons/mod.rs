@@ -7,6 +7,7 @@
 mod bad;
 mod fixtures;
 mod maps;
+mod normal;
 mod rings;
 
 use std::collections::{HashMap, HashSet};
@@ -17,8 +18,8 @@ use self::rings::Polygon;
 use crate::support::{Scratch, runtime};
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
 use delaunay_tiles::input::{InputOptions, PointBatch, PointSource, PolySource, SegmentBatch, SegmentSource};
-use delaunay_tiles::store::{Digest, EdgeSource, LineKind, TileReader};
-use delaunay_tiles::{BuildOptions, BuildSummary, Builder};
+use delaunay_tiles::store::{Digest, DigestSum, EdgeSource, LineKind, LineSource, TileReader};
+use delaunay_tiles::{BuildOptions, BuildSummary, Builder, Description};
 use futures::TryStreamExt;
 
 /// The input files of a build.
@@ -105,6 +106,7 @@ impl Input {
         let scratch = Scratch::new();
         let mut builder = Builder::new(&scratch.path, options)?;
         let (mut batch, mut lines, mut notes) = (SegmentBatch::default(), 0, Vec::new());
+        let mut files: Vec<LineSource> = Vec::new();
         for (kind, mut source) in [
             (LineKind::BreakLine, SegmentSource::open(&self.segments)?),
             (LineKind::Obstacle, SegmentSource::open_obstacles(&self.obstacles)?),
@@ -112,7 +114,10 @@ impl Input {
             while source.next_batch(&mut batch)? {
                 builder.push_lines(kind, lines, &batch)?;
             }
-            lines += source.sources().iter().map(|(_, lines)| lines).sum::<u64>();
+            for (name, its) in source.sources() {
+                files.push(line_source(name, kind, lines, *its));
+                lines += its;
+            }
             notes.extend(
                 source
                     .notes()
@@ -125,8 +130,14 @@ impl Input {
             while source.next_batch(&mut batch)? {
                 builder.push_lines(LineKind::Wall, lines, &batch)?;
             }
+            files.push(line_source("walls", LineKind::Wall, lines, source.segments()));
             builder.push_seeds(&source.holes()?)?;
         }
+        // Deep verification checks the polygons of lines that are known.
+        builder.describe(Description {
+            lines: files,
+            ..Description::default()
+        });
         let files: Vec<PathBuf> = self.poly.iter().chain(&self.points).cloned().collect();
         let mut points = PointSource::open(&files, &InputOptions::default())?;
         let mut batch = PointBatch::default();
@@ -141,11 +152,30 @@ impl Input {
     }
 }
 
+fn line_source(name: &str, kind: LineKind, first: u64, lines: u64) -> LineSource {
+    LineSource {
+        name: name.to_owned(),
+        kind,
+        first,
+        lines,
+        edit: 0,
+    }
+}
+
+/// Returns a digest without the sources of edges, so that only the triangulation and its holes
+/// count.
+fn without_sources(digest: Digest) -> Digest {
+    Digest {
+        edge_sources: DigestSum::default(),
+        ..digest
+    }
+}
+
 impl Built {
     async fn read(reader: &TileReader, summary: BuildSummary, notes: Vec<String>) -> Self {
         let mut this = Self {
             summary,
-            digest: reader.digest().await.unwrap(),
+            digest: reader.recompute_digest().await.unwrap(),
             triangles: Vec::new(),
             vertices: Vec::new(),
             edges: Vec::new(),
@@ -238,10 +268,11 @@ impl Built {
         rings
     }
 
-    /// Asserts for every `step`-th triangle that its depth is the winding number of the polygons
-    /// around its centroid. Returns the number of triangles checked.
+    /// Asserts for every `step`-th triangle that its depth is the number of polygons that wind around
+    /// its centroid. Returns the number of triangles checked.
     fn check_depths(&self, polygons: &[Polygon], step: usize) -> usize {
-        let segments: Vec<[Point; 2]> = polygons.iter().flat_map(|polygon| polygon.segments()).collect();
+        let polygons: Vec<Vec<[Point; 2]>> = polygons.iter().map(|polygon| polygon.segments().collect()).collect();
+        let depth = |p| polygons.iter().filter(|its| rings::winding(its, p) != 0).count() as i32;
         let mut checked = 0;
         for triangle in self.triangles.iter().step_by(step) {
             let [a, b, c] = triangle.corners;
@@ -249,7 +280,7 @@ impl Built {
             let is_left = |from, to| orient2d(from, to, centroid) == Orientation::CounterClockwise;
             // The centroid of a sliver may round to a point outside of it.
             if is_left(a, b) && is_left(b, c) && is_left(c, a) {
-                assert_eq!(triangle.depth, rings::winding(&segments, centroid), "{triangle:?}");
+                assert_eq!(triangle.depth, depth(centroid), "{triangle:?}");
                 assert_eq!(triangle.is_hole, triangle.depth != 0, "{triangle:?}");
                 checked += 1;
             }

@@ -75,6 +75,8 @@ pub(crate) struct Input {
     /// Whether rings may be nested wrongly.
     may_be_inverted: bool,
     sites: Vec<(Point, SiteId)>,
+    /// What a file stores instead of the lines, if an obstacle overlaps itself.
+    stored: Option<Vec<InputLine>>,
 }
 
 impl Input {
@@ -121,14 +123,14 @@ impl Input {
     }
 
     /// Returns the input with all obstacles in the right direction, as a build that splits lines
-    /// covers them.
+    /// covers them, and each of them covering each point once.
     fn put_right(&self) -> Self {
         let turn = |line: &InputLine| match line.is_inverted() {
             true => line.clone().turned(),
             false => line.clone(),
         };
         Self {
-            lines: self.lines.iter().map(turn).collect(),
+            lines: self.stored.as_ref().unwrap_or(&self.lines).iter().map(turn).collect(),
             ..self.clone()
         }
     }
@@ -257,7 +259,7 @@ fn check(input: &Input, ways: &[Way]) -> u64 {
             if let Err(error) = right.compare(&reader).await {
                 panic!("tiles of {tile_vertices}: {error}");
             }
-            digests.push(reader.digest().await.unwrap());
+            digests.push(reader.recompute_digest().await.unwrap());
             let half = input.lines.len() / 2;
             for built in [(0, true), (half, true), (0, false), (half, false)] {
                 let edited = input.build_and_edit(built, tile_vertices).await;
@@ -276,7 +278,7 @@ fn check(input: &Input, ways: &[Way]) -> u64 {
                 if let Err(error) = right.compare(&reader).await {
                     panic!("{way}: {error}");
                 }
-                digests.push(reader.digest().await.unwrap());
+                digests.push(reader.recompute_digest().await.unwrap());
             }
         });
     }
@@ -452,6 +454,14 @@ fn regions_of_nested_overlapping_and_touching_obstacles_equal_those_in_core() {
         println!("{name}");
         let mut input = Input::on_grid(20, lines);
         input.sites = site_at_each_point(&input);
+        if name == "a ring that goes round twice" {
+            // A ring around both rounds, and a wall where one of them ends.
+            let mut stored = InputLine::rectangle(Obstacle, [2, 2], [7, 7]);
+            stored
+                .rings
+                .extend(InputLine::new(Obstacle, &[(2, 6), (9, 6), (2, 6)]).rings);
+            input.stored = Some(vec![stored]);
+        }
         check(&input, &WAYS);
         input.exterior_is_hole = true;
         input.seeds = vec![Point::new(1.5, 0.5), Point::new(8.0, 8.0), Point::new(100.0, 0.0)];

@@ -33,7 +33,7 @@ const COMMANDS: [&str; 15] = [
     "inspect town.tiles",
     "verify --deep town.tiles",
     "verify town.tiles --against p.f64 --segments p.u32",
-    "digest town.tiles",
+    "digest --recompute town.tiles",
     "query knn town.tiles --at 0.5,0.5 --at 0.2,0.9 -k 3 --csv",
     "query path town.tiles --from 0.1,0.1 --to 0.9,0.9 --csv",
     "export town.tiles -o out.ply",
@@ -280,7 +280,9 @@ impl Scene {
     fn state(&self, context: &Context) -> anyhow::Result<State> {
         let of = |name: &&str| match fs::read(self.folder.join(name)) {
             Err(_) => Ok(None),
-            Ok(_) if *name == "out.tiles" => Ok(Some(context.run(&self.folder, "digest out.tiles")?.into_bytes())),
+            Ok(_) if *name == "out.tiles" => Ok(Some(
+                context.run(&self.folder, "digest --recompute out.tiles")?.into_bytes(),
+            )),
             Ok(bytes) => Ok(Some(bytes)),
         };
         self.outputs.iter().map(of).collect()

@@ -126,7 +126,7 @@ async fn answers(reader: TileReader, points: &[Point]) -> Result<Answers, ReadEr
         found.push(reader.locate(point.x, point.y).await?);
     }
     Ok(Answers {
-        digest: reader.digest().await?,
+        digest: reader.recompute_digest().await?,
         locations: found,
     })
 }

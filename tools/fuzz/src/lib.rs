@@ -35,6 +35,8 @@ pub enum ChangedPart {
     Directory,
     /// Cores and borders.
     Tile,
+    /// The plans of compressed cores and borders.
+    Compressed,
 }
 
 fn runtime() -> tokio::runtime::Runtime {
@@ -44,9 +46,9 @@ fn runtime() -> tokio::runtime::Runtime {
         .expect("a runtime")
 }
 
-/// Builds a town of 400 points with z, with a house, a fence and two shops, in tiles of at most 40.
-pub fn town() -> Patient {
-    let path = std::env::temp_dir().join(format!("fuzz-{}.tiles", std::process::id()));
+/// Builds a town of 400 points with z, with a house around a court, a fence and two shops, in tiles of at most 40.
+pub fn town(compress: bool) -> Patient {
+    let path = std::env::temp_dir().join(format!("fuzz-{}-{compress}.tiles", std::process::id()));
     let ring = |x: f64, y: f64, r: f64| {
         let corners = [(x - r, y - r), (x + r, y - r), (x + r, y + r), (x - r, y + r)].map(|(x, y)| Point::new(x, y));
         let ends = (0..4).map(|i| [corners[i], corners[(i + 1) % 4]]).collect();
@@ -62,11 +64,17 @@ pub fn town() -> Patient {
     let built = runtime().block_on(async {
         let options = BuildOptions::default()
             .tile_vertices(40)
+            .compress(compress)
             .force(true)
             .missing_z(MissingZ::Zero);
         let mut builder = Builder::new(&path, options)?;
         builder.push_lines(LineKind::Wall, 0, &ring(14.25, 13.125, 2.0))?;
-        builder.push_lines(LineKind::Obstacle, 1, &ring(5.5, 6.25, 3.0))?;
+        // A house with a court, whose ring is a line of its own.
+        let (mut house, court) = (ring(5.5, 6.25, 3.0), ring(5.5, 6.25, 1.0));
+        house.ends.extend(court.ends.iter().map(|&[a, b]| [b, a]));
+        house.lines.extend([1; 4]);
+        house.polygons = vec![1; 8];
+        builder.push_lines(LineKind::Obstacle, 1, &house)?;
         builder.push_sites(&SiteBatch {
             points: vec![Point::new(1.5, 1.5), Point::new(17.5, 17.25)],
             ids: vec![SiteId::Number(7), SiteId::Text("baker".to_owned())],
@@ -90,12 +98,17 @@ pub fn town() -> Patient {
 /// Changes the file as the data says, makes its checksums right, and asks it everything.
 pub fn run(data: &[u8], changed: ChangedPart) {
     static TOWN: OnceLock<Patient> = OnceLock::new();
-    let mut town = TOWN.get_or_init(town).clone();
+    static COMPRESSED: OnceLock<Patient> = OnceLock::new();
+    let town = match changed {
+        ChangedPart::Compressed => COMPRESSED.get_or_init(|| town(true).unpacked()),
+        _ => TOWN.get_or_init(|| town(false)),
+    };
+    let mut town = town.clone();
     let part = |part: &surgery::FilePart| part.at..part.at + part.length;
     let parts: Vec<Range<usize>> = match changed {
         ChangedPart::Superblock => std::iter::once(0..4092).collect(),
-        ChangedPart::Directory => std::iter::once(&town.root).chain(&town.pages).map(part).collect(),
-        ChangedPart::Tile => town.cores.iter().chain(&town.borders).map(part).collect(),
+        ChangedPart::Directory => town.directory().map(part).collect(),
+        ChangedPart::Tile | ChangedPart::Compressed => town.cores.iter().chain(&town.borders).map(part).collect(),
     };
     // Each change has a part, an offset in it, an operation and a value.
     for change in data.chunks_exact(5) {
@@ -114,7 +127,7 @@ pub fn run(data: &[u8], changed: ChangedPart) {
     }
     match changed {
         ChangedPart::Superblock => town.sew_superblocks(),
-        ChangedPart::Directory | ChangedPart::Tile => town.sew(),
+        ChangedPart::Directory | ChangedPart::Tile | ChangedPart::Compressed => town.sew(),
     }
     runtime().block_on(ask(town.bytes));
 }
@@ -166,6 +179,6 @@ async fn ask(bytes: Vec<u8>) {
         .triangles_in(Rect::new(2.0, 2.0, 9.0, 9.0))
         .try_collect::<Vec<_>>()
         .await;
-    let _ = reader.digest().await;
+    let _ = reader.recompute_digest().await;
     let _ = reader.verify(true).await;
 }

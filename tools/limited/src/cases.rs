@@ -117,7 +117,7 @@ pub const ALL: [Case; 20] = [
         "verify, obstacles",
         "verify --deep squares.tiles --against few.f64 --obstacles squares.geojson",
     ),
-    case("digest", "digest lines.tiles"),
+    case("digest", "digest --recompute lines.tiles"),
     case("export, ply", "export lines.tiles -o out.ply"),
     case("export, geojson", "export squares.tiles -o out.geojson"),
     case("inspect, plot", "inspect lines.tiles --plot out.png"),

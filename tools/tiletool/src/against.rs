@@ -9,8 +9,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{InputOptions, PointBatch, PointSource, SegmentBatch, SiteBatch};
-use delaunay_tiles::store::{EdgeSource, LineBatch, LineKind, LinePart, LineSource, Metadata, PointOrigin, TileReader};
-use delaunay_tiles::{LinesToSplit, PolygonCheck, SplitLines};
+use delaunay_tiles::store::{
+    EdgeSource, LineBatch, LineKind, LinePart, LineSource, Lists, Metadata, PointOrigin, TileReader,
+};
+use delaunay_tiles::{LinesToSplit, PolygonCheck, PolygonFaults, PolygonNormalizer, SplitLines};
 
 use crate::common;
 use crate::lines::{LineArgs, LineInput};
@@ -75,7 +77,7 @@ impl BuildInput<'_> {
     pub async fn compare(&self, reader: &TileReader, is_split: bool) -> anyhow::Result<ComparedCounts> {
         self.check_completeness(reader)?;
         let split = match is_split {
-            true => Some(self.split(reader.metadata())?),
+            true => Some(self.split(reader.metadata(), &*reader.lists().await?)?),
             false => None,
         };
         let (mut segments, mut sites) = (None, None);
@@ -132,22 +134,36 @@ impl BuildInput<'_> {
 
     /// Returns whether the build split lines or corrected polygons. Only a build that splits lines
     /// does so.
-    pub fn is_split(&self, reader: &TileReader) -> anyhow::Result<bool> {
-        let metadata = reader.metadata();
-        Ok(!self.is_empty() && (metadata.crossings > 0 || !metadata.borders.is_empty() || self.any_inverted()?))
+    pub async fn is_split(&self, reader: &TileReader) -> anyhow::Result<bool> {
+        let (metadata, lists) = (reader.metadata(), reader.lists().await?);
+        Ok(!self.is_empty() && (metadata.crossings > 0 || !lists.cell_borders.is_empty() || self.any_inverted()?))
     }
 
     /// Returns whether any polygon is inside out.
     fn any_inverted(&self) -> anyhow::Result<bool> {
+        let (faults, _) = self.check_polygons(false)?;
+        Ok(faults.inverted.is_some() || faults.inverted_if_uncrossed.is_some())
+    }
+
+    /// Checks all polygons, or those of edits only. Returns their faults, and the normaliser of the
+    /// obstacles that overlap themselves, if there are any.
+    fn check_polygons(&self, of_edits: bool) -> anyhow::Result<(PolygonFaults, Option<PolygonNormalizer>)> {
         let mut check = PolygonCheck::new(&std::env::temp_dir(), self.memory);
         let (mut lines, mut batch) = (self.open_lines()?, SegmentBatch::default());
+        if of_edits {
+            while lines.next_batch_until(0, &mut batch)?.is_some() {}
+        }
+        let mut set = None;
         while let Some((kind, first)) = lines.next_batch(&mut batch)? {
             if kind == LineKind::Obstacle {
+                // Each set numbers its polygons from 0 on.
+                if set.replace(first).is_some_and(|before| before != first) {
+                    check.finish()?;
+                }
                 check.push(first, &batch)?;
             }
         }
-        let faults = check.finish()?;
-        Ok(faults.inverted.is_some() || faults.inverted_if_uncrossed.is_some())
+        Ok((check.finish()?, check.normalizer()))
     }
 
     /// Returns a reader of all segments, in order.
@@ -174,11 +190,11 @@ impl BuildInput<'_> {
     }
 
     /// Splits the segments where they cross each other and cell borders, as the build did.
-    fn split(&self, metadata: &Metadata) -> anyhow::Result<SplitLines> {
+    fn split(&self, metadata: &Metadata, lists: &Lists) -> anyhow::Result<SplitLines> {
         let crossings = metadata.crossings;
         let (mut segments, mut batch) = (self.segments()?, LineBatch::default());
         segments.last_edit = 0;
-        let mut lines = LinesToSplit::new(self.split_memory).at_borders(&metadata.borders);
+        let mut lines = LinesToSplit::new(self.split_memory).at_borders(&lists.cell_borders);
         while let Some((z, polygons)) = segments.next_with_z(&mut batch)? {
             lines.push(&batch, z, polygons)?;
         }
@@ -229,8 +245,17 @@ impl BuildInput<'_> {
     /// Returns the number of segments.
     async fn compare_lines(&self, reader: &TileReader, split: Option<&SplitLines>) -> anyhow::Result<u64> {
         let mut segments = self.segments()?;
+        // Splitting normalises the obstacles of the build.
+        let (_, mut normalizer) = self.check_polygons(split.is_some())?;
+        let mut normalized = |segments: &mut InputSegments<'_>, batch: &mut LineBatch| {
+            let is_there = segments.next_batch(batch)?;
+            if let Some(normalizer) = &mut normalizer {
+                normalizer.normalize(batch);
+            }
+            anyhow::Ok(is_there)
+        };
         let verified = match split {
-            None => reader.verify_lines(|batch| segments.next_batch(batch)).await,
+            None => reader.verify_lines(|batch| normalized(&mut segments, batch)).await,
             Some(split) => {
                 // The segments of the build are read only to count them and for the names of their
                 // lines.
@@ -244,14 +269,14 @@ impl BuildInput<'_> {
                         *batch = next;
                         Ok(true)
                     }
-                    None => segments.next_batch(batch),
+                    None => normalized(&mut segments, batch),
                 };
                 reader.verify_lines(next).await
             }
         };
         let lines = segments.lines;
         verified.map_err(|error| lines.name_in(error.into()))?;
-        if reader.metadata().seeds != lines.seeds() {
+        if reader.lists().await?.hole_points != lines.seeds() {
             bail!("the hole points of the file are not those of the .poly files");
         }
         Ok(lines.segments())

@@ -129,6 +129,7 @@ async fn constrain(args: &ConstrainArgs, lines: LineInput) -> anyhow::Result<(Ed
                     Some(name(*line))
                 }
                 EditError::Inverted(inverted) => Some(name(inverted.first.obstacle)),
+                EditError::Overlapping(overlapping) => Some(name(overlapping.obstacle)),
                 EditError::Crossed { line, other, .. } => {
                     let other = other.map(|other| format!(" and {}", name(other.number())));
                     Some(name(line.number()) + &other.unwrap_or_default())

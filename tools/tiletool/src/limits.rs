@@ -19,7 +19,7 @@ use crate::system;
 const DESCRIPTORS: usize = 9;
 /// Bytes of the main thread's stack that are touched at the start. Where the address space is
 /// limited, the stack may be unable to grow later.
-const STACK: usize = 256 << 10;
+const STACK: usize = 512 << 10;
 /// Number of threads that a command needs besides the runtime's workers.
 const OTHER_THREADS: usize = 8;
 

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use delaunay_tiles::input::Format;
-use delaunay_tiles::store::Metadata;
+use delaunay_tiles::store::{Lists, Metadata};
 
 /// The unit of the coordinates of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,11 +24,11 @@ pub enum Unit {
 
 impl Unit {
     /// Returns the unit of the coordinates of a file.
-    pub fn of(metadata: &Metadata) -> Self {
-        let unit = match &metadata.crs {
+    pub fn of(metadata: &Metadata, lists: &Lists) -> Self {
+        let unit = match &lists.crs {
             Some(crs) if crs.contains(['[', '(']) => of_wkt(crs),
             Some(crs) => of_name(crs),
-            None => is_plain_geojson(metadata).then_some(Self::Degree),
+            None => is_plain_geojson(metadata, lists).then_some(Self::Degree),
         };
         unit.unwrap_or(Self::Unknown)
     }
@@ -103,9 +103,9 @@ fn without_zeros(text: &str) -> &str {
 
 /// Returns whether all points and lines come from GeoJSON that names no reference system, with
 /// coordinates that can be degrees. RFC 7946 says that they are.
-fn is_plain_geojson(metadata: &Metadata) -> bool {
-    let points = metadata.sources.iter().map(|source| &source.name);
-    let mut names = points.chain(metadata.lines.iter().map(|lines| &lines.name)).peekable();
+fn is_plain_geojson(metadata: &Metadata, lists: &Lists) -> bool {
+    let points = lists.sources.iter().map(|source| &source.name);
+    let mut names = points.chain(lists.lines.iter().map(|lines| &lines.name)).peekable();
     let bounds = metadata.bounds;
     names.peek().is_some()
         && names.all(|name| Format::from_path(Path::new(name)) == Some(Format::GeoJson))
@@ -207,15 +207,18 @@ mod tests {
 
     const UTM: &str = r#"PROJCS["WGS 84 / UTM zone 32N",GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],PARAMETER["false_easting",500000],UNIT["metre",1,AUTHORITY["EPSG","9001"]],AXIS["Easting",EAST]]"#;
 
-    fn file(crs: Option<&str>, sources: &[&str], max_x: f64) -> Metadata {
+    fn file(crs: Option<&str>, sources: &[&str], max_x: f64) -> (Metadata, Lists) {
         let sources = sources.iter().map(|&name| Source {
             name: name.to_owned(),
             records: 1,
             first: 0,
         });
-        Metadata {
+        let lists = Lists {
             crs: crs.map(str::to_owned),
             sources: sources.collect(),
+            ..Lists::default()
+        };
+        let metadata = Metadata {
             bounds: Rect {
                 min_x: 0.0,
                 min_y: 0.0,
@@ -223,11 +226,16 @@ mod tests {
                 max_y: 1.0,
             },
             ..Metadata::default()
-        }
+        };
+        (metadata, lists)
+    }
+
+    fn unit_of((metadata, lists): (Metadata, Lists)) -> Unit {
+        Unit::of(&metadata, &lists)
     }
 
     fn unit(crs: &str) -> Unit {
-        Unit::of(&file(Some(crs), &["a.las"], 1.0))
+        unit_of(file(Some(crs), &["a.las"], 1.0))
     }
 
     #[test]
@@ -324,8 +332,8 @@ mod tests {
             (&["-"], 1.0, Unit::Unknown),
             (&[], 1.0, Unit::Unknown),
         ] {
-            assert_eq!(Unit::of(&file(None, sources, max_x)), expected, "{sources:?} {max_x}");
+            assert_eq!(unit_of(file(None, sources, max_x)), expected, "{sources:?} {max_x}");
         }
-        assert_eq!(Unit::of(&file(Some("EPSG:32733"), &["a.geojson"], 1.0)), Unit::Metre);
+        assert_eq!(unit_of(file(Some("EPSG:32733"), &["a.geojson"], 1.0)), Unit::Metre);
     }
 }

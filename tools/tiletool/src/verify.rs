@@ -161,8 +161,8 @@ async fn check(args: &VerifyArgs, report: &mut VerifyReport) -> anyhow::Result<(
         files: Unchanged::default(),
     };
     let mut reader = args.memory.open(&args.file).await?;
-    input.added = reader.metadata().lines.clone();
-    let is_split = input.is_split(&reader)?;
+    input.added = reader.lists().await?.lines.clone();
+    let is_split = input.is_split(&reader).await?;
     let verified = reader.verify(args.deep).await?;
     report.tiles = verified.tiles;
     report.vertices = verified.vertices;

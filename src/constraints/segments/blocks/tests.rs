@@ -59,7 +59,7 @@ proptest! {
         prop_assert!(blocks.byte_size() <= memory + 4 * 24 * (spilled / 16 + u64::from(tree.tiles())));
         let all = in_order(&all);
         // Take each block once, in reverse order.
-        for (block, cell) in (0..).zip(tree.cells()).collect::<Vec<_>>().into_iter().rev() {
+        for (block, cell) in tree.cells().into_iter().map(|(block, cell)| (block.0, cell)).rev() {
             let has = |segment: &&Segment| segment.ends[0] != segment.ends[1] && meets(segment.ends, cell);
             let expected: Vec<Segment> = all.iter().filter(has).copied().collect();
             prop_assert_eq!(blocks.count(block), expected.len() as u64);

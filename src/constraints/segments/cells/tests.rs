@@ -124,7 +124,7 @@ fn segment_numbers_continue_from_batch_to_batch() {
         })
         .collect();
     let leaves = segments_of_leaves(&tree, Rect::PLANE, &all);
-    for (leaf, cell) in leaves.iter().zip(tree.cells()) {
+    for (leaf, (_, cell)) in leaves.iter().zip(tree.cells()) {
         let expected = (0..)
             .zip(&all)
             .filter(|(_, s)| meets(s.ends, cell))

@@ -8,48 +8,48 @@ pub mod delaunay_tiles {
     #[allow(unused_imports, dead_code)]
     pub mod schema {
 
-        /// A node of the k-d tree, in preorder: the left child follows its parent.
-        // struct KdNode, aligned to 8
+        /// Where a part of the directory lies in the file.
+        // struct PartExtent, aligned to 8
         #[repr(transparent)]
         #[derive(Clone, Copy, PartialEq)]
-        pub struct KdNode(pub [u8; 16]);
-        impl Default for KdNode {
+        pub struct PartExtent(pub [u8; 16]);
+        impl Default for PartExtent {
             fn default() -> Self {
                 Self([0; 16])
             }
         }
-        impl ::core::fmt::Debug for KdNode {
+        impl ::core::fmt::Debug for PartExtent {
             fn fmt(&self, f: &mut ::core::fmt::Formatter) -> ::core::fmt::Result {
-                f.debug_struct("KdNode")
-                    .field("cut", &self.cut())
-                    .field("right", &self.right())
-                    .field("axis", &self.axis())
+                f.debug_struct("PartExtent")
+                    .field("offset", &self.offset())
+                    .field("length", &self.length())
+                    .field("crc", &self.crc())
                     .finish()
             }
         }
 
-        impl ::flatbuffers::SimpleToVerifyInSlice for KdNode {}
-        impl<'a> ::flatbuffers::Follow<'a> for KdNode {
-            type Inner = &'a KdNode;
+        impl ::flatbuffers::SimpleToVerifyInSlice for PartExtent {}
+        impl<'a> ::flatbuffers::Follow<'a> for PartExtent {
+            type Inner = &'a PartExtent;
             #[inline]
             unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
-                unsafe { <&'a KdNode>::follow(buf, loc) }
+                unsafe { <&'a PartExtent>::follow(buf, loc) }
             }
         }
-        impl<'a> ::flatbuffers::Follow<'a> for &'a KdNode {
-            type Inner = &'a KdNode;
+        impl<'a> ::flatbuffers::Follow<'a> for &'a PartExtent {
+            type Inner = &'a PartExtent;
             #[inline]
             unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
-                unsafe { ::flatbuffers::follow_cast_ref::<KdNode>(buf, loc) }
+                unsafe { ::flatbuffers::follow_cast_ref::<PartExtent>(buf, loc) }
             }
         }
-        impl<'b> ::flatbuffers::Push for KdNode {
-            type Output = KdNode;
+        impl<'b> ::flatbuffers::Push for PartExtent {
+            type Output = PartExtent;
             #[inline]
             unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {
                 let src = unsafe {
                     ::core::slice::from_raw_parts(
-                        self as *const KdNode as *const u8,
+                        self as *const PartExtent as *const u8,
                         <Self as ::flatbuffers::Push>::size(),
                     )
                 };
@@ -61,7 +61,7 @@ pub mod delaunay_tiles {
             }
         }
 
-        impl<'a> ::flatbuffers::Verifiable for KdNode {
+        impl<'a> ::flatbuffers::Verifiable for PartExtent {
             #[inline]
             fn run_verifier(
                 v: &mut ::flatbuffers::Verifier,
@@ -71,19 +71,18 @@ pub mod delaunay_tiles {
             }
         }
 
-        impl<'a> KdNode {
+        impl<'a> PartExtent {
             #[allow(clippy::too_many_arguments)]
-            pub fn new(cut: f64, right: u32, axis: u32) -> Self {
+            pub fn new(offset: u64, length: u32, crc: u32) -> Self {
                 let mut s = Self([0; 16]);
-                s.set_cut(cut);
-                s.set_right(right);
-                s.set_axis(axis);
+                s.set_offset(offset);
+                s.set_length(length);
+                s.set_crc(crc);
                 s
             }
 
-            /// Points with a coordinate up to and including the cut are on the left. Zero in leaves.
-            pub fn cut(&self) -> f64 {
-                let mut mem = ::core::mem::MaybeUninit::<<f64 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+            pub fn offset(&self) -> u64 {
+                let mut mem = ::core::mem::MaybeUninit::<<u64 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
                 // Safety:
                 // Created from a valid Table for this object
                 // Which contains a valid value in this slot
@@ -91,13 +90,13 @@ pub mod delaunay_tiles {
                     ::core::ptr::copy_nonoverlapping(
                         self.0[0..].as_ptr(),
                         mem.as_mut_ptr() as *mut u8,
-                        ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                     mem.assume_init()
                 })
             }
 
-            pub fn set_cut(&mut self, x: f64) {
+            pub fn set_offset(&mut self, x: u64) {
                 let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
                 // Safety:
                 // Created from a valid Table for this object
@@ -106,13 +105,12 @@ pub mod delaunay_tiles {
                     ::core::ptr::copy_nonoverlapping(
                         &x_le as *const _ as *const u8,
                         self.0[0..].as_mut_ptr(),
-                        ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                 }
             }
 
-            /// The number of the right child; in leaves the number of the tile.
-            pub fn right(&self) -> u32 {
+            pub fn length(&self) -> u32 {
                 let mut mem = ::core::mem::MaybeUninit::<<u32 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
                 // Safety:
                 // Created from a valid Table for this object
@@ -127,7 +125,7 @@ pub mod delaunay_tiles {
                 })
             }
 
-            pub fn set_right(&mut self, x: u32) {
+            pub fn set_length(&mut self, x: u32) {
                 let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
                 // Safety:
                 // Created from a valid Table for this object
@@ -141,8 +139,7 @@ pub mod delaunay_tiles {
                 }
             }
 
-            /// 0: x is cut, 1: y is cut, 2: a leaf.
-            pub fn axis(&self) -> u32 {
+            pub fn crc(&self) -> u32 {
                 let mut mem = ::core::mem::MaybeUninit::<<u32 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
                 // Safety:
                 // Created from a valid Table for this object
@@ -157,7 +154,7 @@ pub mod delaunay_tiles {
                 })
             }
 
-            pub fn set_axis(&mut self, x: u32) {
+            pub fn set_crc(&mut self, x: u32) {
                 let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
                 // Safety:
                 // Created from a valid Table for this object
@@ -176,10 +173,10 @@ pub mod delaunay_tiles {
         // struct TileEntry, aligned to 8
         #[repr(transparent)]
         #[derive(Clone, Copy, PartialEq)]
-        pub struct TileEntry(pub [u8; 88]);
+        pub struct TileEntry(pub [u8; 96]);
         impl Default for TileEntry {
             fn default() -> Self {
-                Self([0; 88])
+                Self([0; 96])
             }
         }
         impl ::core::fmt::Debug for TileEntry {
@@ -189,10 +186,12 @@ pub mod delaunay_tiles {
                     .field("border_offset", &self.border_offset())
                     .field("core_length", &self.core_length())
                     .field("border_length", &self.border_length())
+                    .field("core_decoded", &self.core_decoded())
+                    .field("border_decoded", &self.border_decoded())
                     .field("core_crc", &self.core_crc())
                     .field("border_crc", &self.border_crc())
                     .field("generation", &self.generation())
-                    .field("codec", &self.codec())
+                    .field("codecs", &self.codecs())
                     .field("vertices", &self.vertices())
                     .field("core_triangles", &self.core_triangles())
                     .field("border_triangles", &self.border_triangles())
@@ -255,10 +254,12 @@ pub mod delaunay_tiles {
                 border_offset: u64,
                 core_length: u32,
                 border_length: u32,
+                core_decoded: u32,
+                border_decoded: u32,
                 core_crc: u32,
                 border_crc: u32,
                 generation: u32,
-                codec: u32,
+                codecs: u32,
                 vertices: u32,
                 core_triangles: u32,
                 border_triangles: u32,
@@ -268,15 +269,17 @@ pub mod delaunay_tiles {
                 max_x: f64,
                 max_y: f64,
             ) -> Self {
-                let mut s = Self([0; 88]);
+                let mut s = Self([0; 96]);
                 s.set_core_offset(core_offset);
                 s.set_border_offset(border_offset);
                 s.set_core_length(core_length);
                 s.set_border_length(border_length);
+                s.set_core_decoded(core_decoded);
+                s.set_border_decoded(border_decoded);
                 s.set_core_crc(core_crc);
                 s.set_border_crc(border_crc);
                 s.set_generation(generation);
-                s.set_codec(codec);
+                s.set_codecs(codecs);
                 s.set_vertices(vertices);
                 s.set_core_triangles(core_triangles);
                 s.set_border_triangles(border_triangles);
@@ -404,7 +407,8 @@ pub mod delaunay_tiles {
                 }
             }
 
-            pub fn core_crc(&self) -> u32 {
+            /// Bytes of core and border once they are decoded.
+            pub fn core_decoded(&self) -> u32 {
                 let mut mem = ::core::mem::MaybeUninit::<<u32 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
                 // Safety:
                 // Created from a valid Table for this object
@@ -412,6 +416,64 @@ pub mod delaunay_tiles {
                 ::flatbuffers::EndianScalar::from_little_endian(unsafe {
                     ::core::ptr::copy_nonoverlapping(
                         self.0[24..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_core_decoded(&mut self, x: u32) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[24..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn border_decoded(&self) -> u32 {
+                let mut mem = ::core::mem::MaybeUninit::<<u32 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[28..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_border_decoded(&mut self, x: u32) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[28..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn core_crc(&self) -> u32 {
+                let mut mem = ::core::mem::MaybeUninit::<<u32 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[32..].as_ptr(),
                         mem.as_mut_ptr() as *mut u8,
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
@@ -427,7 +489,7 @@ pub mod delaunay_tiles {
                 unsafe {
                     ::core::ptr::copy_nonoverlapping(
                         &x_le as *const _ as *const u8,
-                        self.0[24..].as_mut_ptr(),
+                        self.0[32..].as_mut_ptr(),
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                 }
@@ -440,7 +502,7 @@ pub mod delaunay_tiles {
                 // Which contains a valid value in this slot
                 ::flatbuffers::EndianScalar::from_little_endian(unsafe {
                     ::core::ptr::copy_nonoverlapping(
-                        self.0[28..].as_ptr(),
+                        self.0[36..].as_ptr(),
                         mem.as_mut_ptr() as *mut u8,
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
@@ -456,7 +518,7 @@ pub mod delaunay_tiles {
                 unsafe {
                     ::core::ptr::copy_nonoverlapping(
                         &x_le as *const _ as *const u8,
-                        self.0[28..].as_mut_ptr(),
+                        self.0[36..].as_mut_ptr(),
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                 }
@@ -469,7 +531,7 @@ pub mod delaunay_tiles {
                 // Which contains a valid value in this slot
                 ::flatbuffers::EndianScalar::from_little_endian(unsafe {
                     ::core::ptr::copy_nonoverlapping(
-                        self.0[32..].as_ptr(),
+                        self.0[40..].as_ptr(),
                         mem.as_mut_ptr() as *mut u8,
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
@@ -485,21 +547,21 @@ pub mod delaunay_tiles {
                 unsafe {
                     ::core::ptr::copy_nonoverlapping(
                         &x_le as *const _ as *const u8,
-                        self.0[32..].as_mut_ptr(),
+                        self.0[40..].as_mut_ptr(),
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                 }
             }
 
-            /// 0: as it is.
-            pub fn codec(&self) -> u32 {
+            /// Bits 0 to 7: the codec of the core, bits 8 to 15: that of the border. 0: as it is; 1: Zstandard.
+            pub fn codecs(&self) -> u32 {
                 let mut mem = ::core::mem::MaybeUninit::<<u32 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
                 // Safety:
                 // Created from a valid Table for this object
                 // Which contains a valid value in this slot
                 ::flatbuffers::EndianScalar::from_little_endian(unsafe {
                     ::core::ptr::copy_nonoverlapping(
-                        self.0[36..].as_ptr(),
+                        self.0[44..].as_ptr(),
                         mem.as_mut_ptr() as *mut u8,
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
@@ -507,7 +569,7 @@ pub mod delaunay_tiles {
                 })
             }
 
-            pub fn set_codec(&mut self, x: u32) {
+            pub fn set_codecs(&mut self, x: u32) {
                 let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
                 // Safety:
                 // Created from a valid Table for this object
@@ -515,7 +577,7 @@ pub mod delaunay_tiles {
                 unsafe {
                     ::core::ptr::copy_nonoverlapping(
                         &x_le as *const _ as *const u8,
-                        self.0[36..].as_mut_ptr(),
+                        self.0[44..].as_mut_ptr(),
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                 }
@@ -528,7 +590,7 @@ pub mod delaunay_tiles {
                 // Which contains a valid value in this slot
                 ::flatbuffers::EndianScalar::from_little_endian(unsafe {
                     ::core::ptr::copy_nonoverlapping(
-                        self.0[40..].as_ptr(),
+                        self.0[48..].as_ptr(),
                         mem.as_mut_ptr() as *mut u8,
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
@@ -544,7 +606,7 @@ pub mod delaunay_tiles {
                 unsafe {
                     ::core::ptr::copy_nonoverlapping(
                         &x_le as *const _ as *const u8,
-                        self.0[40..].as_mut_ptr(),
+                        self.0[48..].as_mut_ptr(),
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                 }
@@ -557,7 +619,7 @@ pub mod delaunay_tiles {
                 // Which contains a valid value in this slot
                 ::flatbuffers::EndianScalar::from_little_endian(unsafe {
                     ::core::ptr::copy_nonoverlapping(
-                        self.0[44..].as_ptr(),
+                        self.0[52..].as_ptr(),
                         mem.as_mut_ptr() as *mut u8,
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
@@ -573,7 +635,7 @@ pub mod delaunay_tiles {
                 unsafe {
                     ::core::ptr::copy_nonoverlapping(
                         &x_le as *const _ as *const u8,
-                        self.0[44..].as_mut_ptr(),
+                        self.0[52..].as_mut_ptr(),
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                 }
@@ -586,7 +648,7 @@ pub mod delaunay_tiles {
                 // Which contains a valid value in this slot
                 ::flatbuffers::EndianScalar::from_little_endian(unsafe {
                     ::core::ptr::copy_nonoverlapping(
-                        self.0[48..].as_ptr(),
+                        self.0[56..].as_ptr(),
                         mem.as_mut_ptr() as *mut u8,
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
@@ -602,7 +664,7 @@ pub mod delaunay_tiles {
                 unsafe {
                     ::core::ptr::copy_nonoverlapping(
                         &x_le as *const _ as *const u8,
-                        self.0[48..].as_mut_ptr(),
+                        self.0[56..].as_mut_ptr(),
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                 }
@@ -616,7 +678,7 @@ pub mod delaunay_tiles {
                 // Which contains a valid value in this slot
                 ::flatbuffers::EndianScalar::from_little_endian(unsafe {
                     ::core::ptr::copy_nonoverlapping(
-                        self.0[52..].as_ptr(),
+                        self.0[60..].as_ptr(),
                         mem.as_mut_ptr() as *mut u8,
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
@@ -632,7 +694,7 @@ pub mod delaunay_tiles {
                 unsafe {
                     ::core::ptr::copy_nonoverlapping(
                         &x_le as *const _ as *const u8,
-                        self.0[52..].as_mut_ptr(),
+                        self.0[60..].as_mut_ptr(),
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                 }
@@ -645,7 +707,7 @@ pub mod delaunay_tiles {
                 // Which contains a valid value in this slot
                 ::flatbuffers::EndianScalar::from_little_endian(unsafe {
                     ::core::ptr::copy_nonoverlapping(
-                        self.0[56..].as_ptr(),
+                        self.0[64..].as_ptr(),
                         mem.as_mut_ptr() as *mut u8,
                         ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
@@ -661,7 +723,7 @@ pub mod delaunay_tiles {
                 unsafe {
                     ::core::ptr::copy_nonoverlapping(
                         &x_le as *const _ as *const u8,
-                        self.0[56..].as_mut_ptr(),
+                        self.0[64..].as_mut_ptr(),
                         ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                 }
@@ -674,7 +736,7 @@ pub mod delaunay_tiles {
                 // Which contains a valid value in this slot
                 ::flatbuffers::EndianScalar::from_little_endian(unsafe {
                     ::core::ptr::copy_nonoverlapping(
-                        self.0[64..].as_ptr(),
+                        self.0[72..].as_ptr(),
                         mem.as_mut_ptr() as *mut u8,
                         ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
@@ -690,7 +752,7 @@ pub mod delaunay_tiles {
                 unsafe {
                     ::core::ptr::copy_nonoverlapping(
                         &x_le as *const _ as *const u8,
-                        self.0[64..].as_mut_ptr(),
+                        self.0[72..].as_mut_ptr(),
                         ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                 }
@@ -703,7 +765,7 @@ pub mod delaunay_tiles {
                 // Which contains a valid value in this slot
                 ::flatbuffers::EndianScalar::from_little_endian(unsafe {
                     ::core::ptr::copy_nonoverlapping(
-                        self.0[72..].as_ptr(),
+                        self.0[80..].as_ptr(),
                         mem.as_mut_ptr() as *mut u8,
                         ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
@@ -719,7 +781,7 @@ pub mod delaunay_tiles {
                 unsafe {
                     ::core::ptr::copy_nonoverlapping(
                         &x_le as *const _ as *const u8,
-                        self.0[72..].as_mut_ptr(),
+                        self.0[80..].as_mut_ptr(),
                         ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                 }
@@ -732,7 +794,7 @@ pub mod delaunay_tiles {
                 // Which contains a valid value in this slot
                 ::flatbuffers::EndianScalar::from_little_endian(unsafe {
                     ::core::ptr::copy_nonoverlapping(
-                        self.0[80..].as_ptr(),
+                        self.0[88..].as_ptr(),
                         mem.as_mut_ptr() as *mut u8,
                         ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
@@ -748,55 +810,420 @@ pub mod delaunay_tiles {
                 unsafe {
                     ::core::ptr::copy_nonoverlapping(
                         &x_le as *const _ as *const u8,
-                        self.0[80..].as_mut_ptr(),
+                        self.0[88..].as_mut_ptr(),
                         ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                 }
             }
         }
 
-        /// Where a page of entries lies, from the start of the directory.
-        // struct PageExtent, aligned to 8
+        /// Where a page lies. Bounds are in steps of 1/65535 of the bounds of all vertices.
+        // struct PageRef, aligned to 4
         #[repr(transparent)]
         #[derive(Clone, Copy, PartialEq)]
-        pub struct PageExtent(pub [u8; 16]);
-        impl Default for PageExtent {
+        pub struct PageRef(pub [u8; 24]);
+        impl Default for PageRef {
             fn default() -> Self {
-                Self([0; 16])
+                Self([0; 24])
             }
         }
-        impl ::core::fmt::Debug for PageExtent {
+        impl ::core::fmt::Debug for PageRef {
             fn fmt(&self, f: &mut ::core::fmt::Formatter) -> ::core::fmt::Result {
-                f.debug_struct("PageExtent")
+                f.debug_struct("PageRef")
                     .field("offset", &self.offset())
-                    .field("length", &self.length())
                     .field("crc", &self.crc())
+                    .field("first_tile", &self.first_tile())
+                    .field("length", &self.length())
+                    .field("min_x", &self.min_x())
+                    .field("min_y", &self.min_y())
+                    .field("max_x", &self.max_x())
+                    .field("max_y", &self.max_y())
+                    .field("reserved", &self.reserved())
                     .finish()
             }
         }
 
-        impl ::flatbuffers::SimpleToVerifyInSlice for PageExtent {}
-        impl<'a> ::flatbuffers::Follow<'a> for PageExtent {
-            type Inner = &'a PageExtent;
+        impl ::flatbuffers::SimpleToVerifyInSlice for PageRef {}
+        impl<'a> ::flatbuffers::Follow<'a> for PageRef {
+            type Inner = &'a PageRef;
             #[inline]
             unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
-                unsafe { <&'a PageExtent>::follow(buf, loc) }
+                unsafe { <&'a PageRef>::follow(buf, loc) }
             }
         }
-        impl<'a> ::flatbuffers::Follow<'a> for &'a PageExtent {
-            type Inner = &'a PageExtent;
+        impl<'a> ::flatbuffers::Follow<'a> for &'a PageRef {
+            type Inner = &'a PageRef;
             #[inline]
             unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
-                unsafe { ::flatbuffers::follow_cast_ref::<PageExtent>(buf, loc) }
+                unsafe { ::flatbuffers::follow_cast_ref::<PageRef>(buf, loc) }
             }
         }
-        impl<'b> ::flatbuffers::Push for PageExtent {
-            type Output = PageExtent;
+        impl<'b> ::flatbuffers::Push for PageRef {
+            type Output = PageRef;
             #[inline]
             unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {
                 let src = unsafe {
                     ::core::slice::from_raw_parts(
-                        self as *const PageExtent as *const u8,
+                        self as *const PageRef as *const u8,
+                        <Self as ::flatbuffers::Push>::size(),
+                    )
+                };
+                dst.copy_from_slice(src);
+            }
+            #[inline]
+            fn alignment() -> ::flatbuffers::PushAlignment {
+                ::flatbuffers::PushAlignment::new(4)
+            }
+        }
+
+        impl<'a> ::flatbuffers::Verifiable for PageRef {
+            #[inline]
+            fn run_verifier(
+                v: &mut ::flatbuffers::Verifier,
+                pos: usize,
+            ) -> Result<(), ::flatbuffers::InvalidFlatbuffer> {
+                v.in_buffer::<Self>(pos)
+            }
+        }
+
+        impl<'a> PageRef {
+            #[allow(clippy::too_many_arguments)]
+            pub fn new(
+                offset: u32,
+                crc: u32,
+                first_tile: u32,
+                length: u16,
+                min_x: u16,
+                min_y: u16,
+                max_x: u16,
+                max_y: u16,
+                reserved: u16,
+            ) -> Self {
+                let mut s = Self([0; 24]);
+                s.set_offset(offset);
+                s.set_crc(crc);
+                s.set_first_tile(first_tile);
+                s.set_length(length);
+                s.set_min_x(min_x);
+                s.set_min_y(min_y);
+                s.set_max_x(max_x);
+                s.set_max_y(max_y);
+                s.set_reserved(reserved);
+                s
+            }
+
+            /// In blocks of 4096 bytes from the start of the file.
+            pub fn offset(&self) -> u32 {
+                let mut mem = ::core::mem::MaybeUninit::<<u32 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[0..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_offset(&mut self, x: u32) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[0..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn crc(&self) -> u32 {
+                let mut mem = ::core::mem::MaybeUninit::<<u32 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[4..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_crc(&mut self, x: u32) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[4..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            /// The number of its first tile.
+            pub fn first_tile(&self) -> u32 {
+                let mut mem = ::core::mem::MaybeUninit::<<u32 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[8..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_first_tile(&mut self, x: u32) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[8..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn length(&self) -> u16 {
+                let mut mem = ::core::mem::MaybeUninit::<<u16 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[12..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_length(&mut self, x: u16) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[12..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn min_x(&self) -> u16 {
+                let mut mem = ::core::mem::MaybeUninit::<<u16 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[14..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_min_x(&mut self, x: u16) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[14..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn min_y(&self) -> u16 {
+                let mut mem = ::core::mem::MaybeUninit::<<u16 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[16..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_min_y(&mut self, x: u16) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[16..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn max_x(&self) -> u16 {
+                let mut mem = ::core::mem::MaybeUninit::<<u16 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[18..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_max_x(&mut self, x: u16) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[18..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn max_y(&self) -> u16 {
+                let mut mem = ::core::mem::MaybeUninit::<<u16 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[20..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_max_y(&mut self, x: u16) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[20..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn reserved(&self) -> u16 {
+                let mut mem = ::core::mem::MaybeUninit::<<u16 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[22..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_reserved(&mut self, x: u16) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[22..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+        }
+
+        /// Where a list of pages lies.
+        // struct PageListRef, aligned to 8
+        #[repr(transparent)]
+        #[derive(Clone, Copy, PartialEq)]
+        pub struct PageListRef(pub [u8; 32]);
+        impl Default for PageListRef {
+            fn default() -> Self {
+                Self([0; 32])
+            }
+        }
+        impl ::core::fmt::Debug for PageListRef {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter) -> ::core::fmt::Result {
+                f.debug_struct("PageListRef")
+                    .field("offset", &self.offset())
+                    .field("length", &self.length())
+                    .field("crc", &self.crc())
+                    .field("first_page", &self.first_page())
+                    .field("first_tile", &self.first_tile())
+                    .field("min_x", &self.min_x())
+                    .field("min_y", &self.min_y())
+                    .field("max_x", &self.max_x())
+                    .field("max_y", &self.max_y())
+                    .finish()
+            }
+        }
+
+        impl ::flatbuffers::SimpleToVerifyInSlice for PageListRef {}
+        impl<'a> ::flatbuffers::Follow<'a> for PageListRef {
+            type Inner = &'a PageListRef;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                unsafe { <&'a PageListRef>::follow(buf, loc) }
+            }
+        }
+        impl<'a> ::flatbuffers::Follow<'a> for &'a PageListRef {
+            type Inner = &'a PageListRef;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                unsafe { ::flatbuffers::follow_cast_ref::<PageListRef>(buf, loc) }
+            }
+        }
+        impl<'b> ::flatbuffers::Push for PageListRef {
+            type Output = PageListRef;
+            #[inline]
+            unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {
+                let src = unsafe {
+                    ::core::slice::from_raw_parts(
+                        self as *const PageListRef as *const u8,
                         <Self as ::flatbuffers::Push>::size(),
                     )
                 };
@@ -808,7 +1235,7 @@ pub mod delaunay_tiles {
             }
         }
 
-        impl<'a> ::flatbuffers::Verifiable for PageExtent {
+        impl<'a> ::flatbuffers::Verifiable for PageListRef {
             #[inline]
             fn run_verifier(
                 v: &mut ::flatbuffers::Verifier,
@@ -818,13 +1245,29 @@ pub mod delaunay_tiles {
             }
         }
 
-        impl<'a> PageExtent {
+        impl<'a> PageListRef {
             #[allow(clippy::too_many_arguments)]
-            pub fn new(offset: u64, length: u32, crc: u32) -> Self {
-                let mut s = Self([0; 16]);
+            pub fn new(
+                offset: u64,
+                length: u32,
+                crc: u32,
+                first_page: u32,
+                first_tile: u32,
+                min_x: u16,
+                min_y: u16,
+                max_x: u16,
+                max_y: u16,
+            ) -> Self {
+                let mut s = Self([0; 32]);
                 s.set_offset(offset);
                 s.set_length(length);
                 s.set_crc(crc);
+                s.set_first_page(first_page);
+                s.set_first_tile(first_tile);
+                s.set_min_x(min_x);
+                s.set_min_y(min_y);
+                s.set_max_x(max_x);
+                s.set_max_y(max_y);
                 s
             }
 
@@ -911,6 +1354,181 @@ pub mod delaunay_tiles {
                         &x_le as *const _ as *const u8,
                         self.0[12..].as_mut_ptr(),
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            /// The numbers of its first page and of that page's first tile.
+            pub fn first_page(&self) -> u32 {
+                let mut mem = ::core::mem::MaybeUninit::<<u32 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[16..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_first_page(&mut self, x: u32) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[16..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn first_tile(&self) -> u32 {
+                let mut mem = ::core::mem::MaybeUninit::<<u32 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[20..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_first_tile(&mut self, x: u32) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[20..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn min_x(&self) -> u16 {
+                let mut mem = ::core::mem::MaybeUninit::<<u16 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[24..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_min_x(&mut self, x: u16) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[24..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn min_y(&self) -> u16 {
+                let mut mem = ::core::mem::MaybeUninit::<<u16 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[26..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_min_y(&mut self, x: u16) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[26..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn max_x(&self) -> u16 {
+                let mut mem = ::core::mem::MaybeUninit::<<u16 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[28..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_max_x(&mut self, x: u16) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[28..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn max_y(&self) -> u16 {
+                let mut mem = ::core::mem::MaybeUninit::<<u16 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[30..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_max_y(&mut self, x: u16) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[30..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u16 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                 }
             }
@@ -1046,10 +1664,650 @@ pub mod delaunay_tiles {
             }
         }
 
+        /// A number of elements, and the sum of their hashes modulo 2^128 in two halves.
+        // struct Sum, aligned to 8
+        #[repr(transparent)]
+        #[derive(Clone, Copy, PartialEq)]
+        pub struct Sum(pub [u8; 24]);
+        impl Default for Sum {
+            fn default() -> Self {
+                Self([0; 24])
+            }
+        }
+        impl ::core::fmt::Debug for Sum {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter) -> ::core::fmt::Result {
+                f.debug_struct("Sum")
+                    .field("count", &self.count())
+                    .field("low", &self.low())
+                    .field("high", &self.high())
+                    .finish()
+            }
+        }
+
+        impl ::flatbuffers::SimpleToVerifyInSlice for Sum {}
+        impl<'a> ::flatbuffers::Follow<'a> for Sum {
+            type Inner = &'a Sum;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                unsafe { <&'a Sum>::follow(buf, loc) }
+            }
+        }
+        impl<'a> ::flatbuffers::Follow<'a> for &'a Sum {
+            type Inner = &'a Sum;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                unsafe { ::flatbuffers::follow_cast_ref::<Sum>(buf, loc) }
+            }
+        }
+        impl<'b> ::flatbuffers::Push for Sum {
+            type Output = Sum;
+            #[inline]
+            unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {
+                let src = unsafe {
+                    ::core::slice::from_raw_parts(
+                        self as *const Sum as *const u8,
+                        <Self as ::flatbuffers::Push>::size(),
+                    )
+                };
+                dst.copy_from_slice(src);
+            }
+            #[inline]
+            fn alignment() -> ::flatbuffers::PushAlignment {
+                ::flatbuffers::PushAlignment::new(8)
+            }
+        }
+
+        impl<'a> ::flatbuffers::Verifiable for Sum {
+            #[inline]
+            fn run_verifier(
+                v: &mut ::flatbuffers::Verifier,
+                pos: usize,
+            ) -> Result<(), ::flatbuffers::InvalidFlatbuffer> {
+                v.in_buffer::<Self>(pos)
+            }
+        }
+
+        impl<'a> Sum {
+            #[allow(clippy::too_many_arguments)]
+            pub fn new(count: u64, low: u64, high: u64) -> Self {
+                let mut s = Self([0; 24]);
+                s.set_count(count);
+                s.set_low(low);
+                s.set_high(high);
+                s
+            }
+
+            pub fn count(&self) -> u64 {
+                let mut mem = ::core::mem::MaybeUninit::<<u64 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[0..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_count(&mut self, x: u64) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[0..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn low(&self) -> u64 {
+                let mut mem = ::core::mem::MaybeUninit::<<u64 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[8..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_low(&mut self, x: u64) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[8..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn high(&self) -> u64 {
+                let mut mem = ::core::mem::MaybeUninit::<<u64 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[16..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_high(&mut self, x: u64) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[16..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+        }
+
+        /// A line that is a ring of the same polygon as a line before it.
+        // struct PolygonLine, aligned to 8
+        #[repr(transparent)]
+        #[derive(Clone, Copy, PartialEq)]
+        pub struct PolygonLine(pub [u8; 16]);
+        impl Default for PolygonLine {
+            fn default() -> Self {
+                Self([0; 16])
+            }
+        }
+        impl ::core::fmt::Debug for PolygonLine {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter) -> ::core::fmt::Result {
+                f.debug_struct("PolygonLine")
+                    .field("line", &self.line())
+                    .field("polygon", &self.polygon())
+                    .finish()
+            }
+        }
+
+        impl ::flatbuffers::SimpleToVerifyInSlice for PolygonLine {}
+        impl<'a> ::flatbuffers::Follow<'a> for PolygonLine {
+            type Inner = &'a PolygonLine;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                unsafe { <&'a PolygonLine>::follow(buf, loc) }
+            }
+        }
+        impl<'a> ::flatbuffers::Follow<'a> for &'a PolygonLine {
+            type Inner = &'a PolygonLine;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                unsafe { ::flatbuffers::follow_cast_ref::<PolygonLine>(buf, loc) }
+            }
+        }
+        impl<'b> ::flatbuffers::Push for PolygonLine {
+            type Output = PolygonLine;
+            #[inline]
+            unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {
+                let src = unsafe {
+                    ::core::slice::from_raw_parts(
+                        self as *const PolygonLine as *const u8,
+                        <Self as ::flatbuffers::Push>::size(),
+                    )
+                };
+                dst.copy_from_slice(src);
+            }
+            #[inline]
+            fn alignment() -> ::flatbuffers::PushAlignment {
+                ::flatbuffers::PushAlignment::new(8)
+            }
+        }
+
+        impl<'a> ::flatbuffers::Verifiable for PolygonLine {
+            #[inline]
+            fn run_verifier(
+                v: &mut ::flatbuffers::Verifier,
+                pos: usize,
+            ) -> Result<(), ::flatbuffers::InvalidFlatbuffer> {
+                v.in_buffer::<Self>(pos)
+            }
+        }
+
+        impl<'a> PolygonLine {
+            #[allow(clippy::too_many_arguments)]
+            pub fn new(line: u64, polygon: u64) -> Self {
+                let mut s = Self([0; 16]);
+                s.set_line(line);
+                s.set_polygon(polygon);
+                s
+            }
+
+            pub fn line(&self) -> u64 {
+                let mut mem = ::core::mem::MaybeUninit::<<u64 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[0..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_line(&mut self, x: u64) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[0..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            /// The smallest line of the polygon, which stands for the polygon.
+            pub fn polygon(&self) -> u64 {
+                let mut mem = ::core::mem::MaybeUninit::<<u64 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[8..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_polygon(&mut self, x: u64) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[8..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+        }
+
+        /// Another directory over the same file.
+        // struct OtherDirectory, aligned to 8
+        #[repr(transparent)]
+        #[derive(Clone, Copy, PartialEq)]
+        pub struct OtherDirectory(pub [u8; 32]);
+        impl Default for OtherDirectory {
+            fn default() -> Self {
+                Self([0; 32])
+            }
+        }
+        impl ::core::fmt::Debug for OtherDirectory {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter) -> ::core::fmt::Result {
+                f.debug_struct("OtherDirectory")
+                    .field("root", &self.root())
+                    .field("generation", &self.generation())
+                    .field("kind", &self.kind())
+                    .field("reserved", &self.reserved())
+                    .finish()
+            }
+        }
+
+        impl ::flatbuffers::SimpleToVerifyInSlice for OtherDirectory {}
+        impl<'a> ::flatbuffers::Follow<'a> for OtherDirectory {
+            type Inner = &'a OtherDirectory;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                unsafe { <&'a OtherDirectory>::follow(buf, loc) }
+            }
+        }
+        impl<'a> ::flatbuffers::Follow<'a> for &'a OtherDirectory {
+            type Inner = &'a OtherDirectory;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                unsafe { ::flatbuffers::follow_cast_ref::<OtherDirectory>(buf, loc) }
+            }
+        }
+        impl<'b> ::flatbuffers::Push for OtherDirectory {
+            type Output = OtherDirectory;
+            #[inline]
+            unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {
+                let src = unsafe {
+                    ::core::slice::from_raw_parts(
+                        self as *const OtherDirectory as *const u8,
+                        <Self as ::flatbuffers::Push>::size(),
+                    )
+                };
+                dst.copy_from_slice(src);
+            }
+            #[inline]
+            fn alignment() -> ::flatbuffers::PushAlignment {
+                ::flatbuffers::PushAlignment::new(8)
+            }
+        }
+
+        impl<'a> ::flatbuffers::Verifiable for OtherDirectory {
+            #[inline]
+            fn run_verifier(
+                v: &mut ::flatbuffers::Verifier,
+                pos: usize,
+            ) -> Result<(), ::flatbuffers::InvalidFlatbuffer> {
+                v.in_buffer::<Self>(pos)
+            }
+        }
+
+        impl<'a> OtherDirectory {
+            #[allow(clippy::too_many_arguments)]
+            pub fn new(root: &PartExtent, generation: u64, kind: u32, reserved: u32) -> Self {
+                let mut s = Self([0; 32]);
+                s.set_root(root);
+                s.set_generation(generation);
+                s.set_kind(kind);
+                s.set_reserved(reserved);
+                s
+            }
+
+            pub fn root(&self) -> &PartExtent {
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid struct in this slot
+                unsafe { &*(self.0[0..].as_ptr() as *const PartExtent) }
+            }
+
+            #[allow(clippy::identity_op)]
+            pub fn set_root(&mut self, x: &PartExtent) {
+                self.0[0..0 + 16].copy_from_slice(&x.0)
+            }
+
+            /// The generation of the file that it was made from. It is stale in any other.
+            pub fn generation(&self) -> u64 {
+                let mut mem = ::core::mem::MaybeUninit::<<u64 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[16..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_generation(&mut self, x: u64) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[16..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            /// 1: overviews, 2: an index.
+            pub fn kind(&self) -> u32 {
+                let mut mem = ::core::mem::MaybeUninit::<<u32 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[24..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_kind(&mut self, x: u32) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[24..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn reserved(&self) -> u32 {
+                let mut mem = ::core::mem::MaybeUninit::<<u32 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[28..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_reserved(&mut self, x: u32) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[28..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+        }
+
+        pub enum CellsOffset {}
+        #[derive(Copy, Clone, PartialEq)]
+
+        /// A part of the k-d tree.
+        pub struct Cells<'a> {
+            pub _tab: ::flatbuffers::Table<'a>,
+        }
+
+        impl<'a> ::flatbuffers::Follow<'a> for Cells<'a> {
+            type Inner = Cells<'a>;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                Self {
+                    _tab: unsafe { ::flatbuffers::Table::new(buf, loc) },
+                }
+            }
+        }
+
+        impl<'a> Cells<'a> {
+            pub const VT_SHAPE: ::flatbuffers::VOffsetT = 4;
+            pub const VT_CUTS: ::flatbuffers::VOffsetT = 6;
+            pub const VT_LEAVES: ::flatbuffers::VOffsetT = 8;
+
+            #[inline]
+            pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
+                Cells { _tab: table }
+            }
+            #[allow(unused_mut)]
+            pub fn create<'bldr: 'args, 'args: 'mut_bldr, 'mut_bldr, A: ::flatbuffers::Allocator + 'bldr>(
+                _fbb: &'mut_bldr mut ::flatbuffers::FlatBufferBuilder<'bldr, A>,
+                args: &'args CellsArgs<'args>,
+            ) -> ::flatbuffers::WIPOffset<Cells<'bldr>> {
+                let mut builder = CellsBuilder::new(_fbb);
+                if let Some(x) = args.leaves {
+                    builder.add_leaves(x);
+                }
+                if let Some(x) = args.cuts {
+                    builder.add_cuts(x);
+                }
+                if let Some(x) = args.shape {
+                    builder.add_shape(x);
+                }
+                builder.finish()
+            }
+
+            /// Two bits for each node, in preorder, from the lowest of the first byte on. 0: a leaf, 1: x is cut, 2: y is cut.
+            #[inline]
+            pub fn shape(&self) -> ::flatbuffers::Vector<'a, u8> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, u8>>>(Cells::VT_SHAPE, None)
+                        .unwrap()
+                }
+            }
+            /// The coordinate of each cut, in the order of the nodes. Points with a coordinate up to and including it are on the left.
+            #[inline]
+            pub fn cuts(&self) -> ::flatbuffers::Vector<'a, f64> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, f64>>>(Cells::VT_CUTS, None)
+                        .unwrap()
+                }
+            }
+            /// What each leaf names, from left to right. Absent: consecutive numbers, from the first that this part of the directory
+            /// holds.
+            #[inline]
+            pub fn leaves(&self) -> Option<::flatbuffers::Vector<'a, u32>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, u32>>>(Cells::VT_LEAVES, None)
+                }
+            }
+        }
+
+        impl ::flatbuffers::Verifiable for Cells<'_> {
+            #[inline]
+            fn run_verifier(
+                v: &mut ::flatbuffers::Verifier,
+                pos: usize,
+            ) -> Result<(), ::flatbuffers::InvalidFlatbuffer> {
+                v.visit_table(pos)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, u8>>>(
+                        "shape",
+                        Self::VT_SHAPE,
+                        true,
+                    )?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, f64>>>(
+                        "cuts",
+                        Self::VT_CUTS,
+                        true,
+                    )?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, u32>>>(
+                        "leaves",
+                        Self::VT_LEAVES,
+                        false,
+                    )?
+                    .finish();
+                Ok(())
+            }
+        }
+        pub struct CellsArgs<'a> {
+            pub shape: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
+            pub cuts: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, f64>>>,
+            pub leaves: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u32>>>,
+        }
+        impl<'a> Default for CellsArgs<'a> {
+            #[inline]
+            fn default() -> Self {
+                CellsArgs {
+                    shape: None, // required field
+                    cuts: None,  // required field
+                    leaves: None,
+                }
+            }
+        }
+
+        pub struct CellsBuilder<'a: 'b, 'b, A: ::flatbuffers::Allocator + 'a> {
+            fbb_: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>,
+            start_: ::flatbuffers::WIPOffset<::flatbuffers::TableUnfinishedWIPOffset>,
+        }
+        impl<'a: 'b, 'b, A: ::flatbuffers::Allocator + 'a> CellsBuilder<'a, 'b, A> {
+            #[inline]
+            pub fn add_shape(&mut self, shape: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, u8>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Cells::VT_SHAPE, shape);
+            }
+            #[inline]
+            pub fn add_cuts(&mut self, cuts: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, f64>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Cells::VT_CUTS, cuts);
+            }
+            #[inline]
+            pub fn add_leaves(&mut self, leaves: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, u32>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Cells::VT_LEAVES, leaves);
+            }
+            #[inline]
+            pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> CellsBuilder<'a, 'b, A> {
+                let start = _fbb.start_table();
+                CellsBuilder {
+                    fbb_: _fbb,
+                    start_: start,
+                }
+            }
+            #[inline]
+            pub fn finish(self) -> ::flatbuffers::WIPOffset<Cells<'a>> {
+                let o = self.fbb_.end_table(self.start_);
+                self.fbb_.required(o, Cells::VT_SHAPE, "shape");
+                self.fbb_.required(o, Cells::VT_CUTS, "cuts");
+                ::flatbuffers::WIPOffset::new(o.value())
+            }
+        }
+
+        impl ::core::fmt::Debug for Cells<'_> {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+                let mut ds = f.debug_struct("Cells");
+                ds.field("shape", &self.shape());
+                ds.field("cuts", &self.cuts());
+                ds.field("leaves", &self.leaves());
+                ds.finish()
+            }
+        }
         pub enum PageOffset {}
         #[derive(Copy, Clone, PartialEq)]
 
-        /// Entries of consecutive tiles.
+        /// A subtree of the k-d tree, and the entries of tiles with consecutive numbers.
         pub struct Page<'a> {
             pub _tab: ::flatbuffers::Table<'a>,
         }
@@ -1067,6 +2325,7 @@ pub mod delaunay_tiles {
         impl<'a> Page<'a> {
             pub const VT_FIRST_TILE: ::flatbuffers::VOffsetT = 4;
             pub const VT_ENTRIES: ::flatbuffers::VOffsetT = 6;
+            pub const VT_CELLS: ::flatbuffers::VOffsetT = 8;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -1078,6 +2337,9 @@ pub mod delaunay_tiles {
                 args: &'args PageArgs<'args>,
             ) -> ::flatbuffers::WIPOffset<Page<'bldr>> {
                 let mut builder = PageBuilder::new(_fbb);
+                if let Some(x) = args.cells {
+                    builder.add_cells(x);
+                }
                 if let Some(x) = args.entries {
                     builder.add_entries(x);
                 }
@@ -1106,6 +2368,18 @@ pub mod delaunay_tiles {
                         .unwrap()
                 }
             }
+            /// Leaves name tiles.
+            #[inline]
+            pub fn cells(&self) -> Cells<'a> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<Cells>>(Page::VT_CELLS, None)
+                        .unwrap()
+                }
+            }
         }
 
         impl ::flatbuffers::Verifiable for Page<'_> {
@@ -1121,6 +2395,7 @@ pub mod delaunay_tiles {
                         Self::VT_ENTRIES,
                         true,
                     )?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<Cells>>("cells", Self::VT_CELLS, true)?
                     .finish();
                 Ok(())
             }
@@ -1128,6 +2403,7 @@ pub mod delaunay_tiles {
         pub struct PageArgs<'a> {
             pub first_tile: u32,
             pub entries: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, TileEntry>>>,
+            pub cells: Option<::flatbuffers::WIPOffset<Cells<'a>>>,
         }
         impl<'a> Default for PageArgs<'a> {
             #[inline]
@@ -1135,6 +2411,7 @@ pub mod delaunay_tiles {
                 PageArgs {
                     first_tile: 0,
                     entries: None, // required field
+                    cells: None,   // required field
                 }
             }
         }
@@ -1154,6 +2431,11 @@ pub mod delaunay_tiles {
                     .push_slot_always::<::flatbuffers::WIPOffset<_>>(Page::VT_ENTRIES, entries);
             }
             #[inline]
+            pub fn add_cells(&mut self, cells: ::flatbuffers::WIPOffset<Cells<'b>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<Cells>>(Page::VT_CELLS, cells);
+            }
+            #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> PageBuilder<'a, 'b, A> {
                 let start = _fbb.start_table();
                 PageBuilder {
@@ -1165,6 +2447,7 @@ pub mod delaunay_tiles {
             pub fn finish(self) -> ::flatbuffers::WIPOffset<Page<'a>> {
                 let o = self.fbb_.end_table(self.start_);
                 self.fbb_.required(o, Page::VT_ENTRIES, "entries");
+                self.fbb_.required(o, Page::VT_CELLS, "cells");
                 ::flatbuffers::WIPOffset::new(o.value())
             }
         }
@@ -1174,6 +2457,164 @@ pub mod delaunay_tiles {
                 let mut ds = f.debug_struct("Page");
                 ds.field("first_tile", &self.first_tile());
                 ds.field("entries", &self.entries());
+                ds.field("cells", &self.cells());
+                ds.finish()
+            }
+        }
+        pub enum PageListOffset {}
+        #[derive(Copy, Clone, PartialEq)]
+
+        /// Pages with consecutive numbers, and the part of the k-d tree above them.
+        pub struct PageList<'a> {
+            pub _tab: ::flatbuffers::Table<'a>,
+        }
+
+        impl<'a> ::flatbuffers::Follow<'a> for PageList<'a> {
+            type Inner = PageList<'a>;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                Self {
+                    _tab: unsafe { ::flatbuffers::Table::new(buf, loc) },
+                }
+            }
+        }
+
+        impl<'a> PageList<'a> {
+            pub const VT_FIRST_PAGE: ::flatbuffers::VOffsetT = 4;
+            pub const VT_PAGES: ::flatbuffers::VOffsetT = 6;
+            pub const VT_CELLS: ::flatbuffers::VOffsetT = 8;
+
+            #[inline]
+            pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
+                PageList { _tab: table }
+            }
+            #[allow(unused_mut)]
+            pub fn create<'bldr: 'args, 'args: 'mut_bldr, 'mut_bldr, A: ::flatbuffers::Allocator + 'bldr>(
+                _fbb: &'mut_bldr mut ::flatbuffers::FlatBufferBuilder<'bldr, A>,
+                args: &'args PageListArgs<'args>,
+            ) -> ::flatbuffers::WIPOffset<PageList<'bldr>> {
+                let mut builder = PageListBuilder::new(_fbb);
+                if let Some(x) = args.cells {
+                    builder.add_cells(x);
+                }
+                if let Some(x) = args.pages {
+                    builder.add_pages(x);
+                }
+                builder.add_first_page(args.first_page);
+                builder.finish()
+            }
+
+            #[inline]
+            pub fn first_page(&self) -> u32 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u32>(PageList::VT_FIRST_PAGE, Some(0)).unwrap() }
+            }
+            #[inline]
+            pub fn pages(&self) -> ::flatbuffers::Vector<'a, PageRef> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, PageRef>>>(
+                            PageList::VT_PAGES,
+                            None,
+                        )
+                        .unwrap()
+                }
+            }
+            /// Leaves name pages.
+            #[inline]
+            pub fn cells(&self) -> Cells<'a> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<Cells>>(PageList::VT_CELLS, None)
+                        .unwrap()
+                }
+            }
+        }
+
+        impl ::flatbuffers::Verifiable for PageList<'_> {
+            #[inline]
+            fn run_verifier(
+                v: &mut ::flatbuffers::Verifier,
+                pos: usize,
+            ) -> Result<(), ::flatbuffers::InvalidFlatbuffer> {
+                v.visit_table(pos)?
+                    .visit_field::<u32>("first_page", Self::VT_FIRST_PAGE, false)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, PageRef>>>(
+                        "pages",
+                        Self::VT_PAGES,
+                        true,
+                    )?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<Cells>>("cells", Self::VT_CELLS, true)?
+                    .finish();
+                Ok(())
+            }
+        }
+        pub struct PageListArgs<'a> {
+            pub first_page: u32,
+            pub pages: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, PageRef>>>,
+            pub cells: Option<::flatbuffers::WIPOffset<Cells<'a>>>,
+        }
+        impl<'a> Default for PageListArgs<'a> {
+            #[inline]
+            fn default() -> Self {
+                PageListArgs {
+                    first_page: 0,
+                    pages: None, // required field
+                    cells: None, // required field
+                }
+            }
+        }
+
+        pub struct PageListBuilder<'a: 'b, 'b, A: ::flatbuffers::Allocator + 'a> {
+            fbb_: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>,
+            start_: ::flatbuffers::WIPOffset<::flatbuffers::TableUnfinishedWIPOffset>,
+        }
+        impl<'a: 'b, 'b, A: ::flatbuffers::Allocator + 'a> PageListBuilder<'a, 'b, A> {
+            #[inline]
+            pub fn add_first_page(&mut self, first_page: u32) {
+                self.fbb_.push_slot::<u32>(PageList::VT_FIRST_PAGE, first_page, 0);
+            }
+            #[inline]
+            pub fn add_pages(&mut self, pages: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, PageRef>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(PageList::VT_PAGES, pages);
+            }
+            #[inline]
+            pub fn add_cells(&mut self, cells: ::flatbuffers::WIPOffset<Cells<'b>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<Cells>>(PageList::VT_CELLS, cells);
+            }
+            #[inline]
+            pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> PageListBuilder<'a, 'b, A> {
+                let start = _fbb.start_table();
+                PageListBuilder {
+                    fbb_: _fbb,
+                    start_: start,
+                }
+            }
+            #[inline]
+            pub fn finish(self) -> ::flatbuffers::WIPOffset<PageList<'a>> {
+                let o = self.fbb_.end_table(self.start_);
+                self.fbb_.required(o, PageList::VT_PAGES, "pages");
+                self.fbb_.required(o, PageList::VT_CELLS, "cells");
+                ::flatbuffers::WIPOffset::new(o.value())
+            }
+        }
+
+        impl ::core::fmt::Debug for PageList<'_> {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+                let mut ds = f.debug_struct("PageList");
+                ds.field("first_page", &self.first_page());
+                ds.field("pages", &self.pages());
+                ds.field("cells", &self.cells());
                 ds.finish()
             }
         }
@@ -1198,6 +2639,7 @@ pub mod delaunay_tiles {
         impl<'a> Source<'a> {
             pub const VT_NAME: ::flatbuffers::VOffsetT = 4;
             pub const VT_RECORDS: ::flatbuffers::VOffsetT = 6;
+            pub const VT_FIRST: ::flatbuffers::VOffsetT = 8;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -1209,6 +2651,7 @@ pub mod delaunay_tiles {
                 args: &'args SourceArgs<'args>,
             ) -> ::flatbuffers::WIPOffset<Source<'bldr>> {
                 let mut builder = SourceBuilder::new(_fbb);
+                builder.add_first(args.first);
                 builder.add_records(args.records);
                 if let Some(x) = args.name {
                     builder.add_name(x);
@@ -1235,6 +2678,14 @@ pub mod delaunay_tiles {
                 // which contains a valid value in this slot
                 unsafe { self._tab.get::<u64>(Source::VT_RECORDS, Some(0)).unwrap() }
             }
+            /// The number of its first record.
+            #[inline]
+            pub fn first(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(Source::VT_FIRST, Some(0)).unwrap() }
+            }
         }
 
         impl ::flatbuffers::Verifiable for Source<'_> {
@@ -1246,6 +2697,7 @@ pub mod delaunay_tiles {
                 v.visit_table(pos)?
                     .visit_field::<::flatbuffers::ForwardsUOffset<&str>>("name", Self::VT_NAME, true)?
                     .visit_field::<u64>("records", Self::VT_RECORDS, false)?
+                    .visit_field::<u64>("first", Self::VT_FIRST, false)?
                     .finish();
                 Ok(())
             }
@@ -1253,6 +2705,7 @@ pub mod delaunay_tiles {
         pub struct SourceArgs<'a> {
             pub name: Option<::flatbuffers::WIPOffset<&'a str>>,
             pub records: u64,
+            pub first: u64,
         }
         impl<'a> Default for SourceArgs<'a> {
             #[inline]
@@ -1260,6 +2713,7 @@ pub mod delaunay_tiles {
                 SourceArgs {
                     name: None, // required field
                     records: 0,
+                    first: 0,
                 }
             }
         }
@@ -1277,6 +2731,10 @@ pub mod delaunay_tiles {
             #[inline]
             pub fn add_records(&mut self, records: u64) {
                 self.fbb_.push_slot::<u64>(Source::VT_RECORDS, records, 0);
+            }
+            #[inline]
+            pub fn add_first(&mut self, first: u64) {
+                self.fbb_.push_slot::<u64>(Source::VT_FIRST, first, 0);
             }
             #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> SourceBuilder<'a, 'b, A> {
@@ -1299,6 +2757,120 @@ pub mod delaunay_tiles {
                 let mut ds = f.debug_struct("Source");
                 ds.field("name", &self.name());
                 ds.field("records", &self.records());
+                ds.field("first", &self.first());
+                ds.finish()
+            }
+        }
+        pub enum SourcesOffset {}
+        #[derive(Copy, Clone, PartialEq)]
+
+        /// The files that points came from, in order.
+        pub struct Sources<'a> {
+            pub _tab: ::flatbuffers::Table<'a>,
+        }
+
+        impl<'a> ::flatbuffers::Follow<'a> for Sources<'a> {
+            type Inner = Sources<'a>;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                Self {
+                    _tab: unsafe { ::flatbuffers::Table::new(buf, loc) },
+                }
+            }
+        }
+
+        impl<'a> Sources<'a> {
+            pub const VT_LIST: ::flatbuffers::VOffsetT = 4;
+
+            #[inline]
+            pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
+                Sources { _tab: table }
+            }
+            #[allow(unused_mut)]
+            pub fn create<'bldr: 'args, 'args: 'mut_bldr, 'mut_bldr, A: ::flatbuffers::Allocator + 'bldr>(
+                _fbb: &'mut_bldr mut ::flatbuffers::FlatBufferBuilder<'bldr, A>,
+                args: &'args SourcesArgs<'args>,
+            ) -> ::flatbuffers::WIPOffset<Sources<'bldr>> {
+                let mut builder = SourcesBuilder::new(_fbb);
+                if let Some(x) = args.list {
+                    builder.add_list(x);
+                }
+                builder.finish()
+            }
+
+            #[inline]
+            pub fn list(&self) -> ::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<Source<'a>>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<
+                            ::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<Source>>,
+                        >>(Sources::VT_LIST, None)
+                        .unwrap()
+                }
+            }
+        }
+
+        impl ::flatbuffers::Verifiable for Sources<'_> {
+            #[inline]
+            fn run_verifier(
+                v: &mut ::flatbuffers::Verifier,
+                pos: usize,
+            ) -> Result<(), ::flatbuffers::InvalidFlatbuffer> {
+                v.visit_table(pos)?
+     .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, ::flatbuffers::ForwardsUOffset<Source>>>>("list", Self::VT_LIST, true)?
+     .finish();
+                Ok(())
+            }
+        }
+        pub struct SourcesArgs<'a> {
+            pub list:
+                Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<Source<'a>>>>>,
+        }
+        impl<'a> Default for SourcesArgs<'a> {
+            #[inline]
+            fn default() -> Self {
+                SourcesArgs {
+                    list: None, // required field
+                }
+            }
+        }
+
+        pub struct SourcesBuilder<'a: 'b, 'b, A: ::flatbuffers::Allocator + 'a> {
+            fbb_: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>,
+            start_: ::flatbuffers::WIPOffset<::flatbuffers::TableUnfinishedWIPOffset>,
+        }
+        impl<'a: 'b, 'b, A: ::flatbuffers::Allocator + 'a> SourcesBuilder<'a, 'b, A> {
+            #[inline]
+            pub fn add_list(
+                &mut self,
+                list: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, ::flatbuffers::ForwardsUOffset<Source<'b>>>>,
+            ) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Sources::VT_LIST, list);
+            }
+            #[inline]
+            pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> SourcesBuilder<'a, 'b, A> {
+                let start = _fbb.start_table();
+                SourcesBuilder {
+                    fbb_: _fbb,
+                    start_: start,
+                }
+            }
+            #[inline]
+            pub fn finish(self) -> ::flatbuffers::WIPOffset<Sources<'a>> {
+                let o = self.fbb_.end_table(self.start_);
+                self.fbb_.required(o, Sources::VT_LIST, "list");
+                ::flatbuffers::WIPOffset::new(o.value())
+            }
+        }
+
+        impl ::core::fmt::Debug for Sources<'_> {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+                let mut ds = f.debug_struct("Sources");
+                ds.field("list", &self.list());
                 ds.finish()
             }
         }
@@ -1480,6 +3052,456 @@ pub mod delaunay_tiles {
                 ds.finish()
             }
         }
+        pub enum LineSourcesOffset {}
+        #[derive(Copy, Clone, PartialEq)]
+
+        /// The files that lines came from, in order.
+        pub struct LineSources<'a> {
+            pub _tab: ::flatbuffers::Table<'a>,
+        }
+
+        impl<'a> ::flatbuffers::Follow<'a> for LineSources<'a> {
+            type Inner = LineSources<'a>;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                Self {
+                    _tab: unsafe { ::flatbuffers::Table::new(buf, loc) },
+                }
+            }
+        }
+
+        impl<'a> LineSources<'a> {
+            pub const VT_LIST: ::flatbuffers::VOffsetT = 4;
+
+            #[inline]
+            pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
+                LineSources { _tab: table }
+            }
+            #[allow(unused_mut)]
+            pub fn create<'bldr: 'args, 'args: 'mut_bldr, 'mut_bldr, A: ::flatbuffers::Allocator + 'bldr>(
+                _fbb: &'mut_bldr mut ::flatbuffers::FlatBufferBuilder<'bldr, A>,
+                args: &'args LineSourcesArgs<'args>,
+            ) -> ::flatbuffers::WIPOffset<LineSources<'bldr>> {
+                let mut builder = LineSourcesBuilder::new(_fbb);
+                if let Some(x) = args.list {
+                    builder.add_list(x);
+                }
+                builder.finish()
+            }
+
+            #[inline]
+            pub fn list(&self) -> ::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<LineSource<'a>>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<
+                            ::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<LineSource>>,
+                        >>(LineSources::VT_LIST, None)
+                        .unwrap()
+                }
+            }
+        }
+
+        impl ::flatbuffers::Verifiable for LineSources<'_> {
+            #[inline]
+            fn run_verifier(
+                v: &mut ::flatbuffers::Verifier,
+                pos: usize,
+            ) -> Result<(), ::flatbuffers::InvalidFlatbuffer> {
+                v.visit_table(pos)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<
+                        ::flatbuffers::Vector<'_, ::flatbuffers::ForwardsUOffset<LineSource>>,
+                    >>("list", Self::VT_LIST, true)?
+                    .finish();
+                Ok(())
+            }
+        }
+        pub struct LineSourcesArgs<'a> {
+            pub list: Option<
+                ::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<LineSource<'a>>>>,
+            >,
+        }
+        impl<'a> Default for LineSourcesArgs<'a> {
+            #[inline]
+            fn default() -> Self {
+                LineSourcesArgs {
+                    list: None, // required field
+                }
+            }
+        }
+
+        pub struct LineSourcesBuilder<'a: 'b, 'b, A: ::flatbuffers::Allocator + 'a> {
+            fbb_: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>,
+            start_: ::flatbuffers::WIPOffset<::flatbuffers::TableUnfinishedWIPOffset>,
+        }
+        impl<'a: 'b, 'b, A: ::flatbuffers::Allocator + 'a> LineSourcesBuilder<'a, 'b, A> {
+            #[inline]
+            pub fn add_list(
+                &mut self,
+                list: ::flatbuffers::WIPOffset<
+                    ::flatbuffers::Vector<'b, ::flatbuffers::ForwardsUOffset<LineSource<'b>>>,
+                >,
+            ) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(LineSources::VT_LIST, list);
+            }
+            #[inline]
+            pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> LineSourcesBuilder<'a, 'b, A> {
+                let start = _fbb.start_table();
+                LineSourcesBuilder {
+                    fbb_: _fbb,
+                    start_: start,
+                }
+            }
+            #[inline]
+            pub fn finish(self) -> ::flatbuffers::WIPOffset<LineSources<'a>> {
+                let o = self.fbb_.end_table(self.start_);
+                self.fbb_.required(o, LineSources::VT_LIST, "list");
+                ::flatbuffers::WIPOffset::new(o.value())
+            }
+        }
+
+        impl ::core::fmt::Debug for LineSources<'_> {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+                let mut ds = f.debug_struct("LineSources");
+                ds.field("list", &self.list());
+                ds.finish()
+            }
+        }
+        pub enum PolygonLinesOffset {}
+        #[derive(Copy, Clone, PartialEq)]
+
+        /// Lines of obstacles that are not the first of their polygon, ascending.
+        pub struct PolygonLines<'a> {
+            pub _tab: ::flatbuffers::Table<'a>,
+        }
+
+        impl<'a> ::flatbuffers::Follow<'a> for PolygonLines<'a> {
+            type Inner = PolygonLines<'a>;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                Self {
+                    _tab: unsafe { ::flatbuffers::Table::new(buf, loc) },
+                }
+            }
+        }
+
+        impl<'a> PolygonLines<'a> {
+            pub const VT_LIST: ::flatbuffers::VOffsetT = 4;
+
+            #[inline]
+            pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
+                PolygonLines { _tab: table }
+            }
+            #[allow(unused_mut)]
+            pub fn create<'bldr: 'args, 'args: 'mut_bldr, 'mut_bldr, A: ::flatbuffers::Allocator + 'bldr>(
+                _fbb: &'mut_bldr mut ::flatbuffers::FlatBufferBuilder<'bldr, A>,
+                args: &'args PolygonLinesArgs<'args>,
+            ) -> ::flatbuffers::WIPOffset<PolygonLines<'bldr>> {
+                let mut builder = PolygonLinesBuilder::new(_fbb);
+                if let Some(x) = args.list {
+                    builder.add_list(x);
+                }
+                builder.finish()
+            }
+
+            #[inline]
+            pub fn list(&self) -> ::flatbuffers::Vector<'a, PolygonLine> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, PolygonLine>>>(
+                            PolygonLines::VT_LIST,
+                            None,
+                        )
+                        .unwrap()
+                }
+            }
+        }
+
+        impl ::flatbuffers::Verifiable for PolygonLines<'_> {
+            #[inline]
+            fn run_verifier(
+                v: &mut ::flatbuffers::Verifier,
+                pos: usize,
+            ) -> Result<(), ::flatbuffers::InvalidFlatbuffer> {
+                v.visit_table(pos)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, PolygonLine>>>(
+                        "list",
+                        Self::VT_LIST,
+                        true,
+                    )?
+                    .finish();
+                Ok(())
+            }
+        }
+        pub struct PolygonLinesArgs<'a> {
+            pub list: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, PolygonLine>>>,
+        }
+        impl<'a> Default for PolygonLinesArgs<'a> {
+            #[inline]
+            fn default() -> Self {
+                PolygonLinesArgs {
+                    list: None, // required field
+                }
+            }
+        }
+
+        pub struct PolygonLinesBuilder<'a: 'b, 'b, A: ::flatbuffers::Allocator + 'a> {
+            fbb_: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>,
+            start_: ::flatbuffers::WIPOffset<::flatbuffers::TableUnfinishedWIPOffset>,
+        }
+        impl<'a: 'b, 'b, A: ::flatbuffers::Allocator + 'a> PolygonLinesBuilder<'a, 'b, A> {
+            #[inline]
+            pub fn add_list(&mut self, list: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, PolygonLine>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(PolygonLines::VT_LIST, list);
+            }
+            #[inline]
+            pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> PolygonLinesBuilder<'a, 'b, A> {
+                let start = _fbb.start_table();
+                PolygonLinesBuilder {
+                    fbb_: _fbb,
+                    start_: start,
+                }
+            }
+            #[inline]
+            pub fn finish(self) -> ::flatbuffers::WIPOffset<PolygonLines<'a>> {
+                let o = self.fbb_.end_table(self.start_);
+                self.fbb_.required(o, PolygonLines::VT_LIST, "list");
+                ::flatbuffers::WIPOffset::new(o.value())
+            }
+        }
+
+        impl ::core::fmt::Debug for PolygonLines<'_> {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+                let mut ds = f.debug_struct("PolygonLines");
+                ds.field("list", &self.list());
+                ds.finish()
+            }
+        }
+        pub enum PlacesOffset {}
+        #[derive(Copy, Clone, PartialEq)]
+
+        /// Points that are no vertices, or need not be.
+        pub struct Places<'a> {
+            pub _tab: ::flatbuffers::Table<'a>,
+        }
+
+        impl<'a> ::flatbuffers::Follow<'a> for Places<'a> {
+            type Inner = Places<'a>;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                Self {
+                    _tab: unsafe { ::flatbuffers::Table::new(buf, loc) },
+                }
+            }
+        }
+
+        impl<'a> Places<'a> {
+            pub const VT_LIST: ::flatbuffers::VOffsetT = 4;
+
+            #[inline]
+            pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
+                Places { _tab: table }
+            }
+            #[allow(unused_mut)]
+            pub fn create<'bldr: 'args, 'args: 'mut_bldr, 'mut_bldr, A: ::flatbuffers::Allocator + 'bldr>(
+                _fbb: &'mut_bldr mut ::flatbuffers::FlatBufferBuilder<'bldr, A>,
+                args: &'args PlacesArgs<'args>,
+            ) -> ::flatbuffers::WIPOffset<Places<'bldr>> {
+                let mut builder = PlacesBuilder::new(_fbb);
+                if let Some(x) = args.list {
+                    builder.add_list(x);
+                }
+                builder.finish()
+            }
+
+            #[inline]
+            pub fn list(&self) -> ::flatbuffers::Vector<'a, Place> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, Place>>>(Places::VT_LIST, None)
+                        .unwrap()
+                }
+            }
+        }
+
+        impl ::flatbuffers::Verifiable for Places<'_> {
+            #[inline]
+            fn run_verifier(
+                v: &mut ::flatbuffers::Verifier,
+                pos: usize,
+            ) -> Result<(), ::flatbuffers::InvalidFlatbuffer> {
+                v.visit_table(pos)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, Place>>>(
+                        "list",
+                        Self::VT_LIST,
+                        true,
+                    )?
+                    .finish();
+                Ok(())
+            }
+        }
+        pub struct PlacesArgs<'a> {
+            pub list: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, Place>>>,
+        }
+        impl<'a> Default for PlacesArgs<'a> {
+            #[inline]
+            fn default() -> Self {
+                PlacesArgs {
+                    list: None, // required field
+                }
+            }
+        }
+
+        pub struct PlacesBuilder<'a: 'b, 'b, A: ::flatbuffers::Allocator + 'a> {
+            fbb_: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>,
+            start_: ::flatbuffers::WIPOffset<::flatbuffers::TableUnfinishedWIPOffset>,
+        }
+        impl<'a: 'b, 'b, A: ::flatbuffers::Allocator + 'a> PlacesBuilder<'a, 'b, A> {
+            #[inline]
+            pub fn add_list(&mut self, list: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, Place>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Places::VT_LIST, list);
+            }
+            #[inline]
+            pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> PlacesBuilder<'a, 'b, A> {
+                let start = _fbb.start_table();
+                PlacesBuilder {
+                    fbb_: _fbb,
+                    start_: start,
+                }
+            }
+            #[inline]
+            pub fn finish(self) -> ::flatbuffers::WIPOffset<Places<'a>> {
+                let o = self.fbb_.end_table(self.start_);
+                self.fbb_.required(o, Places::VT_LIST, "list");
+                ::flatbuffers::WIPOffset::new(o.value())
+            }
+        }
+
+        impl ::core::fmt::Debug for Places<'_> {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+                let mut ds = f.debug_struct("Places");
+                ds.field("list", &self.list());
+                ds.finish()
+            }
+        }
+        pub enum CrsOffset {}
+        #[derive(Copy, Clone, PartialEq)]
+
+        /// A coordinate reference system, as the input named it.
+        pub struct Crs<'a> {
+            pub _tab: ::flatbuffers::Table<'a>,
+        }
+
+        impl<'a> ::flatbuffers::Follow<'a> for Crs<'a> {
+            type Inner = Crs<'a>;
+            #[inline]
+            unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
+                Self {
+                    _tab: unsafe { ::flatbuffers::Table::new(buf, loc) },
+                }
+            }
+        }
+
+        impl<'a> Crs<'a> {
+            pub const VT_TEXT: ::flatbuffers::VOffsetT = 4;
+
+            #[inline]
+            pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
+                Crs { _tab: table }
+            }
+            #[allow(unused_mut)]
+            pub fn create<'bldr: 'args, 'args: 'mut_bldr, 'mut_bldr, A: ::flatbuffers::Allocator + 'bldr>(
+                _fbb: &'mut_bldr mut ::flatbuffers::FlatBufferBuilder<'bldr, A>,
+                args: &'args CrsArgs<'args>,
+            ) -> ::flatbuffers::WIPOffset<Crs<'bldr>> {
+                let mut builder = CrsBuilder::new(_fbb);
+                if let Some(x) = args.text {
+                    builder.add_text(x);
+                }
+                builder.finish()
+            }
+
+            #[inline]
+            pub fn text(&self) -> &'a str {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<&str>>(Crs::VT_TEXT, None)
+                        .unwrap()
+                }
+            }
+        }
+
+        impl ::flatbuffers::Verifiable for Crs<'_> {
+            #[inline]
+            fn run_verifier(
+                v: &mut ::flatbuffers::Verifier,
+                pos: usize,
+            ) -> Result<(), ::flatbuffers::InvalidFlatbuffer> {
+                v.visit_table(pos)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<&str>>("text", Self::VT_TEXT, true)?
+                    .finish();
+                Ok(())
+            }
+        }
+        pub struct CrsArgs<'a> {
+            pub text: Option<::flatbuffers::WIPOffset<&'a str>>,
+        }
+        impl<'a> Default for CrsArgs<'a> {
+            #[inline]
+            fn default() -> Self {
+                CrsArgs {
+                    text: None, // required field
+                }
+            }
+        }
+
+        pub struct CrsBuilder<'a: 'b, 'b, A: ::flatbuffers::Allocator + 'a> {
+            fbb_: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>,
+            start_: ::flatbuffers::WIPOffset<::flatbuffers::TableUnfinishedWIPOffset>,
+        }
+        impl<'a: 'b, 'b, A: ::flatbuffers::Allocator + 'a> CrsBuilder<'a, 'b, A> {
+            #[inline]
+            pub fn add_text(&mut self, text: ::flatbuffers::WIPOffset<&'b str>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Crs::VT_TEXT, text);
+            }
+            #[inline]
+            pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> CrsBuilder<'a, 'b, A> {
+                let start = _fbb.start_table();
+                CrsBuilder {
+                    fbb_: _fbb,
+                    start_: start,
+                }
+            }
+            #[inline]
+            pub fn finish(self) -> ::flatbuffers::WIPOffset<Crs<'a>> {
+                let o = self.fbb_.end_table(self.start_);
+                self.fbb_.required(o, Crs::VT_TEXT, "text");
+                ::flatbuffers::WIPOffset::new(o.value())
+            }
+        }
+
+        impl ::core::fmt::Debug for Crs<'_> {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+                let mut ds = f.debug_struct("Crs");
+                ds.field("text", &self.text());
+                ds.finish()
+            }
+        }
         pub enum DirectoryOffset {}
         #[derive(Copy, Clone, PartialEq)]
 
@@ -1500,35 +3522,51 @@ pub mod delaunay_tiles {
 
         impl<'a> Directory<'a> {
             pub const VT_TILES: ::flatbuffers::VOffsetT = 4;
-            pub const VT_TILE_VERTICES: ::flatbuffers::VOffsetT = 6;
-            pub const VT_VERTICES: ::flatbuffers::VOffsetT = 8;
-            pub const VT_TRIANGLES: ::flatbuffers::VOffsetT = 10;
-            pub const VT_HULL_EDGES: ::flatbuffers::VOffsetT = 12;
-            pub const VT_POINTS: ::flatbuffers::VOffsetT = 14;
-            pub const VT_DUPLICATES: ::flatbuffers::VOffsetT = 16;
-            pub const VT_HAS_Z: ::flatbuffers::VOffsetT = 18;
-            pub const VT_MIN_X: ::flatbuffers::VOffsetT = 20;
-            pub const VT_MIN_Y: ::flatbuffers::VOffsetT = 22;
-            pub const VT_MAX_X: ::flatbuffers::VOffsetT = 24;
-            pub const VT_MAX_Y: ::flatbuffers::VOffsetT = 26;
-            pub const VT_NODES: ::flatbuffers::VOffsetT = 28;
-            pub const VT_PAGES: ::flatbuffers::VOffsetT = 30;
-            pub const VT_SOURCES: ::flatbuffers::VOffsetT = 32;
-            pub const VT_CRS: ::flatbuffers::VOffsetT = 34;
-            pub const VT_PRODUCER: ::flatbuffers::VOffsetT = 36;
-            pub const VT_ENDS: ::flatbuffers::VOffsetT = 38;
-            pub const VT_CONSTRAINT_EDGES: ::flatbuffers::VOffsetT = 40;
-            pub const VT_REGIONS: ::flatbuffers::VOffsetT = 42;
-            pub const VT_SPANNING_REGIONS: ::flatbuffers::VOffsetT = 44;
-            pub const VT_HOLE_REGIONS: ::flatbuffers::VOffsetT = 46;
-            pub const VT_HOLE_TRIANGLES: ::flatbuffers::VOffsetT = 48;
-            pub const VT_SITES: ::flatbuffers::VOffsetT = 50;
-            pub const VT_CROSSINGS: ::flatbuffers::VOffsetT = 52;
-            pub const VT_LINES: ::flatbuffers::VOffsetT = 54;
-            pub const VT_EXTERIOR_IS_HOLE: ::flatbuffers::VOffsetT = 56;
-            pub const VT_SEEDS: ::flatbuffers::VOffsetT = 58;
-            pub const VT_BORDERS: ::flatbuffers::VOffsetT = 60;
-            pub const VT_NEXT_RECORD: ::flatbuffers::VOffsetT = 62;
+            pub const VT_NEXT_TILE: ::flatbuffers::VOffsetT = 6;
+            pub const VT_TILE_VERTICES: ::flatbuffers::VOffsetT = 8;
+            pub const VT_VERTICES: ::flatbuffers::VOffsetT = 10;
+            pub const VT_TRIANGLES: ::flatbuffers::VOffsetT = 12;
+            pub const VT_HULL_EDGES: ::flatbuffers::VOffsetT = 14;
+            pub const VT_POINTS: ::flatbuffers::VOffsetT = 16;
+            pub const VT_DUPLICATES: ::flatbuffers::VOffsetT = 18;
+            pub const VT_HAS_Z: ::flatbuffers::VOffsetT = 20;
+            pub const VT_MIN_X: ::flatbuffers::VOffsetT = 22;
+            pub const VT_MIN_Y: ::flatbuffers::VOffsetT = 24;
+            pub const VT_MAX_X: ::flatbuffers::VOffsetT = 26;
+            pub const VT_MAX_Y: ::flatbuffers::VOffsetT = 28;
+            pub const VT_CELLS: ::flatbuffers::VOffsetT = 30;
+            pub const VT_PAGE_LISTS: ::flatbuffers::VOffsetT = 32;
+            pub const VT_PAGES: ::flatbuffers::VOffsetT = 34;
+            pub const VT_SOURCES: ::flatbuffers::VOffsetT = 36;
+            pub const VT_CRS: ::flatbuffers::VOffsetT = 38;
+            pub const VT_PRODUCER: ::flatbuffers::VOffsetT = 40;
+            pub const VT_ENDS: ::flatbuffers::VOffsetT = 42;
+            pub const VT_CONSTRAINT_EDGES: ::flatbuffers::VOffsetT = 44;
+            pub const VT_REGIONS: ::flatbuffers::VOffsetT = 46;
+            pub const VT_SPANNING_REGIONS: ::flatbuffers::VOffsetT = 48;
+            pub const VT_HOLE_REGIONS: ::flatbuffers::VOffsetT = 50;
+            pub const VT_HOLE_TRIANGLES: ::flatbuffers::VOffsetT = 52;
+            pub const VT_SITES: ::flatbuffers::VOffsetT = 54;
+            pub const VT_CROSSINGS: ::flatbuffers::VOffsetT = 56;
+            pub const VT_LINES: ::flatbuffers::VOffsetT = 58;
+            pub const VT_LINE_KINDS: ::flatbuffers::VOffsetT = 60;
+            pub const VT_EXTERIOR_IS_HOLE: ::flatbuffers::VOffsetT = 62;
+            pub const VT_HOLE_POINTS: ::flatbuffers::VOffsetT = 64;
+            pub const VT_CELL_BORDERS: ::flatbuffers::VOffsetT = 66;
+            pub const VT_NEXT_RECORD: ::flatbuffers::VOffsetT = 68;
+            pub const VT_NEXT_LINE: ::flatbuffers::VOffsetT = 70;
+            pub const VT_NEXT_SITE: ::flatbuffers::VOffsetT = 72;
+            pub const VT_LAST_TRANSACTION: ::flatbuffers::VOffsetT = 74;
+            pub const VT_FREE: ::flatbuffers::VOffsetT = 76;
+            pub const VT_OTHERS: ::flatbuffers::VOffsetT = 78;
+            pub const VT_POLYGON_LINES: ::flatbuffers::VOffsetT = 80;
+            pub const VT_TRIANGLE_SUM: ::flatbuffers::VOffsetT = 82;
+            pub const VT_VERTEX_SUM: ::flatbuffers::VOffsetT = 84;
+            pub const VT_CONSTRAINT_EDGE_SUM: ::flatbuffers::VOffsetT = 86;
+            pub const VT_HOLE_SUM: ::flatbuffers::VOffsetT = 88;
+            pub const VT_VERTEX_Z_SUM: ::flatbuffers::VOffsetT = 90;
+            pub const VT_EDGE_SOURCE_SUM: ::flatbuffers::VOffsetT = 92;
+            pub const VT_SITE_SUM: ::flatbuffers::VOffsetT = 94;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -1540,6 +3578,9 @@ pub mod delaunay_tiles {
                 args: &'args DirectoryArgs<'args>,
             ) -> ::flatbuffers::WIPOffset<Directory<'bldr>> {
                 let mut builder = DirectoryBuilder::new(_fbb);
+                builder.add_last_transaction(args.last_transaction);
+                builder.add_next_site(args.next_site);
+                builder.add_next_line(args.next_line);
                 builder.add_next_record(args.next_record);
                 builder.add_crossings(args.crossings);
                 builder.add_sites(args.sites);
@@ -1558,12 +3599,43 @@ pub mod delaunay_tiles {
                 builder.add_hull_edges(args.hull_edges);
                 builder.add_triangles(args.triangles);
                 builder.add_vertices(args.vertices);
-                if let Some(x) = args.borders {
-                    builder.add_borders(x);
+                if let Some(x) = args.site_sum {
+                    builder.add_site_sum(x);
                 }
-                if let Some(x) = args.seeds {
-                    builder.add_seeds(x);
+                if let Some(x) = args.edge_source_sum {
+                    builder.add_edge_source_sum(x);
                 }
+                if let Some(x) = args.vertex_z_sum {
+                    builder.add_vertex_z_sum(x);
+                }
+                if let Some(x) = args.hole_sum {
+                    builder.add_hole_sum(x);
+                }
+                if let Some(x) = args.constraint_edge_sum {
+                    builder.add_constraint_edge_sum(x);
+                }
+                if let Some(x) = args.vertex_sum {
+                    builder.add_vertex_sum(x);
+                }
+                if let Some(x) = args.triangle_sum {
+                    builder.add_triangle_sum(x);
+                }
+                if let Some(x) = args.polygon_lines {
+                    builder.add_polygon_lines(x);
+                }
+                if let Some(x) = args.others {
+                    builder.add_others(x);
+                }
+                if let Some(x) = args.free {
+                    builder.add_free(x);
+                }
+                if let Some(x) = args.cell_borders {
+                    builder.add_cell_borders(x);
+                }
+                if let Some(x) = args.hole_points {
+                    builder.add_hole_points(x);
+                }
+                builder.add_line_kinds(args.line_kinds);
                 if let Some(x) = args.lines {
                     builder.add_lines(x);
                 }
@@ -1576,25 +3648,36 @@ pub mod delaunay_tiles {
                 if let Some(x) = args.sources {
                     builder.add_sources(x);
                 }
-                if let Some(x) = args.pages {
-                    builder.add_pages(x);
+                builder.add_pages(args.pages);
+                if let Some(x) = args.page_lists {
+                    builder.add_page_lists(x);
                 }
-                if let Some(x) = args.nodes {
-                    builder.add_nodes(x);
+                if let Some(x) = args.cells {
+                    builder.add_cells(x);
                 }
                 builder.add_tile_vertices(args.tile_vertices);
+                builder.add_next_tile(args.next_tile);
                 builder.add_tiles(args.tiles);
                 builder.add_exterior_is_hole(args.exterior_is_hole);
                 builder.add_has_z(args.has_z);
                 builder.finish()
             }
 
+            /// How many tiles there are.
             #[inline]
             pub fn tiles(&self) -> u32 {
                 // Safety:
                 // Created from valid Table for this object
                 // which contains a valid value in this slot
                 unsafe { self._tab.get::<u32>(Directory::VT_TILES, Some(0)).unwrap() }
+            }
+            /// Numbers of tiles are below this one. Those that no leaf names are unused.
+            #[inline]
+            pub fn next_tile(&self) -> u32 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u32>(Directory::VT_NEXT_TILE, Some(0)).unwrap() }
             }
             /// The most vertices that the tiles were cut for.
             #[inline]
@@ -1625,7 +3708,7 @@ pub mod delaunay_tiles {
                 // which contains a valid value in this slot
                 unsafe { self._tab.get::<u64>(Directory::VT_HULL_EDGES, Some(0)).unwrap() }
             }
-            /// Points in the input, and those of them that lay on another.
+            /// Points in the input of the build, and those of them that lay on another.
             #[inline]
             pub fn points(&self) -> u64 {
                 // Safety:
@@ -1675,55 +3758,55 @@ pub mod delaunay_tiles {
                 // which contains a valid value in this slot
                 unsafe { self._tab.get::<f64>(Directory::VT_MAX_Y, Some(0.0)).unwrap() }
             }
+            /// The top of the k-d tree. Leaves name lists of pages, by their place in page_lists.
             #[inline]
-            pub fn nodes(&self) -> ::flatbuffers::Vector<'a, KdNode> {
+            pub fn cells(&self) -> Cells<'a> {
                 // Safety:
                 // Created from valid Table for this object
                 // which contains a valid value in this slot
                 unsafe {
                     self._tab
-                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, KdNode>>>(
-                            Directory::VT_NODES,
+                        .get::<::flatbuffers::ForwardsUOffset<Cells>>(Directory::VT_CELLS, None)
+                        .unwrap()
+                }
+            }
+            #[inline]
+            pub fn page_lists(&self) -> ::flatbuffers::Vector<'a, PageListRef> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, PageListRef>>>(
+                            Directory::VT_PAGE_LISTS,
                             None,
                         )
                         .unwrap()
                 }
             }
+            /// How many pages there are.
             #[inline]
-            pub fn pages(&self) -> ::flatbuffers::Vector<'a, PageExtent> {
+            pub fn pages(&self) -> u32 {
                 // Safety:
                 // Created from valid Table for this object
                 // which contains a valid value in this slot
-                unsafe {
-                    self._tab
-                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, PageExtent>>>(
-                            Directory::VT_PAGES,
-                            None,
-                        )
-                        .unwrap()
-                }
+                unsafe { self._tab.get::<u32>(Directory::VT_PAGES, Some(0)).unwrap() }
             }
+            /// Sources.
             #[inline]
-            pub fn sources(&self) -> Option<::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<Source<'a>>>> {
+            pub fn sources(&self) -> Option<&'a PartExtent> {
                 // Safety:
                 // Created from valid Table for this object
                 // which contains a valid value in this slot
-                unsafe {
-                    self._tab.get::<::flatbuffers::ForwardsUOffset<
-                        ::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<Source>>,
-                    >>(Directory::VT_SOURCES, None)
-                }
+                unsafe { self._tab.get::<PartExtent>(Directory::VT_SOURCES, None) }
             }
-            /// Coordinate reference system, as the input named it.
+            /// Crs.
             #[inline]
-            pub fn crs(&self) -> Option<&'a str> {
+            pub fn crs(&self) -> Option<&'a PartExtent> {
                 // Safety:
                 // Created from valid Table for this object
                 // which contains a valid value in this slot
-                unsafe {
-                    self._tab
-                        .get::<::flatbuffers::ForwardsUOffset<&str>>(Directory::VT_CRS, None)
-                }
+                unsafe { self._tab.get::<PartExtent>(Directory::VT_CRS, None) }
             }
             /// The program that wrote the file.
             #[inline]
@@ -1797,17 +3880,21 @@ pub mod delaunay_tiles {
                 // which contains a valid value in this slot
                 unsafe { self._tab.get::<u64>(Directory::VT_CROSSINGS, Some(0)).unwrap() }
             }
-            /// The files that lines came from, in order.
+            /// LineSources.
             #[inline]
-            pub fn lines(&self) -> Option<::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<LineSource<'a>>>> {
+            pub fn lines(&self) -> Option<&'a PartExtent> {
                 // Safety:
                 // Created from valid Table for this object
                 // which contains a valid value in this slot
-                unsafe {
-                    self._tab.get::<::flatbuffers::ForwardsUOffset<
-                        ::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<LineSource>>,
-                    >>(Directory::VT_LINES, None)
-                }
+                unsafe { self._tab.get::<PartExtent>(Directory::VT_LINES, None) }
+            }
+            /// The kinds of lines that there are: bit k for kind k. 0 without lines.
+            #[inline]
+            pub fn line_kinds(&self) -> u32 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u32>(Directory::VT_LINE_KINDS, Some(0)).unwrap() }
             }
             /// Whether regions that reach the hull without a constraint are holes.
             #[inline]
@@ -1821,41 +3908,130 @@ pub mod delaunay_tiles {
                         .unwrap()
                 }
             }
-            /// Points whose regions are holes.
+            /// Places: points whose regions are holes.
             #[inline]
-            pub fn seeds(&self) -> Option<::flatbuffers::Vector<'a, Place>> {
+            pub fn hole_points(&self) -> Option<&'a PartExtent> {
                 // Safety:
                 // Created from valid Table for this object
                 // which contains a valid value in this slot
-                unsafe {
-                    self._tab
-                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, Place>>>(
-                            Directory::VT_SEEDS,
-                            None,
-                        )
-                }
+                unsafe { self._tab.get::<PartExtent>(Directory::VT_HOLE_POINTS, None) }
             }
-            /// The borders at which lines were split too, from one place to the next, two and two.
+            /// Places: the cell borders at which lines were split too, from one place to the next, two and two.
             #[inline]
-            pub fn borders(&self) -> Option<::flatbuffers::Vector<'a, Place>> {
+            pub fn cell_borders(&self) -> Option<&'a PartExtent> {
                 // Safety:
                 // Created from valid Table for this object
                 // which contains a valid value in this slot
-                unsafe {
-                    self._tab
-                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, Place>>>(
-                            Directory::VT_BORDERS,
-                            None,
-                        )
-                }
+                unsafe { self._tab.get::<PartExtent>(Directory::VT_CELL_BORDERS, None) }
             }
-            /// One more than the largest record number that was ever given.
+            /// One more than the largest number that was ever given to a record, to a line, to a site.
             #[inline]
             pub fn next_record(&self) -> u64 {
                 // Safety:
                 // Created from valid Table for this object
                 // which contains a valid value in this slot
                 unsafe { self._tab.get::<u64>(Directory::VT_NEXT_RECORD, Some(0)).unwrap() }
+            }
+            #[inline]
+            pub fn next_line(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(Directory::VT_NEXT_LINE, Some(0)).unwrap() }
+            }
+            #[inline]
+            pub fn next_site(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(Directory::VT_NEXT_SITE, Some(0)).unwrap() }
+            }
+            /// The last transaction that the file contains. 0: none.
+            #[inline]
+            pub fn last_transaction(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(Directory::VT_LAST_TRANSACTION, Some(0)).unwrap() }
+            }
+            /// Extents of the file that are free, for later edits.
+            #[inline]
+            pub fn free(&self) -> Option<&'a PartExtent> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<PartExtent>(Directory::VT_FREE, None) }
+            }
+            #[inline]
+            pub fn others(&self) -> Option<::flatbuffers::Vector<'a, OtherDirectory>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, OtherDirectory>>>(
+                            Directory::VT_OTHERS,
+                            None,
+                        )
+                }
+            }
+            /// PolygonLines.
+            #[inline]
+            pub fn polygon_lines(&self) -> Option<&'a PartExtent> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<PartExtent>(Directory::VT_POLYGON_LINES, None) }
+            }
+            /// The digest: sums over all elements of a kind, whatever tiles they are in.
+            #[inline]
+            pub fn triangle_sum(&self) -> &'a Sum {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<Sum>(Directory::VT_TRIANGLE_SUM, None).unwrap() }
+            }
+            #[inline]
+            pub fn vertex_sum(&self) -> &'a Sum {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<Sum>(Directory::VT_VERTEX_SUM, None).unwrap() }
+            }
+            #[inline]
+            pub fn constraint_edge_sum(&self) -> &'a Sum {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<Sum>(Directory::VT_CONSTRAINT_EDGE_SUM, None).unwrap() }
+            }
+            #[inline]
+            pub fn hole_sum(&self) -> &'a Sum {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<Sum>(Directory::VT_HOLE_SUM, None).unwrap() }
+            }
+            #[inline]
+            pub fn vertex_z_sum(&self) -> &'a Sum {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<Sum>(Directory::VT_VERTEX_Z_SUM, None).unwrap() }
+            }
+            #[inline]
+            pub fn edge_source_sum(&self) -> &'a Sum {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<Sum>(Directory::VT_EDGE_SOURCE_SUM, None).unwrap() }
+            }
+            #[inline]
+            pub fn site_sum(&self) -> &'a Sum {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<Sum>(Directory::VT_SITE_SUM, None).unwrap() }
             }
         }
 
@@ -1866,42 +4042,67 @@ pub mod delaunay_tiles {
                 pos: usize,
             ) -> Result<(), ::flatbuffers::InvalidFlatbuffer> {
                 v.visit_table(pos)?
-     .visit_field::<u32>("tiles", Self::VT_TILES, false)?
-     .visit_field::<u32>("tile_vertices", Self::VT_TILE_VERTICES, false)?
-     .visit_field::<u64>("vertices", Self::VT_VERTICES, false)?
-     .visit_field::<u64>("triangles", Self::VT_TRIANGLES, false)?
-     .visit_field::<u64>("hull_edges", Self::VT_HULL_EDGES, false)?
-     .visit_field::<u64>("points", Self::VT_POINTS, false)?
-     .visit_field::<u64>("duplicates", Self::VT_DUPLICATES, false)?
-     .visit_field::<bool>("has_z", Self::VT_HAS_Z, false)?
-     .visit_field::<f64>("min_x", Self::VT_MIN_X, false)?
-     .visit_field::<f64>("min_y", Self::VT_MIN_Y, false)?
-     .visit_field::<f64>("max_x", Self::VT_MAX_X, false)?
-     .visit_field::<f64>("max_y", Self::VT_MAX_Y, false)?
-     .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, KdNode>>>("nodes", Self::VT_NODES, true)?
-     .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, PageExtent>>>("pages", Self::VT_PAGES, true)?
-     .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, ::flatbuffers::ForwardsUOffset<Source>>>>("sources", Self::VT_SOURCES, false)?
-     .visit_field::<::flatbuffers::ForwardsUOffset<&str>>("crs", Self::VT_CRS, false)?
-     .visit_field::<::flatbuffers::ForwardsUOffset<&str>>("producer", Self::VT_PRODUCER, false)?
-     .visit_field::<u64>("ends", Self::VT_ENDS, false)?
-     .visit_field::<u64>("constraint_edges", Self::VT_CONSTRAINT_EDGES, false)?
-     .visit_field::<u64>("regions", Self::VT_REGIONS, false)?
-     .visit_field::<u64>("spanning_regions", Self::VT_SPANNING_REGIONS, false)?
-     .visit_field::<u64>("hole_regions", Self::VT_HOLE_REGIONS, false)?
-     .visit_field::<u64>("hole_triangles", Self::VT_HOLE_TRIANGLES, false)?
-     .visit_field::<u64>("sites", Self::VT_SITES, false)?
-     .visit_field::<u64>("crossings", Self::VT_CROSSINGS, false)?
-     .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, ::flatbuffers::ForwardsUOffset<LineSource>>>>("lines", Self::VT_LINES, false)?
-     .visit_field::<bool>("exterior_is_hole", Self::VT_EXTERIOR_IS_HOLE, false)?
-     .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, Place>>>("seeds", Self::VT_SEEDS, false)?
-     .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, Place>>>("borders", Self::VT_BORDERS, false)?
-     .visit_field::<u64>("next_record", Self::VT_NEXT_RECORD, false)?
-     .finish();
+                    .visit_field::<u32>("tiles", Self::VT_TILES, false)?
+                    .visit_field::<u32>("next_tile", Self::VT_NEXT_TILE, false)?
+                    .visit_field::<u32>("tile_vertices", Self::VT_TILE_VERTICES, false)?
+                    .visit_field::<u64>("vertices", Self::VT_VERTICES, false)?
+                    .visit_field::<u64>("triangles", Self::VT_TRIANGLES, false)?
+                    .visit_field::<u64>("hull_edges", Self::VT_HULL_EDGES, false)?
+                    .visit_field::<u64>("points", Self::VT_POINTS, false)?
+                    .visit_field::<u64>("duplicates", Self::VT_DUPLICATES, false)?
+                    .visit_field::<bool>("has_z", Self::VT_HAS_Z, false)?
+                    .visit_field::<f64>("min_x", Self::VT_MIN_X, false)?
+                    .visit_field::<f64>("min_y", Self::VT_MIN_Y, false)?
+                    .visit_field::<f64>("max_x", Self::VT_MAX_X, false)?
+                    .visit_field::<f64>("max_y", Self::VT_MAX_Y, false)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<Cells>>("cells", Self::VT_CELLS, true)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, PageListRef>>>(
+                        "page_lists",
+                        Self::VT_PAGE_LISTS,
+                        true,
+                    )?
+                    .visit_field::<u32>("pages", Self::VT_PAGES, false)?
+                    .visit_field::<PartExtent>("sources", Self::VT_SOURCES, false)?
+                    .visit_field::<PartExtent>("crs", Self::VT_CRS, false)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<&str>>("producer", Self::VT_PRODUCER, false)?
+                    .visit_field::<u64>("ends", Self::VT_ENDS, false)?
+                    .visit_field::<u64>("constraint_edges", Self::VT_CONSTRAINT_EDGES, false)?
+                    .visit_field::<u64>("regions", Self::VT_REGIONS, false)?
+                    .visit_field::<u64>("spanning_regions", Self::VT_SPANNING_REGIONS, false)?
+                    .visit_field::<u64>("hole_regions", Self::VT_HOLE_REGIONS, false)?
+                    .visit_field::<u64>("hole_triangles", Self::VT_HOLE_TRIANGLES, false)?
+                    .visit_field::<u64>("sites", Self::VT_SITES, false)?
+                    .visit_field::<u64>("crossings", Self::VT_CROSSINGS, false)?
+                    .visit_field::<PartExtent>("lines", Self::VT_LINES, false)?
+                    .visit_field::<u32>("line_kinds", Self::VT_LINE_KINDS, false)?
+                    .visit_field::<bool>("exterior_is_hole", Self::VT_EXTERIOR_IS_HOLE, false)?
+                    .visit_field::<PartExtent>("hole_points", Self::VT_HOLE_POINTS, false)?
+                    .visit_field::<PartExtent>("cell_borders", Self::VT_CELL_BORDERS, false)?
+                    .visit_field::<u64>("next_record", Self::VT_NEXT_RECORD, false)?
+                    .visit_field::<u64>("next_line", Self::VT_NEXT_LINE, false)?
+                    .visit_field::<u64>("next_site", Self::VT_NEXT_SITE, false)?
+                    .visit_field::<u64>("last_transaction", Self::VT_LAST_TRANSACTION, false)?
+                    .visit_field::<PartExtent>("free", Self::VT_FREE, false)?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, OtherDirectory>>>(
+                        "others",
+                        Self::VT_OTHERS,
+                        false,
+                    )?
+                    .visit_field::<PartExtent>("polygon_lines", Self::VT_POLYGON_LINES, false)?
+                    .visit_field::<Sum>("triangle_sum", Self::VT_TRIANGLE_SUM, true)?
+                    .visit_field::<Sum>("vertex_sum", Self::VT_VERTEX_SUM, true)?
+                    .visit_field::<Sum>("constraint_edge_sum", Self::VT_CONSTRAINT_EDGE_SUM, true)?
+                    .visit_field::<Sum>("hole_sum", Self::VT_HOLE_SUM, true)?
+                    .visit_field::<Sum>("vertex_z_sum", Self::VT_VERTEX_Z_SUM, true)?
+                    .visit_field::<Sum>("edge_source_sum", Self::VT_EDGE_SOURCE_SUM, true)?
+                    .visit_field::<Sum>("site_sum", Self::VT_SITE_SUM, true)?
+                    .finish();
                 Ok(())
             }
         }
         pub struct DirectoryArgs<'a> {
             pub tiles: u32,
+            pub next_tile: u32,
             pub tile_vertices: u32,
             pub vertices: u64,
             pub triangles: u64,
@@ -1913,11 +4114,11 @@ pub mod delaunay_tiles {
             pub min_y: f64,
             pub max_x: f64,
             pub max_y: f64,
-            pub nodes: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, KdNode>>>,
-            pub pages: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, PageExtent>>>,
-            pub sources:
-                Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<Source<'a>>>>>,
-            pub crs: Option<::flatbuffers::WIPOffset<&'a str>>,
+            pub cells: Option<::flatbuffers::WIPOffset<Cells<'a>>>,
+            pub page_lists: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, PageListRef>>>,
+            pub pages: u32,
+            pub sources: Option<&'a PartExtent>,
+            pub crs: Option<&'a PartExtent>,
             pub producer: Option<::flatbuffers::WIPOffset<&'a str>>,
             pub ends: u64,
             pub constraint_edges: u64,
@@ -1927,19 +4128,32 @@ pub mod delaunay_tiles {
             pub hole_triangles: u64,
             pub sites: u64,
             pub crossings: u64,
-            pub lines: Option<
-                ::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, ::flatbuffers::ForwardsUOffset<LineSource<'a>>>>,
-            >,
+            pub lines: Option<&'a PartExtent>,
+            pub line_kinds: u32,
             pub exterior_is_hole: bool,
-            pub seeds: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, Place>>>,
-            pub borders: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, Place>>>,
+            pub hole_points: Option<&'a PartExtent>,
+            pub cell_borders: Option<&'a PartExtent>,
             pub next_record: u64,
+            pub next_line: u64,
+            pub next_site: u64,
+            pub last_transaction: u64,
+            pub free: Option<&'a PartExtent>,
+            pub others: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, OtherDirectory>>>,
+            pub polygon_lines: Option<&'a PartExtent>,
+            pub triangle_sum: Option<&'a Sum>,
+            pub vertex_sum: Option<&'a Sum>,
+            pub constraint_edge_sum: Option<&'a Sum>,
+            pub hole_sum: Option<&'a Sum>,
+            pub vertex_z_sum: Option<&'a Sum>,
+            pub edge_source_sum: Option<&'a Sum>,
+            pub site_sum: Option<&'a Sum>,
         }
         impl<'a> Default for DirectoryArgs<'a> {
             #[inline]
             fn default() -> Self {
                 DirectoryArgs {
                     tiles: 0,
+                    next_tile: 0,
                     tile_vertices: 0,
                     vertices: 0,
                     triangles: 0,
@@ -1951,8 +4165,9 @@ pub mod delaunay_tiles {
                     min_y: 0.0,
                     max_x: 0.0,
                     max_y: 0.0,
-                    nodes: None, // required field
-                    pages: None, // required field
+                    cells: None,      // required field
+                    page_lists: None, // required field
+                    pages: 0,
                     sources: None,
                     crs: None,
                     producer: None,
@@ -1965,10 +4180,24 @@ pub mod delaunay_tiles {
                     sites: 0,
                     crossings: 0,
                     lines: None,
+                    line_kinds: 0,
                     exterior_is_hole: false,
-                    seeds: None,
-                    borders: None,
+                    hole_points: None,
+                    cell_borders: None,
                     next_record: 0,
+                    next_line: 0,
+                    next_site: 0,
+                    last_transaction: 0,
+                    free: None,
+                    others: None,
+                    polygon_lines: None,
+                    triangle_sum: None,        // required field
+                    vertex_sum: None,          // required field
+                    constraint_edge_sum: None, // required field
+                    hole_sum: None,            // required field
+                    vertex_z_sum: None,        // required field
+                    edge_source_sum: None,     // required field
+                    site_sum: None,            // required field
                 }
             }
         }
@@ -1981,6 +4210,10 @@ pub mod delaunay_tiles {
             #[inline]
             pub fn add_tiles(&mut self, tiles: u32) {
                 self.fbb_.push_slot::<u32>(Directory::VT_TILES, tiles, 0);
+            }
+            #[inline]
+            pub fn add_next_tile(&mut self, next_tile: u32) {
+                self.fbb_.push_slot::<u32>(Directory::VT_NEXT_TILE, next_tile, 0);
             }
             #[inline]
             pub fn add_tile_vertices(&mut self, tile_vertices: u32) {
@@ -2028,29 +4261,30 @@ pub mod delaunay_tiles {
                 self.fbb_.push_slot::<f64>(Directory::VT_MAX_Y, max_y, 0.0);
             }
             #[inline]
-            pub fn add_nodes(&mut self, nodes: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, KdNode>>) {
+            pub fn add_cells(&mut self, cells: ::flatbuffers::WIPOffset<Cells<'b>>) {
                 self.fbb_
-                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_NODES, nodes);
+                    .push_slot_always::<::flatbuffers::WIPOffset<Cells>>(Directory::VT_CELLS, cells);
             }
             #[inline]
-            pub fn add_pages(&mut self, pages: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, PageExtent>>) {
-                self.fbb_
-                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_PAGES, pages);
-            }
-            #[inline]
-            pub fn add_sources(
+            pub fn add_page_lists(
                 &mut self,
-                sources: ::flatbuffers::WIPOffset<
-                    ::flatbuffers::Vector<'b, ::flatbuffers::ForwardsUOffset<Source<'b>>>,
-                >,
+                page_lists: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, PageListRef>>,
             ) {
                 self.fbb_
-                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_SOURCES, sources);
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_PAGE_LISTS, page_lists);
             }
             #[inline]
-            pub fn add_crs(&mut self, crs: ::flatbuffers::WIPOffset<&'b str>) {
+            pub fn add_pages(&mut self, pages: u32) {
+                self.fbb_.push_slot::<u32>(Directory::VT_PAGES, pages, 0);
+            }
+            #[inline]
+            pub fn add_sources(&mut self, sources: &PartExtent) {
                 self.fbb_
-                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_CRS, crs);
+                    .push_slot_always::<&PartExtent>(Directory::VT_SOURCES, sources);
+            }
+            #[inline]
+            pub fn add_crs(&mut self, crs: &PartExtent) {
+                self.fbb_.push_slot_always::<&PartExtent>(Directory::VT_CRS, crs);
             }
             #[inline]
             pub fn add_producer(&mut self, producer: ::flatbuffers::WIPOffset<&'b str>) {
@@ -2093,14 +4327,12 @@ pub mod delaunay_tiles {
                 self.fbb_.push_slot::<u64>(Directory::VT_CROSSINGS, crossings, 0);
             }
             #[inline]
-            pub fn add_lines(
-                &mut self,
-                lines: ::flatbuffers::WIPOffset<
-                    ::flatbuffers::Vector<'b, ::flatbuffers::ForwardsUOffset<LineSource<'b>>>,
-                >,
-            ) {
-                self.fbb_
-                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_LINES, lines);
+            pub fn add_lines(&mut self, lines: &PartExtent) {
+                self.fbb_.push_slot_always::<&PartExtent>(Directory::VT_LINES, lines);
+            }
+            #[inline]
+            pub fn add_line_kinds(&mut self, line_kinds: u32) {
+                self.fbb_.push_slot::<u32>(Directory::VT_LINE_KINDS, line_kinds, 0);
             }
             #[inline]
             pub fn add_exterior_is_hole(&mut self, exterior_is_hole: bool) {
@@ -2108,18 +4340,77 @@ pub mod delaunay_tiles {
                     .push_slot::<bool>(Directory::VT_EXTERIOR_IS_HOLE, exterior_is_hole, false);
             }
             #[inline]
-            pub fn add_seeds(&mut self, seeds: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, Place>>) {
+            pub fn add_hole_points(&mut self, hole_points: &PartExtent) {
                 self.fbb_
-                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_SEEDS, seeds);
+                    .push_slot_always::<&PartExtent>(Directory::VT_HOLE_POINTS, hole_points);
             }
             #[inline]
-            pub fn add_borders(&mut self, borders: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, Place>>) {
+            pub fn add_cell_borders(&mut self, cell_borders: &PartExtent) {
                 self.fbb_
-                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_BORDERS, borders);
+                    .push_slot_always::<&PartExtent>(Directory::VT_CELL_BORDERS, cell_borders);
             }
             #[inline]
             pub fn add_next_record(&mut self, next_record: u64) {
                 self.fbb_.push_slot::<u64>(Directory::VT_NEXT_RECORD, next_record, 0);
+            }
+            #[inline]
+            pub fn add_next_line(&mut self, next_line: u64) {
+                self.fbb_.push_slot::<u64>(Directory::VT_NEXT_LINE, next_line, 0);
+            }
+            #[inline]
+            pub fn add_next_site(&mut self, next_site: u64) {
+                self.fbb_.push_slot::<u64>(Directory::VT_NEXT_SITE, next_site, 0);
+            }
+            #[inline]
+            pub fn add_last_transaction(&mut self, last_transaction: u64) {
+                self.fbb_
+                    .push_slot::<u64>(Directory::VT_LAST_TRANSACTION, last_transaction, 0);
+            }
+            #[inline]
+            pub fn add_free(&mut self, free: &PartExtent) {
+                self.fbb_.push_slot_always::<&PartExtent>(Directory::VT_FREE, free);
+            }
+            #[inline]
+            pub fn add_others(&mut self, others: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, OtherDirectory>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_OTHERS, others);
+            }
+            #[inline]
+            pub fn add_polygon_lines(&mut self, polygon_lines: &PartExtent) {
+                self.fbb_
+                    .push_slot_always::<&PartExtent>(Directory::VT_POLYGON_LINES, polygon_lines);
+            }
+            #[inline]
+            pub fn add_triangle_sum(&mut self, triangle_sum: &Sum) {
+                self.fbb_
+                    .push_slot_always::<&Sum>(Directory::VT_TRIANGLE_SUM, triangle_sum);
+            }
+            #[inline]
+            pub fn add_vertex_sum(&mut self, vertex_sum: &Sum) {
+                self.fbb_.push_slot_always::<&Sum>(Directory::VT_VERTEX_SUM, vertex_sum);
+            }
+            #[inline]
+            pub fn add_constraint_edge_sum(&mut self, constraint_edge_sum: &Sum) {
+                self.fbb_
+                    .push_slot_always::<&Sum>(Directory::VT_CONSTRAINT_EDGE_SUM, constraint_edge_sum);
+            }
+            #[inline]
+            pub fn add_hole_sum(&mut self, hole_sum: &Sum) {
+                self.fbb_.push_slot_always::<&Sum>(Directory::VT_HOLE_SUM, hole_sum);
+            }
+            #[inline]
+            pub fn add_vertex_z_sum(&mut self, vertex_z_sum: &Sum) {
+                self.fbb_
+                    .push_slot_always::<&Sum>(Directory::VT_VERTEX_Z_SUM, vertex_z_sum);
+            }
+            #[inline]
+            pub fn add_edge_source_sum(&mut self, edge_source_sum: &Sum) {
+                self.fbb_
+                    .push_slot_always::<&Sum>(Directory::VT_EDGE_SOURCE_SUM, edge_source_sum);
+            }
+            #[inline]
+            pub fn add_site_sum(&mut self, site_sum: &Sum) {
+                self.fbb_.push_slot_always::<&Sum>(Directory::VT_SITE_SUM, site_sum);
             }
             #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> DirectoryBuilder<'a, 'b, A> {
@@ -2132,8 +4423,16 @@ pub mod delaunay_tiles {
             #[inline]
             pub fn finish(self) -> ::flatbuffers::WIPOffset<Directory<'a>> {
                 let o = self.fbb_.end_table(self.start_);
-                self.fbb_.required(o, Directory::VT_NODES, "nodes");
-                self.fbb_.required(o, Directory::VT_PAGES, "pages");
+                self.fbb_.required(o, Directory::VT_CELLS, "cells");
+                self.fbb_.required(o, Directory::VT_PAGE_LISTS, "page_lists");
+                self.fbb_.required(o, Directory::VT_TRIANGLE_SUM, "triangle_sum");
+                self.fbb_.required(o, Directory::VT_VERTEX_SUM, "vertex_sum");
+                self.fbb_
+                    .required(o, Directory::VT_CONSTRAINT_EDGE_SUM, "constraint_edge_sum");
+                self.fbb_.required(o, Directory::VT_HOLE_SUM, "hole_sum");
+                self.fbb_.required(o, Directory::VT_VERTEX_Z_SUM, "vertex_z_sum");
+                self.fbb_.required(o, Directory::VT_EDGE_SOURCE_SUM, "edge_source_sum");
+                self.fbb_.required(o, Directory::VT_SITE_SUM, "site_sum");
                 ::flatbuffers::WIPOffset::new(o.value())
             }
         }
@@ -2142,6 +4441,7 @@ pub mod delaunay_tiles {
             fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
                 let mut ds = f.debug_struct("Directory");
                 ds.field("tiles", &self.tiles());
+                ds.field("next_tile", &self.next_tile());
                 ds.field("tile_vertices", &self.tile_vertices());
                 ds.field("vertices", &self.vertices());
                 ds.field("triangles", &self.triangles());
@@ -2153,7 +4453,8 @@ pub mod delaunay_tiles {
                 ds.field("min_y", &self.min_y());
                 ds.field("max_x", &self.max_x());
                 ds.field("max_y", &self.max_y());
-                ds.field("nodes", &self.nodes());
+                ds.field("cells", &self.cells());
+                ds.field("page_lists", &self.page_lists());
                 ds.field("pages", &self.pages());
                 ds.field("sources", &self.sources());
                 ds.field("crs", &self.crs());
@@ -2167,10 +4468,24 @@ pub mod delaunay_tiles {
                 ds.field("sites", &self.sites());
                 ds.field("crossings", &self.crossings());
                 ds.field("lines", &self.lines());
+                ds.field("line_kinds", &self.line_kinds());
                 ds.field("exterior_is_hole", &self.exterior_is_hole());
-                ds.field("seeds", &self.seeds());
-                ds.field("borders", &self.borders());
+                ds.field("hole_points", &self.hole_points());
+                ds.field("cell_borders", &self.cell_borders());
                 ds.field("next_record", &self.next_record());
+                ds.field("next_line", &self.next_line());
+                ds.field("next_site", &self.next_site());
+                ds.field("last_transaction", &self.last_transaction());
+                ds.field("free", &self.free());
+                ds.field("others", &self.others());
+                ds.field("polygon_lines", &self.polygon_lines());
+                ds.field("triangle_sum", &self.triangle_sum());
+                ds.field("vertex_sum", &self.vertex_sum());
+                ds.field("constraint_edge_sum", &self.constraint_edge_sum());
+                ds.field("hole_sum", &self.hole_sum());
+                ds.field("vertex_z_sum", &self.vertex_z_sum());
+                ds.field("edge_source_sum", &self.edge_source_sum());
+                ds.field("site_sum", &self.site_sum());
                 ds.finish()
             }
         }

@@ -9,8 +9,8 @@ use bytes::Bytes;
 
 use crate::geometry::{Point, VertexIndex};
 use crate::store::format::damage::Damage;
-use crate::store::format::directory::{check_crc, verified};
-use crate::store::format::entry::TileEntry;
+use crate::store::format::entry::{Extent, TileEntry};
+use crate::store::format::flat_buffer::{check_crc, verified};
 use crate::store::format::generated::tile as schema;
 use crate::store::format::ids::TileId;
 use crate::store::format::packed::Packed;
@@ -30,11 +30,14 @@ fn check_identity(id: TileId, entry: &TileEntry, part: &str, tile: u32, generati
 }
 
 impl Tile {
-    /// Opens a tile, and checks its bytes against its entry and all indices in them. The error says
+    /// Opens a tile from its stored bytes, and checks these against its entry and all indices in them. The error says
     /// what is wrong.
     pub(crate) fn open(id: TileId, entry: &TileEntry, core: &Bytes, border: &Bytes) -> Result<Self, Damage> {
         check_crc("the core", core, entry.core.crc)?;
         check_crc("the border", border, entry.border.crc)?;
+        let decode = |extent: Extent, stored: &Bytes| extent.codec.decode(stored, extent.decoded);
+        let core = &decode(entry.core, core).map_err(|damage| damage.of("the core"))?;
+        let border = &decode(entry.border, border).map_err(|damage| damage.of("the border"))?;
         let core_table: schema::Core<'_> = verified(core, "the core")?;
         let border_table: schema::Border<'_> = verified(border, "the border")?;
         check_identity(id, entry, "core", core_table.tile(), core_table.generation())?;

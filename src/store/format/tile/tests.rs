@@ -5,10 +5,10 @@ use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId, VertexIndex};
 use crate::io::Buffers;
 use crate::mesh::Twin;
 use crate::store::format::damage::Damage;
-use crate::store::format::directory::verified;
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::encode::{BorderDraft, CoreDraft};
 use crate::store::format::entry::{Extent, TileEntry};
+use crate::store::format::flat_buffer::verified;
 use crate::store::format::generated::tile as schema;
 use crate::store::format::line_part::LinePart;
 use crate::store::format::tile::*;
@@ -87,11 +87,7 @@ fn open((core, border): &(CoreDraft, BorderDraft)) -> Result<Tile, Damage> {
 }
 
 fn open_bytes(core: &Bytes, border: &Bytes) -> Result<Tile, Damage> {
-    let extent = |bytes: &Bytes| Extent {
-        offset: 8192,
-        length: bytes.len() as u32,
-        crc: crc32c::crc32c(bytes),
-    };
+    let extent = |bytes: &Bytes| Extent::raw(8192, bytes.len() as u32, crc32c::crc32c(bytes));
     let entry = TileEntry {
         core: extent(core),
         border: extent(border),

@@ -43,7 +43,7 @@ impl Town {
             chain(line(BreakLine, 1), &[(5.0, 9.0), (5.0, 0.0)]),
             chain(line(Wall, 2), &[(9.0, 5.0), (0.0, 5.0)]),
             chain(line(Wall, 3), &[(5.0, 5.0), (5.0, 2.0), (9.0, 2.0)]),
-            // Rings that share an edge; a spike; a ring that goes round twice.
+            // Rings that share an edge; a spike; a spike along the ring.
             chain(
                 line(Obstacle, 4),
                 &[(1.0, 1.0), (4.0, 1.0), (4.0, 4.0), (1.0, 4.0), (1.0, 1.0)],
@@ -60,10 +60,7 @@ impl Town {
                 line(Obstacle, 7),
                 &[(1.0, 6.0), (3.0, 6.0), (3.0, 8.0), (1.0, 8.0), (1.0, 6.0)],
             ),
-            chain(
-                line(Obstacle, 7),
-                &[(1.0, 6.0), (3.0, 6.0), (3.0, 8.0), (1.0, 8.0), (1.0, 6.0)],
-            ),
+            chain(line(Obstacle, 7), &[(1.0, 6.0), (3.0, 6.0), (1.0, 6.0)]),
         ];
         let lines = lines.concat();
         let sites = [

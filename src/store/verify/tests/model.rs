@@ -9,6 +9,8 @@ use crate::geometry::{HalfEdge, PackedHalfEdge, Point, Rect};
 use crate::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use crate::io::{Buffers, MemoryFile};
 use crate::mesh::{Topology, Twin};
+use crate::store::directory_writer::front_end_for;
+use crate::store::format::digest::Digest;
 use crate::store::format::directory::Directory;
 use crate::store::format::encode::{BorderDraft, CoreDraft};
 use crate::store::format::entry::TileEntry;
@@ -32,6 +34,8 @@ pub(super) type Sourced = ([Point; 2], LinePart);
 pub(super) struct Model {
     pub(super) directory: Directory,
     pub(super) tiles: Vec<ModelTile>,
+    /// What the directory's digest has more than that of the tiles.
+    pub(super) surplus: Digest,
 }
 
 #[derive(Clone, Default)]
@@ -165,6 +169,7 @@ impl Model {
             Self {
                 tiles: tiles.iter().map(|tile| ModelTile::of(tile)).collect(),
                 directory: Directory::clone(&*reader.directory().await.unwrap()),
+                surplus: Digest::default(),
             }
         })
     }
@@ -213,27 +218,35 @@ impl Model {
     /// Encodes the model as a file in memory, and opens it.
     pub(super) async fn open(&self) -> TileReader {
         let file = MemoryFile::default();
-        let mut writer = TileWriter::new(file.clone());
+        let mut writer = TileWriter::new(file.clone(), front_end_for(2));
         let mut entries = Vec::new();
-        for (tile, id) in self.tiles.iter().zip(0..) {
-            let (core, border, entry) = self.encode(TileId(id), tile);
-            let core = writer
-                .append_core(&core.encode(TileId(id), 1, &Buffers::default()))
-                .await
-                .unwrap();
-            let border = writer
-                .append_border(&border.encode(TileId(id), 1, &Buffers::default()))
-                .await
-                .unwrap();
-            entries.push(TileEntry { core, border, ..entry });
+        let mut digest = self.surplus;
+        for (tile, id) in self.tiles.iter().zip((0..).map(TileId)) {
+            if tile.points.is_empty() {
+                entries.push(TileEntry::UNUSED);
+                continue;
+            }
+            let (core, border, entry) = self.encode(id, tile);
+            let bytes = [
+                core.encode(id, 1, &Buffers::default()),
+                border.encode(id, 1, &Buffers::default()),
+            ];
+            let core = writer.append_core(&bytes[0]).await.unwrap();
+            let border = writer.append_border(&bytes[1]).await.unwrap();
+            let entry = TileEntry { core, border, ..entry };
+            // A tile that cannot be opened is found before the digest matters.
+            if let Ok(tile) = Tile::open(id, &entry, &bytes[0], &bytes[1]) {
+                digest += Digest::of_tile(&tile);
+            }
+            entries.push(entry);
         }
-        let mut directory = self.directory.clone();
-        let metadata = &mut directory.metadata;
+        let mut metadata = self.directory.metadata.clone();
         metadata.vertices = entries.iter().map(|e| u64::from(e.vertices)).sum();
         metadata.triangles = entries.iter().map(|e| u64::from(e.owned_triangles)).sum();
         (metadata.points, metadata.duplicates) = (metadata.vertices - metadata.ends, 0);
         metadata.bounds = entries.iter().fold(Rect::EMPTY, |all, e| all.union(e.bounds));
         metadata.tile_vertices = 1000;
+        metadata.digest = digest;
         let on_line = self.tiles.iter().filter(|tile| tile.is_on_line());
         let on_line = on_line.flat_map(|tile| tile.sources.keys());
         let constraints = self.tiles.iter().flat_map(|tile| &tile.constraints);
@@ -242,7 +255,8 @@ impl Model {
             0 => 0,
             triangles => (2 * metadata.vertices - 2).saturating_sub(triangles),
         };
-        directory.tiles = entries;
+        let (lists, tree) = (self.directory.lists.clone(), self.directory.tree.clone());
+        let directory = Directory::new(metadata, lists, tree, entries);
         writer.finish(&directory).await.unwrap();
         TileReader::open_source(file, "wrong", OpenOptions::default())
             .await

@@ -1,10 +1,11 @@
 //! Models in which regions, holes or sources are wrong in one respect each.
 
 use crate::geometry::Point;
+use crate::store::format::digest::{Digest, DigestSum};
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::ids::TileId;
 use crate::store::format::tile::regions::Component;
-use crate::store::verify::tests::model::{Model, pair};
+use crate::store::verify::tests::model::{Model, pair, run};
 use crate::store::verify::tests::town::{centroid, half_edges, owner, towns};
 
 /// Asserts that verification fails, with `words` in the error.
@@ -23,7 +24,12 @@ fn unchanged_towns_are_valid() {
         town.model.verify().unwrap();
         let m = &town.model.directory.metadata;
         let local = m.regions - m.spanning_regions;
-        assert!(local > 5 && m.hole_regions > 3 && m.hole_regions < m.regions && !m.seeds.is_empty());
+        assert!(
+            local > 5
+                && m.hole_regions > 3
+                && m.hole_regions < m.regions
+                && !town.model.directory.lists.hole_points.is_empty()
+        );
         assert_eq!(
             m.spanning_regions > 5,
             town.model.tiles.len() > 1,
@@ -156,7 +162,7 @@ fn lines_that_the_directory_does_not_list_are_found() {
         for source in 0..3 {
             found(
                 &town.but(|m| {
-                    let lines = &mut m.directory.metadata.lines;
+                    let lines = &mut m.directory.lists.lines;
                     lines[source].kind = match lines[source].kind {
                         LineKind::BreakLine => LineKind::Wall,
                         _ => LineKind::BreakLine,
@@ -166,11 +172,11 @@ fn lines_that_the_directory_does_not_list_are_found() {
             );
         }
         found(
-            &town.but(|m| m.directory.metadata.lines[2].lines -= 1),
+            &town.but(|m| m.directory.lists.lines[2].lines -= 1),
             "which the directory does not know",
         );
         // A build whose lines have no names has no lines in the directory.
-        town.but(|m| m.directory.metadata.lines.clear()).verify().unwrap();
+        town.but(|m| m.directory.lists.lines.clear()).verify().unwrap();
     }
 }
 
@@ -232,9 +238,8 @@ fn holes_without_a_reason_and_regions_that_should_be_holes_are_found() {
             };
             found(&town.but(filled), words);
         }
-        let metadata = &town.model.directory.metadata;
-        for seed in 0..metadata.seeds.len() {
-            let removed = town.but(|m| _ = m.directory.metadata.seeds.remove(seed));
+        for seed in 0..town.model.directory.lists.hole_points.len() {
+            let removed = town.but(|m| _ = m.directory.lists.hole_points.remove(seed));
             // The region may be covered by an obstacle too, or be outside, so it may have another
             // reason.
             if let Err(error) = removed.verify() {
@@ -242,12 +247,12 @@ fn holes_without_a_reason_and_regions_that_should_be_holes_are_found() {
             }
         }
         found(
-            &town.but(|m| m.directory.metadata.seeds.clear()),
+            &town.but(|m| m.directory.lists.hole_points.clear()),
             "nothing makes it one",
         );
         let free = town.regions().into_iter().find(|(_, label)| !label.is_hole).unwrap().0;
         found(
-            &town.but(|m| m.directory.metadata.seeds.push(centroid(&town.model, free))),
+            &town.but(|m| m.directory.lists.hole_points.push(centroid(&town.model, free))),
             "is no hole, but should be",
         );
         assert!(
@@ -263,7 +268,7 @@ fn holes_without_a_reason_and_regions_that_should_be_holes_are_found() {
 #[test]
 fn seeds_inside_free_edges_are_binding_and_seeds_on_vertices_or_constraints_are_not() {
     let town = &towns()[3];
-    let with = |seed: Point| town.but(|m| m.directory.metadata.seeds.push(seed)).verify();
+    let with = |seed: Point| town.but(|m| m.directory.lists.hole_points.push(seed)).verify();
     let mut wrong = 0;
     for t in town.model.triangles() {
         for half_edge in half_edges(t) {
@@ -329,6 +334,35 @@ fn skipped_repeated_and_moved_region_numbers_are_found() {
             }),
             "the directory says that there are no regions",
         );
+    }
+}
+
+/// Each sum of the stored digest may have a wrong count or a wrong sum.
+#[test]
+fn a_stored_digest_that_is_not_that_of_the_tiles_is_found() {
+    type SumOf = fn(&mut Digest) -> &mut DigestSum;
+    let sums: [(&str, SumOf); 7] = [
+        ("triangles", |digest| &mut digest.triangles),
+        ("vertices", |digest| &mut digest.vertices),
+        ("constraint-edges", |digest| &mut digest.constraint_edges),
+        ("holes", |digest| &mut digest.holes),
+        ("vertices-with-z", |digest| &mut digest.vertices_with_z),
+        ("edge-sources", |digest| &mut digest.edge_sources),
+        ("sites", |digest| &mut digest.sites),
+    ];
+    for town in towns() {
+        for (name, of) in sums {
+            for (count, sum) in [(1, 0), (u64::MAX, 0), (0, 1), (0, 1 << 64), (0, 1 << 127)] {
+                let wrong = town.but(|m| *of(&mut m.surplus) = DigestSum { count, sum });
+                for deep in [false, true] {
+                    let error = run(async { wrong.open().await.verify(deep).await })
+                        .unwrap_err()
+                        .to_string();
+                    let is_named = error.contains(&format!("the digest of its tiles is \"{name} "));
+                    assert!(is_named && error.contains("but the directory says"), "{error}");
+                }
+            }
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use crate::geometry::Point;
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::ids::VertexId;
 use crate::store::format::line_part::LinePart;
-use crate::store::format::metadata::LineSource;
+use crate::store::format::line_source::LineSource;
 use crate::store::format::tile::regions::Component;
 use crate::store::verify::tests::model::{Model, Named, pair};
 use crate::store::verify::tests::{grid, scattered};
@@ -116,6 +116,7 @@ impl Town {
         };
         regions.sort_by_key(|region| tiles(region) == 1);
         let mut metadata = model.directory.metadata.clone();
+        let mut lists = model.directory.lists.clone();
         let mut labels = HashMap::new();
         for (region, number) in regions.iter().zip(0u64..) {
             let depth = depths.get(&region[0]).copied().unwrap_or(0);
@@ -125,7 +126,9 @@ impl Town {
                 .any(|edge| neighbour(edge).is_none() && !sources.contains_key(&pair(edge[0], edge[1])));
             let is_seeded = dice.below(5) == 0;
             if is_seeded {
-                metadata.seeds.push(centroid(&model, region[dice.below(region.len())]));
+                lists
+                    .hole_points
+                    .push(centroid(&model, region[dice.below(region.len())]));
             }
             let is_hole = depth != 0 || is_seeded || exterior_is_hole && is_open;
             let label = Component {
@@ -149,12 +152,12 @@ impl Town {
             (LineKind::Obstacle, OBSTACLES),
         ];
         for (kind, lines) in counts {
-            let first = metadata
+            let first = lists
                 .lines
                 .last()
                 .map_or(0, |last: &LineSource| last.first + last.lines);
             let name = kind.to_string();
-            metadata.lines.push(LineSource {
+            lists.lines.push(LineSource {
                 name,
                 kind,
                 first,
@@ -174,6 +177,7 @@ impl Town {
             model.tiles[owner].sources.insert(*edge, sources.clone());
         }
         model.directory.metadata = metadata;
+        model.directory.lists = lists;
         Self { model, labels, sources }
     }
 

@@ -98,7 +98,7 @@ impl Scene {
         before.iter().try_for_each(|args| run(args).map(drop))?;
         let old = fs::read(root.join(OUTPUT))?;
         Ok(Self {
-            digests: [run(&format!("digest {OUTPUT}"))?, String::new()],
+            digests: [run(&format!("digest --recompute {OUTPUT}"))?, String::new()],
             names: names(&root)?,
             folder,
             root,
@@ -122,7 +122,7 @@ impl Scene {
         let errors = String::from_utf8_lossy(&output.stderr);
         ensure!(output.status.success(), "tiletool {}: {errors}", self.args);
         self.new = fs::read(self.root.join(OUTPUT))?;
-        self.digests[1] = context.run(&self.root, &format!("digest {OUTPUT}"))?;
+        self.digests[1] = context.run(&self.root, &format!("digest --recompute {OUTPUT}"))?;
         Ok(fs::read(log)?)
     }
 
@@ -196,7 +196,7 @@ impl Scene {
         if !(is_resumed || self.is_edit && is_new) {
             context.run(&self.root, &self.args)?;
         }
-        let digest = context.run(&self.root, &format!("digest {OUTPUT}"))?;
+        let digest = context.run(&self.root, &format!("digest --recompute {OUTPUT}"))?;
         ensure!(digest == self.digests[1], "the command made another file: {digest}");
         context.run(&self.root, &format!("verify --deep {OUTPUT}"))?;
         if !(self.is_edit && is_new) {
@@ -266,6 +266,6 @@ fn verified_digest(bytes: &[u8]) -> anyhow::Result<String> {
         let file = MemoryFile::new(bytes.to_vec());
         let reader = TileReader::open_source(file, OUTPUT, OpenOptions::default()).await?;
         reader.verify(true).await?;
-        Ok(format!("{:?}", reader.digest().await?))
+        Ok(format!("{:?}", reader.recompute_digest().await?))
     })
 }

@@ -1,6 +1,7 @@
 //! `tiletool bench`: measures how fast this machine reads tile files.
 
 pub mod caches;
+mod decode;
 mod device;
 mod map;
 mod measurement;
@@ -19,11 +20,13 @@ pub struct BenchArgs {
 #[derive(Subcommand, Clone, Debug)]
 enum Command {
     Read(read::ReadArgs),
+    Decode(decode::DecodeArgs),
 }
 
 /// Runs the benchmark.
 pub fn run(args: BenchArgs) -> anyhow::Result<()> {
     match args.command {
         Command::Read(args) => read::run(args),
+        Command::Decode(args) => decode::run(args),
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use delaunay_tiles::io::Backend;
-use delaunay_tiles::store::{Cache, Directory, OpenOptions, TileId, TileReader};
+use delaunay_tiles::store::{Cache, Directory, OpenOptions, TileEntry, TileId, TileReader};
 use futures::{StreamExt, TryStreamExt, stream};
 
 use super::caches;
@@ -87,37 +87,31 @@ impl Method {
         Ok(TileReader::open(path, options.backend(backend)).await?)
     }
 
-    /// Reads all tiles in order.
-    async fn scan(self, path: &Path) -> anyhow::Result<Measurement> {
+    /// Reads all tiles in order, `bytes` in total.
+    async fn scan(self, path: &Path, bytes: u64) -> anyhow::Result<Measurement> {
         let clock = Clock::start();
         let reader = self.open(path, true).await?;
         let mut tiles = reader.tiles();
         while tiles.try_next().await?.is_some() {}
-        Ok(clock.measure(tile_bytes(&*reader.directory().await?)))
+        Ok(clock.measure(bytes))
     }
 
-    /// Reads some tiles, in any order.
-    async fn read(self, path: &Path, tiles: &[TileId]) -> anyhow::Result<Measurement> {
+    /// Reads some tiles, `bytes` in total, in any order.
+    async fn read(self, path: &Path, tiles: &[TileId], bytes: u64) -> anyhow::Result<Measurement> {
         let reader = self.open(path, false).await?;
         let clock = Clock::start();
         let mut loads = stream::iter(tiles)
             .map(|&id| reader.tile(id))
             .buffer_unordered(RANDOM_DEPTH);
         while loads.try_next().await?.is_some() {}
-        let entries = &reader.directory().await?.tiles;
-        let bytes = |id: &TileId| {
-            entries
-                .get(id.0 as usize)
-                .map_or(0, |t| u64::from(t.core.length + t.border.length))
-        };
-        Ok(clock.measure(tiles.iter().map(bytes).sum()))
+        Ok(clock.measure(bytes))
     }
 }
 
-/// Returns the bytes of all tiles.
-fn tile_bytes(directory: &Directory) -> u64 {
-    let length = |t: &delaunay_tiles::store::TileEntry| u64::from(t.core.length) + u64::from(t.border.length);
-    directory.tiles.iter().map(length).sum()
+/// Returns the bytes of tiles, as they are stored.
+fn tile_bytes(directory: &Directory, tiles: &[TileId]) -> u64 {
+    let entries = tiles.iter().filter_map(|&id| directory.entry(id));
+    entries.map(TileEntry::stored_bytes).sum()
 }
 
 /// The measurements of a backend.
@@ -164,13 +158,16 @@ async fn measure(args: &ReadArgs) -> anyhow::Result<ReadReport> {
     let path = args.file.as_path();
     let reader = TileReader::open(path, OpenOptions::default().backend(Backend::Threads)).await?;
     let directory = reader.directory().await?;
-    let tiles = directory.tiles.len() as u64;
-    let mean = tile_bytes(&directory) / tiles.max(1);
+    let ids: Vec<TileId> = directory.tile_ids().collect();
+    let tiles = ids.len() as u64;
+    let all_bytes = tile_bytes(&directory, &ids);
+    let mean = all_bytes / tiles.max(1);
     // The order does not matter, but it must be the same for all backends. The step is coprime to
     // most numbers of tiles.
     let random: Vec<_> = (0..RANDOM_TILES.min(tiles))
-        .map(|i| TileId((i * 7_919 % tiles) as u32))
+        .map(|i| ids[(i * 7_919 % tiles) as usize])
         .collect();
+    let random_bytes = tile_bytes(&directory, &random);
     let offsets: Vec<u64> = random
         .iter()
         .map(|id| directory.tiles[id.0 as usize].core.offset)
@@ -192,10 +189,10 @@ async fn measure(args: &ReadArgs) -> anyhow::Result<ReadReport> {
         }
         for (method, runs) in args.backends.iter().zip(&mut runs) {
             all_dropped &= caches::drop_for(path)?;
-            runs.cold.push(method.scan(path).await?);
-            runs.warm.push(method.scan(path).await?);
+            runs.cold.push(method.scan(path, all_bytes).await?);
+            runs.warm.push(method.scan(path, all_bytes).await?);
             all_dropped &= caches::drop_for(path)?;
-            runs.random.push(method.read(path, &random).await?);
+            runs.random.push(method.read(path, &random, random_bytes).await?);
         }
     }
     let device = DeviceRates::best(&DEPTHS, &device_runs.depths, &device_runs.huge, &device_runs.random);

@@ -44,6 +44,8 @@ impl InputCounts {
 pub(super) struct BuildReport<'a> {
     pub(super) summary: &'a BuildSummary,
     pub(super) read: &'a InputCounts,
+    /// Bytes of the tiles before they were compressed, if they were.
+    pub(super) raw_bytes: Option<u64>,
     pub(super) plot: Option<&'a Plotted>,
 }
 
@@ -75,7 +77,12 @@ struct LevelOutput {
 
 impl Serialize for BuildReport<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Self { summary, read, plot } = self;
+        let Self {
+            summary,
+            read,
+            raw_bytes,
+            plot,
+        } = self;
         let counts = [
             ("records", read.records),
             ("points", summary.points),
@@ -107,6 +114,9 @@ impl Serialize for BuildReport<'_> {
         let mut map = serializer.serialize_map(None)?;
         for (key, count) in counts {
             map.serialize_entry(key, &count)?;
+        }
+        if let Some(raw_bytes) = raw_bytes {
+            map.serialize_entry("raw_tile_bytes", raw_bytes)?;
         }
         map.serialize_entry("bytes_per_vertex", &share(summary.file_bytes, summary.vertices))?;
         map.serialize_entry("seconds", &seconds(summary))?;
@@ -168,10 +178,10 @@ fn seconds(summary: &BuildSummary) -> f64 {
 }
 
 /// Returns the report for people.
-pub(super) fn report(output: &Path, summary: &BuildSummary, read: &InputCounts) -> String {
+pub(super) fn report(output: &Path, summary: &BuildSummary, read: &InputCounts, raw_bytes: Option<u64>) -> String {
     let mut rows = vec![("input", input_row(summary, read))];
     rows.extend(line_rows(summary, read));
-    rows.extend(output_rows(summary));
+    rows.extend(output_rows(summary, raw_bytes));
     let mut text = format!(
         "{}: {}, {} and {} in {}\n",
         common::shown(output),
@@ -238,15 +248,20 @@ fn line_rows(summary: &BuildSummary, read: &InputCounts) -> Vec<(&'static str, S
 }
 
 /// Describes the output file, and the time and memory of the build.
-fn output_rows(summary: &BuildSummary) -> Vec<(&'static str, String)> {
+fn output_rows(summary: &BuildSummary, raw_bytes: Option<u64>) -> Vec<(&'static str, String)> {
     let per_vertex = share(summary.file_bytes, summary.vertices);
     let phases = summary.phases.iter();
     let phases = phases.map(|p| format!("{} {:.2} s", p.phase.name(), p.time.as_secs_f64()));
     let phases = phases.collect::<Vec<_>>().join(", ");
+    let raw = raw_bytes.map(|raw| format!("; {} of tiles before compression", bytes(raw)));
     let mut rows = vec![
         (
             "output",
-            format!("{}, {per_vertex:.1} bytes per vertex", bytes(summary.file_bytes)),
+            format!(
+                "{}, {per_vertex:.1} bytes per vertex{}",
+                bytes(summary.file_bytes),
+                raw.unwrap_or_default()
+            ),
         ),
         ("time", format!("{:.2} s: {phases}", seconds(summary))),
     ];

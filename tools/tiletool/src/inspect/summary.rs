@@ -7,10 +7,6 @@ use serde::Serialize;
 use super::numbers::{Bounds, Coordinates, percent, shortened};
 use crate::common::{bytes, counted, share, thousands};
 
-/// Bytes before the first tile, which hold the two superblocks.
-const SUPERBLOCKS: u64 = 8192;
-/// The alignment of the directory.
-const BLOCK: u64 = 4096;
 /// Maximum number of characters of a CRS on the screen.
 const CRS_SHOWN: usize = 72;
 /// Maximum number of input files on the screen.
@@ -65,6 +61,8 @@ struct PartSizes {
     bytes_per_vertex: f64,
     core_bytes: u64,
     border_bytes: u64,
+    raw_core_bytes: u64,
+    raw_border_bytes: u64,
     directory_bytes: u64,
     other_bytes: u64,
     core_bytes_share: f64,
@@ -132,10 +130,7 @@ impl PartSizes {
         let sum = |part: fn(&TileEntry) -> u32| tiles.iter().map(|t| u64::from(part(t))).sum();
         let core_triangles: u64 = sum(|t| t.core_triangles);
         let [core_bytes, border_bytes]: [u64; 2] = [sum(|t| t.core.length), sum(|t| t.border.length)];
-        // The directory follows the last tile.
-        let ends = tiles.iter().flat_map(|t| [t.core, t.border]);
-        let end = ends.map(|e| e.offset + u64::from(e.length)).fold(SUPERBLOCKS, u64::max);
-        let directory_bytes = file_bytes.saturating_sub(end.next_multiple_of(BLOCK));
+        let directory_bytes = directory.stored_bytes();
         let other_bytes = file_bytes.saturating_sub(core_bytes + border_bytes + directory_bytes);
         // A contradictory file must not cause a panic here.
         let border_triangles = m.triangles.saturating_sub(core_triangles);
@@ -146,6 +141,8 @@ impl PartSizes {
             bytes_per_vertex: share(file_bytes, m.vertices),
             core_bytes,
             border_bytes,
+            raw_core_bytes: sum(|t| t.core.decoded),
+            raw_border_bytes: sum(|t| t.border.decoded),
             directory_bytes,
             other_bytes,
             core_bytes_share: share(core_bytes, file_bytes),
@@ -159,9 +156,15 @@ impl PartSizes {
 impl Summary {
     /// Creates the summary from the directory, without reading from the file.
     pub fn new(reader: &TileReader, directory: &Directory) -> Self {
-        let Directory { metadata: m, tiles, .. } = directory;
+        let Directory {
+            metadata: m,
+            lists,
+            tiles,
+            ..
+        } = directory;
+        let used = tiles.iter().filter(|entry| !entry.is_unused());
         let file_bytes = reader.file_length();
-        let sources = m.sources.iter().map(|source| InputFile {
+        let sources = lists.sources.iter().map(|source| InputFile {
             name: source.name.clone(),
             records: source.records,
             first_record: source.first,
@@ -175,7 +178,7 @@ impl Summary {
             producer: m.producer.clone(),
             backend: reader.backend(),
             backend_note: reader.backend_note().map(str::to_owned),
-            crs: m.crs.clone(),
+            crs: lists.crs.clone(),
             sources: sources.collect(),
             points: m.points,
             duplicates: m.duplicates,
@@ -189,15 +192,15 @@ impl Summary {
             hole_regions: m.hole_regions,
             hole_triangles: m.hole_triangles,
             exterior_is_hole: m.exterior_is_hole,
-            hole_points: m.seeds.len() as u64,
+            hole_points: lists.hole_points.len() as u64,
             sites: m.sites,
             crossings: m.crossings,
-            cell_borders: m.borders.len() as u64,
-            lines: m.lines.iter().map(LineFile::new).collect(),
+            cell_borders: lists.cell_borders.len() as u64,
+            lines: lists.lines.iter().map(LineFile::new).collect(),
             bounds: Bounds::new(m.bounds),
-            tiles: tiles.len() as u64,
+            tiles: m.tiles.into(),
             tile_vertices: m.tile_vertices,
-            vertices_per_tile: Distribution::of(tiles.iter().map(|t| t.vertices).collect()),
+            vertices_per_tile: Distribution::of(used.map(|t| t.vertices).collect()),
             parts: PartSizes::of(directory, file_bytes),
             rect: m.bounds,
         }
@@ -227,6 +230,14 @@ impl Summary {
         let mut size = format!("{} ({} bytes)", bytes(self.file_bytes), thousands(self.file_bytes));
         if self.vertices > 0 {
             size += &format!(", {:.1} per vertex", self.parts.bytes_per_vertex);
+        }
+        let [stored, raw] = [
+            self.parts.core_bytes + self.parts.border_bytes,
+            self.parts.raw_core_bytes + self.parts.raw_border_bytes,
+        ];
+        if stored != raw {
+            let percent = 100.0 * share(stored, raw);
+            size += &format!("; tiles are compressed to {percent:.1} % of {}", bytes(raw));
         }
         let read_by = match &self.backend_note {
             Some(note) => format!("{}: {note}", self.backend),

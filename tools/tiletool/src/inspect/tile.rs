@@ -1,5 +1,6 @@
 //! One tile with its vertices and triangles.
 
+use delaunay_tiles::geometry::Rect;
 use delaunay_tiles::geometry::{HalfEdge, TriangleId};
 use delaunay_tiles::mesh::Twin;
 use delaunay_tiles::store::{Directory, Tile, TileEdge};
@@ -80,9 +81,11 @@ enum Neighbour {
 impl WholeTile {
     /// Lists the content of a tile.
     pub fn new(directory: &Directory, tile: &Tile) -> Self {
-        let (id, number) = (tile.id().0, tile.id().0 as usize);
+        let id = tile.id();
         let finite = |v: f64| v.is_finite().then_some(v);
-        let cell = directory.tree.cells()[number];
+        let cells = directory.tree.cells().into_iter();
+        let cell = cells.filter(|(tile, _)| *tile == id).map(|(_, cell)| cell).next();
+        let cell = cell.unwrap_or(Rect::PLANE);
         let vertices = tile.vertex_indices().map(|index| VertexRow {
             index: index.0,
             x: tile.point(index).x,
@@ -92,7 +95,7 @@ impl WholeTile {
             input_point: tile.is_input_point(index),
         });
         Self {
-            row: TileRow::new(id, &directory.tiles[number]),
+            row: TileRow::new(id.0, &directory.tiles[id.0 as usize]),
             cell: Cell {
                 min_x: finite(cell.min_x),
                 min_y: finite(cell.min_y),
@@ -129,17 +132,29 @@ impl WholeTile {
             count(row.border_triangles),
             count(row.owned_triangles)
         );
-        let extent =
-            |bytes, offset, crc: &str| format!("{} bytes at {}, CRC-32C {crc}", count(bytes), thousands(offset));
+        let extent = |[bytes, raw]: [u32; 2], offset, crc: &str| {
+            let raw = match raw == bytes {
+                true => String::new(),
+                false => format!(" ({} raw)", count(raw)),
+            };
+            format!("{} bytes{raw} at {}, CRC-32C {crc}", count(bytes), thousands(offset))
+        };
         let mut text = format!("tile {}\n", row.id);
         for (name, value) in [
             ("vertices", count(row.vertices)),
             ("triangles", triangles),
             ("generation", count(row.generation)),
-            ("core", extent(row.core_bytes, row.core_offset, &row.core_crc32c)),
+            (
+                "core",
+                extent([row.core_bytes, row.core_raw_bytes], row.core_offset, &row.core_crc32c),
+            ),
             (
                 "border",
-                extent(row.border_bytes, row.border_offset, &row.border_crc32c),
+                extent(
+                    [row.border_bytes, row.border_raw_bytes],
+                    row.border_offset,
+                    &row.border_crc32c,
+                ),
             ),
             ("bounds", bounds),
             ("cell", cell),

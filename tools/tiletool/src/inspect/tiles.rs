@@ -17,9 +17,13 @@ pub struct TileRow {
     pub generation: u32,
     pub core_offset: u64,
     pub core_bytes: u32,
+    pub core_raw_bytes: u32,
+    pub core_codec: &'static str,
     pub core_crc32c: String,
     pub border_offset: u64,
     pub border_bytes: u32,
+    pub border_raw_bytes: u32,
+    pub border_codec: &'static str,
     pub border_crc32c: String,
     pub bounds: Option<Bounds>,
 }
@@ -36,9 +40,13 @@ impl TileRow {
             generation: entry.generation,
             core_offset: entry.core.offset,
             core_bytes: entry.core.length,
+            core_raw_bytes: entry.core.decoded,
+            core_codec: entry.core.codec.name(),
             core_crc32c: format!("{:08x}", entry.core.crc),
             border_offset: entry.border.offset,
             border_bytes: entry.border.length,
+            border_raw_bytes: entry.border.decoded,
+            border_codec: entry.border.codec.name(),
             border_crc32c: format!("{:08x}", entry.border.crc),
             bounds: Bounds::new(entry.bounds),
         }
@@ -46,13 +54,24 @@ impl TileRow {
 
     /// Returns the rows of all tiles.
     pub fn all(directory: &Directory) -> impl Iterator<Item = Self> {
-        (0..).zip(&directory.tiles).map(|(id, entry)| Self::new(id, entry))
+        used(directory).map(|(id, entry)| Self::new(id, entry))
     }
+}
+
+/// Returns the tiles by their numbers.
+fn used(directory: &Directory) -> impl Iterator<Item = (u32, &TileEntry)> {
+    (0..).zip(&directory.tiles).filter(|(_, entry)| !entry.is_unused())
+}
+
+/// Returns whether some tile is not stored as it is.
+fn is_compressed(directory: &Directory) -> bool {
+    used(directory).any(|(_, t)| t.decoded_bytes() != t.stored_bytes())
 }
 
 /// Returns the table of all tiles for people.
 pub fn table(directory: &Directory, coordinates: Coordinates) -> String {
-    let mut table = Table::new(&[
+    let is_compressed = is_compressed(directory);
+    let mut columns = vec![
         "tile",
         "vertices",
         "core",
@@ -60,23 +79,24 @@ pub fn table(directory: &Directory, coordinates: Coordinates) -> String {
         "owned",
         "core bytes",
         "border bytes",
-        "offset",
-        "min x",
-        "min y",
-        "max x",
-        "max y",
-    ]);
-    for (id, t) in directory.tiles.iter().enumerate() {
+    ];
+    if is_compressed {
+        columns.push("raw bytes");
+    }
+    columns.extend(["offset", "min x", "min y", "max x", "max y"]);
+    let mut table = Table::new(&columns);
+    for (id, t) in used(directory) {
+        let raw_bytes = is_compressed.then(|| t.decoded_bytes());
         let counts = [
-            id as u64,
+            id.into(),
             t.vertices.into(),
             t.core_triangles.into(),
             t.border_triangles.into(),
             t.owned_triangles.into(),
             t.core.length.into(),
             t.border.length.into(),
-            t.core.offset,
         ];
+        let counts = counts.into_iter().chain(raw_bytes).chain([t.core.offset]);
         let bounds = [t.bounds.min_x, t.bounds.min_y, t.bounds.max_x, t.bounds.max_y];
         let bounds = bounds.map(|value| {
             if t.bounds.is_empty() {
@@ -85,7 +105,7 @@ pub fn table(directory: &Directory, coordinates: Coordinates) -> String {
                 coordinates.show(value)
             }
         });
-        table.row(counts.map(thousands).into_iter().chain(bounds));
+        table.row(counts.map(thousands).chain(bounds));
     }
     table.show(0)
 }

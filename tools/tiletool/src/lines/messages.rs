@@ -3,7 +3,7 @@
 use anyhow::Error;
 use delaunay_tiles::store::VerifyError;
 use delaunay_tiles::{
-    BuildError, Crossing, Inverted, InvertedPolygons, MemoryShortage, MemoryUse, VertexWithoutZ, WithoutZ,
+    BuildError, Crossing, Inverted, InvertedPolygons, MemoryShortage, MemoryUse, Overlapping, VertexWithoutZ, WithoutZ,
 };
 
 use super::read::LineInput;
@@ -37,6 +37,7 @@ impl LineInput {
         }
         match error.downcast_ref() {
             Some(&BuildError::OpenRing { obstacle })
+            | Some(&BuildError::Overlapping(Overlapping { obstacle, .. }))
             | Some(&BuildError::Memory(MemoryShortage {
                 of: MemoryUse::Polygon { obstacle },
                 ..

@@ -176,11 +176,12 @@ fn draw_cells(svg: &mut Svg, legend: &mut Legend, directory: &Directory, page: &
 
 /// Writes the numbers of tiles into their cells, where there is enough room.
 fn draw_labels(svg: &mut Svg, directory: &Directory, page: &Page) {
-    let cells: Vec<Rect> = directory.tree.cells().into_iter().map(|cell| page.cell(cell)).collect();
+    let cells = directory.tree.cells().into_iter();
+    let cells: Vec<(u32, Rect)> = cells.map(|(id, cell)| (id.0, page.cell(cell))).collect();
     if !(2..=MAX_LABELS).contains(&cells.len()) {
         return;
     }
-    let mut sizes: Vec<f64> = cells.iter().map(|c| c.size().0.min(c.size().1)).collect();
+    let mut sizes: Vec<f64> = cells.iter().map(|(_, c)| c.size().0.min(c.size().1)).collect();
     sizes.sort_by(f64::total_cmp);
     let size = (0.18 * sizes[sizes.len() / 2]).clamp(13.0, 26.0);
     let style = format!(
@@ -188,7 +189,7 @@ fn draw_labels(svg: &mut Svg, directory: &Directory, page: &Page) {
         fill(CELL),
         size / 4.0
     );
-    for (id, cell) in cells.iter().enumerate() {
+    for (id, cell) in &cells {
         let label = id.to_string();
         let (width, height) = cell.size();
         let size = size
@@ -233,7 +234,7 @@ fn subtitle(directory: &Directory) -> String {
     [
         counted(m.vertices, "vertex", "vertices"),
         counted(m.triangles, "triangle", "triangles"),
-        counted(directory.tiles.len() as u64, "tile", "tiles"),
+        counted(m.tiles.into(), "tile", "tiles"),
     ]
     .join("  ·  ")
 }

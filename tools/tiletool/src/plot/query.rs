@@ -97,7 +97,7 @@ impl BaseMap {
         let view = page.view();
         let tiles = directory.tiles.iter().zip(0..);
         let seen: Vec<TileId> = tiles
-            .filter(|(entry, _)| entry.bounds.intersects(view))
+            .filter(|(entry, _)| !entry.is_unused() && entry.bounds.intersects(view))
             .map(|(_, id)| TileId(id))
             .collect();
         for id in seen {

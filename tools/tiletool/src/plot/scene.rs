@@ -190,12 +190,12 @@ struct VertexNumbers<'a> {
 impl<'a> VertexNumbers<'a> {
     async fn new(reader: &'a TileReader) -> anyhow::Result<Self> {
         let directory = reader.directory().await?;
-        let first_of = directory.tiles.iter().scan(0, |next, entry| {
-            let first = *next;
-            *next += entry.vertices;
-            Some(first)
-        });
-        let first_of = first_of.collect();
+        let mut first_of = vec![0; directory.tiles.len()];
+        let mut next = 0;
+        for id in directory.tile_ids() {
+            first_of[id.0 as usize] = next;
+            next += directory.tiles[id.0 as usize].vertices;
+        }
         Ok(Self {
             reader,
             directory,

@@ -148,12 +148,15 @@ impl ReadingArgs {
 
     /// Returns the unit of the file's coordinates. If `distances` are printed, also prints what their
     /// readers must know about it to standard error.
-    pub fn unit(&self, reader: &TileReader, distances: bool) -> Unit {
-        let unit = Unit::of(reader.metadata());
+    ///
+    /// # Errors
+    /// Fails if a list of the file cannot be read.
+    pub async fn unit(&self, reader: &TileReader, distances: bool) -> anyhow::Result<Unit> {
+        let unit = Unit::of(reader.metadata(), &*reader.lists().await?);
         if let Some(warning) = unit.warning().filter(|_| distances) {
             common::say(format_args!("note: {}: {warning}", common::shown(&self.file)));
         }
-        unit
+        Ok(unit)
     }
 
     /// Prints the elapsed time and the tiles read to standard error, if --stats is given. `things`

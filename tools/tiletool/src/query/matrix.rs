@@ -115,7 +115,7 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
         let began = Instant::now();
         let reader = args.reading.open().await?;
         let matrix = Matrix::read(args, &reader).await?;
-        let unit = args.reading.unit(&reader, true);
+        let unit = args.reading.unit(&reader, true).await?;
         let format = args.format.format();
         let mut options = args.reading.limits();
         if args.plot.is_some() || format == Format::GeoJson {

@@ -120,7 +120,7 @@ where
     let count = common::counted(questions.len() as u64, "query", "queries");
     let asked = Asked {
         ask,
-        unit: args.reading.unit(&reader, ask != Ask::Locate),
+        unit: args.reading.unit(&reader, ask != Ask::Locate).await?,
         has_sites: reader.metadata().sites > 0,
     };
     let mut printer = Printer::new(format, asked, is_progressive)?;

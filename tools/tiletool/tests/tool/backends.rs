@@ -38,7 +38,7 @@ fn the_environment_variable_chooses_the_backend() {
     let folder = scratch.path();
     assert_eq!(inspect(folder, "threads"), ("threads".to_owned(), None));
     assert_eq!(inspect(folder, ""), inspect(folder, "auto"));
-    let digest = |backend| printed(tiletool(folder, backend, "digest p.tiles"));
+    let digest = |backend| printed(tiletool(folder, backend, "digest --recompute p.tiles"));
     assert_eq!(digest("threads"), digest("auto"));
     let error = complaint(tiletool(folder, "Threads", "inspect p.tiles"), 1);
     for part in ["p.tiles", "DELAUNAY_TILES_IO", "`Threads`", "auto, uring or threads"] {

@@ -76,7 +76,7 @@ fn indonesia_is_built_from_geojson_and_verified() {
     assert_eq!(report["edges"], 70_574);
     assert_eq!(report["input_points"], 23_880);
 
-    let digest = scratch.ok(&["digest", "i.tiles"]);
+    let digest = scratch.ok(&["digest", "--recompute", "i.tiles"]);
     scratch.ok(&[
         "build",
         &coast,
@@ -88,8 +88,8 @@ fn indonesia_is_built_from_geojson_and_verified() {
         "3",
         "--quiet",
     ]);
-    assert_eq!(scratch.ok(&["digest", "one.tiles"]), digest);
-    assert_eq!(digest.lines().count(), 4);
+    assert_eq!(scratch.ok(&["digest", "--recompute", "one.tiles"]), digest);
+    assert_eq!(digest.lines().count(), 7);
     assert_eq!(scratch.names(), ["i.tiles", "one.tiles"]);
 }
 
@@ -105,7 +105,10 @@ fn segments_become_chains_of_edges() {
     assert_eq!(summary["added_vertices"], 23_541);
     assert_eq!(summary["vertices"], 23_541);
     scratch.json(&[&build[..], &[&coast, "-o", "one.tiles"]].concat());
-    assert_eq!(scratch.ok(&["digest", "i.tiles"]), scratch.ok(&["digest", "one.tiles"]));
+    assert_eq!(
+        scratch.ok(&["digest", "--recompute", "i.tiles"]),
+        scratch.ok(&["digest", "--recompute", "one.tiles"])
+    );
     let report = scratch.json(&["verify", "--deep", "i.tiles", "--segments", &coast, "--json"]);
     assert_eq!(report["constraint_edges"], 23_541);
     assert_eq!(report["input_points"], 2 * 23_541);
@@ -137,7 +140,7 @@ fn segments_become_chains_of_edges() {
             "--force",
             "--quiet",
         ]);
-        scratch.ok(&["digest", "s.tiles"])
+        scratch.ok(&["digest", "--recompute", "s.tiles"])
     });
     assert!(digests[0].contains("constraint-edges            2"), "{}", digests[0]);
     assert_eq!(digests[0], digests[1]);
@@ -227,7 +230,7 @@ fn the_digest_does_not_depend_on_the_tile_size() {
             tile_vertices,
             "--quiet",
         ]);
-        digests.push(scratch.ok(&["digest", "k.tiles"]));
+        digests.push(scratch.ok(&["digest", "--recompute", "k.tiles"]));
     }
     assert!(digests.iter().all(|digest| *digest == digests[0]), "{digests:#?}");
 }
@@ -280,7 +283,7 @@ fn every_command_accepts_files_without_triangles() {
         assert_eq!(summary["vertices"], vertices, "{name}");
         assert_eq!(summary["triangles"], 0, "{name}");
         scratch.ok(&["verify", "--deep", &tiles, "--against", "in.csv"]);
-        scratch.ok(&["digest", &tiles]);
+        scratch.ok(&["digest", "--recompute", &tiles]);
         scratch.ok(&["inspect", &tiles, "--tiles"]);
         scratch.ok(&["inspect", &tiles, "--plot", "p.svg"]);
         for output in ["o.ply", "o.node", "o.obj", "o.geojson"] {
@@ -383,11 +386,12 @@ fn a_damaged_tile_is_named() {
     scratch.ok(&["generate", "grid", "-n", "400", "-o", "g.f64"]);
     scratch.ok(&["build", "g.f64", "-o", "g.tiles", "--tile-vertices", "64", "--quiet"]);
     let mut bytes = fs::read(scratch.path("g.tiles")).unwrap();
-    // The first core follows the superblocks, and the next core starts at least 4096 bytes later.
-    bytes[8192 + 300] ^= 16;
+    // The first core follows the superblocks and 4096 bytes for the root, and the next core starts
+    // at least 4096 bytes later.
+    bytes[12_288 + 300] ^= 16;
     scratch.write("broken.tiles", &bytes);
     let error = scratch.fails(1, &["verify", "broken.tiles"]);
-    assert!(error.contains("tile 0 at byte 8192"), "{error}");
+    assert!(error.contains("tile 0 at byte 12288"), "{error}");
     let output = scratch.command(&["verify", "broken.tiles", "--json"]).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();

@@ -103,15 +103,15 @@ fn a_failed_export_leaves_all_files_unchanged() {
     assert_eq!(names(folder), before);
     // With a damaged tile, the existing output stays unchanged.
     let mut bytes = fs::read(folder.join("a.tiles")).unwrap();
-    bytes[8192 + 60] ^= 1;
+    bytes[12_288 + 60] ^= 1;
     fs::write(folder.join("a.tiles"), bytes).unwrap();
     fs::write(folder.join("b.ply"), "old").unwrap();
     let before = names(folder);
-    fails(folder, "export a.tiles -o b.ply", "tile 0 at byte 8192 is damaged");
+    fails(folder, "export a.tiles -o b.ply", "tile 0 at byte 12288 is damaged");
     fails(
         folder,
         "export a.tiles -o c --format node",
-        "tile 0 at byte 8192 is damaged",
+        "tile 0 at byte 12288 is damaged",
     );
     assert_eq!(names(folder), before);
     assert_eq!(fs::read(folder.join("b.ply")).unwrap(), b"old");

@@ -119,7 +119,7 @@ fn renew_now(folder: &Path) {
 
 /// Returns whether two files have the same digest.
 fn is_like(folder: &Path, file: &str, other: &str) -> bool {
-    run(folder, &format!("digest {file}")) == run(folder, &format!("digest {other}"))
+    run(folder, &format!("digest --recompute {file}")) == run(folder, &format!("digest --recompute {other}"))
 }
 
 /// Builds in place of an old file. Afterwards, either the old file or the new one must exist

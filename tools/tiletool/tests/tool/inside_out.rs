@@ -75,6 +75,49 @@ fn with_split_lines_every_obstacle_is_covered() {
     fails(folder, 1, "verify t.tiles --obstacles bow_touch.geojson");
 }
 
+/// A ring that goes round twice, and a MultiPolygon with a part in another one and a part twice.
+const OVERLAPPING: &str = r#"{"type":"FeatureCollection","features":[
+{"type":"Feature","geometry":{"type":"Polygon","coordinates":[[[1,1],[4,1],[4,4],[1,4],[1,1],[4,1],[4,4],[1,4],[1,1]]]}},
+{"type":"Feature","geometry":{"type":"MultiPolygon","coordinates":[[[[3,1],[8,1],[8,8],[3,8],[3,1]]],
+[[[5,5],[7,5],[7,7],[5,7],[5,5]]],[[[5,5],[7,5],[7,7],[5,7],[5,5]]]]}}]}"#;
+
+#[test]
+fn obstacles_that_overlap_themselves_are_compared_as_they_are_stored() {
+    let scratch = tempfile::tempdir().unwrap();
+    let folder = scratch.path();
+    fs::write(folder.join("twice.geojson"), OVERLAPPING).unwrap();
+    fs::write(
+        folder.join("corners.csv"),
+        "-1,-1\n9,-1\n9,9\n-1,9\n3,4\n4,1\n3,1\n4,4\n",
+    )
+    .unwrap();
+    for (options, crosses) in [("", false), (" --crossings split", true)] {
+        // Without its crossing, the second obstacle begins beside the first one.
+        let text = if crosses {
+            OVERLAPPING.to_owned()
+        } else {
+            OVERLAPPING.replace("[3,", "[4,")
+        };
+        fs::write(folder.join("twice.geojson"), text).unwrap();
+        run(
+            folder,
+            &format!("build corners.csv --obstacles twice.geojson -o t.tiles --force --quiet{options}"),
+        );
+        run(
+            folder,
+            "verify --deep t.tiles --against corners.csv --obstacles twice.geojson",
+        );
+    }
+    fs::write(folder.join("twice.geojson"), OVERLAPPING.replace("[3,", "[4,")).unwrap();
+    run(folder, "build corners.csv -o t.tiles --force --quiet");
+    run(folder, "constrain t.tiles --obstacles twice.geojson");
+    run(
+        folder,
+        "verify --deep t.tiles --against corners.csv --obstacles twice.geojson",
+    );
+    assert_eq!(status_in_lobe(folder, "t.tiles"), "inside_obstacle");
+}
+
 #[test]
 fn constrain_names_a_polygon_that_is_inside_out_and_changes_nothing() {
     let scratch = tempfile::tempdir().unwrap();

@@ -169,7 +169,7 @@ fn obstacles_are_holes() {
     assert_has(&shown, &counts);
     assert_eq!(shown["lines"][0]["kind"], "obstacle");
     assert_eq!(shown["exterior_is_hole"], false);
-    let digest = town.ok("digest t.tiles");
+    let digest = town.ok("digest --recompute t.tiles");
     assert!(digest.contains("hole"), "{digest}");
     // Without points, and as text for people.
     let printed = town.ok("build --obstacles houses.geojson -o t.tiles --force");
@@ -193,10 +193,10 @@ fn the_exterior_is_kept_or_a_hole() {
     let counts = [("segments", 8), ("points", 8), ("regions", 2), ("hole_regions", 1)];
     assert_has(&built, &counts);
     assert_has(&built, &[("hole_triangles", 2), ("triangles", 10)]);
-    let keep = town.ok("digest t.tiles");
+    let keep = town.ok("digest --recompute t.tiles");
     let [_, shown] = town.build("court.poly --exterior hole");
     assert_has(&shown, &[("hole_triangles", 2), ("hole_points", 1)]);
-    assert_eq!(town.ok("digest t.tiles"), keep);
+    assert_eq!(town.ok("digest --recompute t.tiles"), keep);
     assert_eq!(shown["lines"][0]["name"], "court.poly");
     assert_eq!(shown["lines"][0]["kind"], "wall");
     // A point outside the walls creates an exterior.
@@ -356,9 +356,9 @@ fn lines_that_cross_are_split() {
     // If nothing crosses, --crossings split makes no difference.
     let [built, _] = town.build("grid.csv --obstacles houses.geojson --crossings split");
     assert_has(&built, &[("crossings", 0), ("added_vertices", 0)]);
-    let split = town.ok("digest t.tiles");
+    let split = town.ok("digest --recompute t.tiles");
     town.build("grid.csv --obstacles houses.geojson --crossings error");
-    assert_eq!(town.ok("digest t.tiles"), split);
+    assert_eq!(town.ok("digest --recompute t.tiles"), split);
 }
 
 #[test]

@@ -16,7 +16,7 @@ use crate::support::{after, errors, faults, names, run, tiletool, within_a_minut
 
 /// The commands to run. The first one writes no files in the folder.
 const COMMANDS: [&str; 6] = [
-    "digest t.tiles",
+    "digest --recompute t.tiles",
     "query knn t.tiles --at 3,3 --at 7,2 -k 3 --csv",
     "verify --deep t.tiles",
     "export t.tiles -o out.ply",

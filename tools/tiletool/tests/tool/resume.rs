@@ -42,11 +42,11 @@ fn a_build_killed_at_any_moment_resumes_to_the_same_bytes() {
     let scratch = scratch();
     let folder = scratch.path();
     run(folder, "build p.f64 -o whole.tiles --memory 1GB --tile-vertices 4000");
-    let digest = run(folder, "digest whole.tiles");
+    let digest = run(folder, "digest --recompute whole.tiles");
     let began = Instant::now();
     run(folder, &format!("{BUILD} --json"));
     let whole = began.elapsed();
-    assert_eq!(run(folder, "digest p.tiles"), digest);
+    assert_eq!(run(folder, "digest --recompute p.tiles"), digest);
     let bytes = fs::read(folder.join("p.tiles")).unwrap();
 
     let mut random = 9u64;
@@ -79,7 +79,7 @@ fn a_build_killed_at_any_moment_resumes_to_the_same_bytes() {
             "the file differs after {kills} kills"
         );
     }
-    assert_eq!(run(folder, "digest p.tiles"), digest);
+    assert_eq!(run(folder, "digest --recompute p.tiles"), digest);
     assert!(resumed_blocks > 0, "no build resumed from a finished block");
 }
 

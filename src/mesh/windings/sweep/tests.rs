@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use crate::constraints::error::ConstraintError;
 use crate::constraints::polygons::check::PolygonCheck;
-use crate::constraints::polygons::sweep::*;
+use crate::mesh::windings::sweep::*;
 
 /// Generates the sides of arbitrary rings on a grid.
 pub(crate) fn rings() -> impl Strategy<Value = Vec<[Point; 2]>> {
@@ -82,7 +82,7 @@ proptest! {
         let mut parts = Vec::new();
         let outcome = sweep.run(None, &mut |part| parts.push(part));
         let (_, all_at_points) = crossings(&segments);
-        let Outcome::Seen { first, faces, meets } = outcome else {
+        let Outcome::Seen { first, faces, overlap, meets } = outcome else {
             prop_assert_eq!(outcome, Outcome::Crosses);
             prop_assert!(!all_at_points);
             return Ok(());
@@ -92,7 +92,7 @@ proptest! {
         let is_changed = |&[a, b]: &[Point; 2]| sweep.edge_between(a, b).is_some();
         let changed: Vec<[Point; 2]> = segments.iter().copied().filter(is_changed).collect();
         prop_assert!(!meets || crossings(&changed).0);
-        let mut smallest: Option<Point> = None;
+        let (mut smallest, mut smallest_overlap): (Option<Point>, Option<Point>) = (None, None);
         for part in &parts {
             let [a, b] = part.ends;
             prop_assert!(a.lex_cmp(b).is_lt());
@@ -106,7 +106,11 @@ proptest! {
             if expected.iter().any(|&winding| winding < 0) {
                 smallest = smallest.into_iter().chain([a]).min_by(|p, q| p.lex_cmp(*q));
             }
+            if expected.iter().any(|&winding| winding > 1) {
+                smallest_overlap = smallest_overlap.into_iter().chain([a]).min_by(|p, q| p.lex_cmp(*q));
+            }
         }
+        prop_assert_eq!(overlap, smallest_overlap);
         prop_assert_eq!(first.is_some(), smallest.is_some());
         prop_assert_eq!(first.is_some(), faces > 0);
         if let (Some(first), Some(smallest)) = (first, smallest) {
@@ -212,6 +216,7 @@ fn a_status_of_many_lists_gives_the_same_windings() {
     let seen = |first, faces| Outcome::Seen {
         first,
         faces,
+        overlap: None,
         meets: false,
     };
     assert_eq!(run(&segments), seen(None, 0));

@@ -2,7 +2,7 @@
 //! edges.
 //!
 //! In: the segments of a polygon, the interior on their left. Out: whether the winding is negative
-//! anywhere, and where first; and the windings on both sides of each part of an edge.
+//! anywhere, or more than 1, and where first; and the windings on both sides of each part of an edge.
 //!
 //! ```text
 //!                      │  The sweep line, just behind P. Points are ordered by (x, y), so the
@@ -26,8 +26,8 @@ use std::collections::BinaryHeap;
 use std::ops::Range;
 
 use crate::collections::union_find::UnionFind;
-use crate::constraints::polygons::status::{Status, StatusEntry};
 use crate::geometry::{ExactCrossing, Orientation, Point, orient2d, segments_cross};
+use crate::mesh::windings::status::{Status, StatusEntry};
 
 /// An edge: all segments between the same ends.
 #[derive(Clone, Copy, Debug)]
@@ -64,6 +64,8 @@ pub(crate) enum Outcome {
         first: Option<Point>,
         /// Number of faces whose winding is negative.
         faces: u64,
+        /// The smallest corner of a face whose winding is more than 1.
+        overlap: Option<Point>,
         /// Whether rings cross in a point that is not an end of an edge.
         meets: bool,
     },
@@ -202,6 +204,7 @@ impl<'a> SweepLine<'a> {
         Outcome::Seen {
             first: self.faces.first,
             faces: self.faces.count,
+            overlap: self.faces.overlap,
             meets: self.meets,
         }
     }
@@ -343,6 +346,8 @@ struct Faces {
     count: u64,
     /// The first point at which such a face began.
     first: Option<Point>,
+    /// The first point at which a face began whose winding is more than 1.
+    overlap: Option<Point>,
 }
 
 impl Faces {
@@ -352,6 +357,7 @@ impl Faces {
             next: 1,
             count: 0,
             first: None,
+            overlap: None,
         }
     }
 
@@ -378,7 +384,10 @@ impl Faces {
             let face = match left {
                 0 => above.1,
                 _ if winding < 0 => self.begin(point),
-                _ => 0,
+                _ => {
+                    self.overlap = self.overlap.or_else(|| (winding > 1).then_some(point));
+                    0
+                }
             };
             for (entry, at) in along.iter_mut().zip(0..) {
                 (entry.windings, entry.face, entry.is_first) = (windings, face, at == 0);

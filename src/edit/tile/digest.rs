@@ -1,0 +1,40 @@
+//! The digest of a tile during an edit.
+
+use crate::edit::tile::EditTile;
+use crate::geometry::TriangleId;
+use crate::mesh::Topology;
+use crate::store::{Digest, DigestSum, triangle_hash};
+
+impl EditTile {
+    /// Returns the digest of all elements that belong to the tile, without holes: a tile that can
+    /// be changed knows no regions.
+    pub(crate) fn digest(&self) -> Digest {
+        let mut digest = Digest::default();
+        digest.add_vertices(&self.points, &self.z);
+        digest.add_sites(&self.points, &self.sites, &self.site_ids);
+        digest.triangles = self.triangle_sum(|_| true);
+        for (half_edge, sources) in self.owned_constraints() {
+            let mut corners = [self.origin(half_edge), self.destination(half_edge)];
+            // Sources are kept as seen from the smaller corner.
+            corners.sort_unstable();
+            let ends = corners.map(|corner| self.vertex(corner).point);
+            digest.add_constraint_edge(ends);
+            for part in sources {
+                digest.add_edge_source(ends, part.source());
+            }
+        }
+        digest
+    }
+
+    /// Returns the number of some of the triangles that belong to the tile, and the sum of their
+    /// hashes.
+    pub(crate) fn triangle_sum(&self, is_counted: impl Fn(TriangleId) -> bool) -> DigestSum {
+        let mut sum = DigestSum::default();
+        let (triangles, _) = self.in_order();
+        for triangle in triangles.into_iter().filter(|&t| self.owns(t) && is_counted(t)) {
+            let corners = self.triangles[triangle.index()];
+            sum.add_hash(triangle_hash(corners.map(|corner| self.vertex(corner).point)));
+        }
+        sum
+    }
+}
