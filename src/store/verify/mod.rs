@@ -9,8 +9,8 @@
 //! - around each vertex the triangles close once, or form a fan of at most a half-turn on the hull;
 //! - the hull, which turns left everywhere, goes round once: it has a single lexicographic minimum;
 //! - the counts, the bounds and the digest in the directory are those of the tiles;
-//! - a point of the input, a site or an end of a segment is at each vertex, as far as one tile
-//!   knows it, and lines go on where they pass a vertex;
+//! - a point of the input, a site or an end of a segment is at each vertex, unless lines were split,
+//!   and lines go on where they pass a vertex;
 //! - constraints have sources and change the depth accordingly, regions end at constraints only,
 //!   and each hole has a reason, if the file has regions;
 //! - each polygon covers each point 0 or 1 times, if the file lists its lines;
@@ -33,6 +33,7 @@ mod lines;
 mod points;
 mod polygons;
 mod regions;
+mod shared_vertices;
 mod sites;
 mod star;
 #[cfg(test)]

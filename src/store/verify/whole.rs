@@ -16,9 +16,11 @@ use crate::store::format::tile::Tile;
 use crate::store::pass::{Needs, PassPlan, PassReader, Workspaces};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
+use crate::store::verify::held::LineRules;
 use crate::store::verify::polygons::ObstacleEdges;
+use crate::store::verify::shared_vertices::SharedVertices;
 use crate::store::verify::tile::{Expected, TileReport, VertexPoints};
-use crate::store::verify::{held, regions, tile};
+use crate::store::verify::{regions, tile};
 
 impl TileReader {
     /// Checks the file. If `deep` is true, proves the triangulation too. Must be awaited within a
@@ -50,7 +52,7 @@ impl PassReader {
         let expected = Arc::new(Expected {
             has_triangles: metadata.triangles > 0,
             deep,
-            is_split: held::is_split(metadata, &directory.lists),
+            lines: Arc::new(LineRules::of(directory)),
             regions: (metadata.regions > 0).then(|| regions::RegionClaims::of(directory)),
         });
         let mut needs = Needs {
@@ -79,7 +81,7 @@ impl PassReader {
         }
         self.verify_metadata(&totals)?;
         if deep {
-            self.verify_whole(&totals).await?;
+            self.verify_whole(&totals, &expected.lines).await?;
         }
         if let (Some(claims), Some(regions)) = (claims, &totals.regions) {
             regions
@@ -87,6 +89,8 @@ impl PassReader {
                 .map_err(|damage| VerifyError::File(damage.into()))?;
             self.verify_polygons(std::mem::take(&mut totals.obstacle_edges)).await?;
         }
+        let shared_vertices = std::mem::take(&mut totals.shared_vertices);
+        self.verify_shared_vertices(shared_vertices, &expected.lines).await?;
         // Last, because the other checks say more about what is wrong.
         if let Some([found, stored]) = totals.digest.first_difference(&metadata.digest) {
             return Err(VerifyError::File(format!(
@@ -168,7 +172,7 @@ impl PassReader {
     }
 
     /// Checks the facts that need all tiles.
-    async fn verify_whole(&self, totals: &FileTotals) -> Result<(), VerifyError> {
+    async fn verify_whole(&self, totals: &FileTotals, lines: &LineRules) -> Result<(), VerifyError> {
         let metadata = self.metadata();
         let mut pairs: Vec<_> = totals
             .shared
@@ -195,7 +199,7 @@ impl PassReader {
             )));
         }
         if metadata.triangles == 0 {
-            self.verify_on_line().await?;
+            self.verify_on_line(lines).await?;
         }
         Ok(())
     }
@@ -307,6 +311,7 @@ struct FileTotals {
     /// The sums of regions, if these are checked.
     regions: Option<regions::RegionTotals>,
     obstacle_edges: ObstacleEdges,
+    shared_vertices: SharedVertices,
 }
 
 impl FileTotals {
@@ -334,6 +339,7 @@ impl FileTotals {
         self.hull_minima += report.hull_minima;
         self.ends += report.ends;
         self.digest += report.digest;
+        self.shared_vertices.add(report.tile, report.shared_vertices);
         if let (Some(totals), Some(regions)) = (&mut self.regions, &report.regions) {
             self.obstacle_edges.add(report.tile, regions.obstacles);
             totals.add(regions).map_err(|fault| fault.of(report.tile))?;

@@ -406,3 +406,88 @@ fn split_lines_begin_and_end_at_the_ends_of_their_segments_only() {
     }
     assert!(crossings > 100, "{crossings}");
 }
+
+/// Makes obstacles of several rings that touch and overlap, but do not cross.
+fn overlapping(random: &mut Random, size: usize) -> Scene {
+    let mut all: Vec<Segment> = Vec::new();
+    let mut obstacle = || {
+        let mut rings: Vec<Segment> = Vec::new();
+        for _ in 0..30 {
+            let ring = ring(random, size);
+            let crosses = |new: &Segment| all.iter().any(|old| segments_cross(old[0], old[1], new[0], new[1]));
+            if !ring.iter().any(crosses) && rings.len() < 20 {
+                all.extend_from_slice(&ring);
+                rings.extend(ring);
+            }
+        }
+        (LineKind::Obstacle, rings)
+    };
+    let lines = [obstacle(), obstacle()];
+    Scene {
+        points: vec![Point::new(-1.0, -1.0), Point::new(40.0, 0.0), Point::new(0.0, 40.0)],
+        lines: lines.into_iter().filter(|(_, rings)| !rings.is_empty()).collect(),
+        sites: Vec::new(),
+    }
+}
+
+/// An obstacle that covers a place more than once is normalised: overlapping segments become one
+/// edge, whose source has the ends of all of them.
+#[test]
+fn where_rings_of_an_obstacle_overlap_each_of_their_segments_holds_its_ends() {
+    let (mut replaced, mut passed) = (0, 0);
+    for seed in 0..40 {
+        let mut random = Random(500 + seed);
+        let scene = overlapping(&mut random, 4 + seed as usize % 4);
+        let turned = scene.turned(&mut random);
+        let mut same: Option<Held> = None;
+        for way in WAYS {
+            runtime_for(way.2).block_on(async {
+                let (all, split) = (scene.lines.len(), options(way).crossings(Crossings::Split));
+                let ways = [
+                    (&scene, options(way), all),
+                    (&turned, options(way), all),
+                    (&scene, split, all),
+                    (&scene, options(way), 0),
+                    (&turned, options(way), 1),
+                ];
+                for (scene, options, built) in ways {
+                    let reader = scene.build(options, built).await.unwrap().open().await;
+                    reader.verify(true).await.unwrap();
+                    let held = read(&reader).await;
+                    assert!(same.as_ref().is_none_or(|same| *same == held), "seed {seed}, {way:?}");
+                    same = Some(held);
+                }
+            });
+        }
+        let same = same.unwrap();
+        let mut edges: BTreeSet<([Key; 2], u64)> = BTreeSet::new();
+        for (edge, sources) in &same.edges {
+            for source in sources {
+                let words: Vec<&str> = source.split(' ').collect();
+                let number = words[0].trim_end_matches(['l', 'r']).parse().unwrap();
+                let ends = edge.map(|end| Point::new(f64::from_bits(end[0]), f64::from_bits(end[1])));
+                let along = scene.lines[number as usize].1.iter().copied();
+                let along: Vec<Segment> = along.filter(|&its| ends.iter().all(|&end| is_on(its, end))).collect();
+                let is_end = ends.map(|end| along.iter().flatten().any(|&other| other == end));
+                assert_eq!(words[1..], is_end.map(|is_end| is_end.to_string()), "seed {seed}");
+                replaced += usize::from(along.len() > sources.len());
+                passed += is_end.iter().filter(|is_end| !**is_end).count();
+                edges.insert((*edge, number));
+            }
+        }
+        for (number, _, ends) in scene.segments() {
+            let on_it = same
+                .vertices
+                .iter()
+                .map(|p| Point::new(f64::from_bits(p[0]), f64::from_bits(p[1])));
+            let mut on_it: Vec<Point> = on_it.filter(|&p| is_on(ends, p)).collect();
+            on_it.sort_by(|a, b| a.lex_cmp(*b));
+            assert!(
+                on_it
+                    .windows(2)
+                    .all(|pair| edges.contains(&([pair[0], pair[1]].map(key), number)))
+            );
+        }
+    }
+    assert!(replaced > 100 && passed > 50, "{replaced} {passed}");
+}
