@@ -95,7 +95,7 @@ impl Input {
             digest.add_constraint_edge(edge.map(|v| points[v as usize]));
         }
         // Each segment is a source of every edge between two neighbours on it.
-        for segment in &self.segments {
+        for segment in self.segments.iter().filter(|ends| ends[0] != ends[1]) {
             let mut ends = segment.map(Point::normalized);
             ends.sort_unstable_by(|a, b| a.lex_cmp(*b));
             let [from, to] = ends;

@@ -9,10 +9,13 @@ mod labels;
 mod page;
 mod reader;
 mod requests;
+mod segment_ends;
+
 use std::collections::HashSet;
 
 use self::page::{Page, schemas};
 use self::reader::{File, Twin};
+use self::segment_ends::check_segment_ends;
 use crate::support::{Scratch, batches, file_bytes, open_bytes, points_of, reference, runtime};
 use delaunay_tiles::geometry::{HalfEdge, Point, Rect};
 use delaunay_tiles::input::SegmentBatch;
@@ -207,40 +210,6 @@ fn constraints_are_readable_from_the_format_page_alone() {
     }
 }
 
-/// Checks that each segment, of a line of its own, begins and ends once, at its ends.
-fn check_segment_ends(file: &File, segments: &[[Point; 2]]) {
-    let mut found: Vec<Vec<Point>> = vec![Vec::new(); segments.len()];
-    for (number, tile) in file.tiles.iter().enumerate() {
-        let triangles: Vec<[usize; 3]> = tile.triangles().collect();
-        let at = |corner: usize| tile.corner(file, corner);
-        for half_edge in 0..3 * triangles.len() {
-            let [from, to] = [half_edge, half_edge / 3 * 3 + (half_edge + 1) % 3].map(|h| triangles[h / 3][h % 3]);
-            let ends = [at(from), at(to)];
-            let owner = if ends[0].1.lex_cmp(ends[1].1).is_lt() {
-                ends[0].0
-            } else {
-                ends[1].0
-            };
-            let is_first = match tile.twin(half_edge) {
-                Twin::HalfEdge(twin) => half_edge < twin,
-                _ => true,
-            };
-            if owner == number && is_first {
-                for (line, _, is_end) in tile.sources(half_edge) {
-                    let here = ends.iter().zip(is_end).filter(|(_, is_end)| *is_end);
-                    found[line as usize].extend(here.map(|(end, _)| end.1));
-                }
-            }
-        }
-    }
-    for (ends, mut found) in segments.iter().zip(found) {
-        let mut ends = ends.to_vec();
-        ends.sort_by(|a, b| a.lex_cmp(*b));
-        found.sort_by(|a, b| a.lex_cmp(*b));
-        assert_eq!(found, ends);
-    }
-}
-
 /// A polygon with a court, each ring a line of its own, between two polygons of one line.
 #[test]
 fn polygons_of_several_lines_are_readable_from_the_format_page_alone() {
@@ -402,6 +371,7 @@ fn check(bytes: &[u8], points: &[Point], z: &[f64]) -> File {
     let mut digest = Digest::default();
     for (number, tile) in file.tiles.iter().enumerate() {
         assert!(!tile.points.is_empty() && tile.points.len() <= directory.tile_vertices as usize);
+        assert!(!tile.stores_held, "what holds points alone takes no space");
         let heights = |corners: usize| if directory.has_z { corners } else { 0 };
         assert_eq!(tile.z.len(), heights(tile.points.len()));
         assert_eq!(tile.foreign_z.len(), heights(tile.foreign_count()));

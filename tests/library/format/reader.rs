@@ -25,6 +25,8 @@ pub struct Tile {
     pub records: Vec<u64>,
     /// Whether a point of the input lies at each vertex.
     pub input_points: Vec<bool>,
+    /// Whether the tile stores what holds its vertices and edges. Otherwise points do, and all segments are whole.
+    pub stores_held: bool,
     pub core_triangles: usize,
     corners: Vec<usize>,
     neighbours: Vec<Option<usize>>,
@@ -318,12 +320,16 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
     let segment_ends: Vec<Vec<bool>> = segment_ends
         .map(|((table, slot), sources)| bits_or(true, table, slot, 2 * sources.len()))
         .collect();
+    let has_segment_ends = both("segment_ends")
+        .iter()
+        .any(|(table, slot)| table.vector(*slot).is_some());
     Tile {
         core_offset: entry.u64("core_offset"),
         border_offset: entry.u64("border_offset"),
         owned: entry.u32("owned_triangles"),
         bounds: ["min_x", "min_y", "max_x", "max_y"].map(|f| entry.f64(f)),
         input_points: bits_or(true, core, in_core("input_points"), points.len()),
+        stores_held: core.vector(in_core("input_points")).is_some() || has_segment_ends,
         points,
         z: doubles((core, core_bytes), core_z),
         foreign_z: doubles((border, border_bytes), foreign_z),
