@@ -92,11 +92,7 @@ impl PassReader {
         let shared_vertices = std::mem::take(&mut totals.shared_vertices);
         self.verify_shared_vertices(shared_vertices, &expected.lines).await?;
         // Last, because the other checks say more about what is wrong.
-        if let Some([found, stored]) = totals.digest.first_difference(&metadata.digest) {
-            return Err(VerifyError::File(format!(
-                "the digest of its tiles is \"{found}\", but the directory says \"{stored}\""
-            )));
-        }
+        self.verify_digest(&totals.digest)?;
         Ok(VerifyReport {
             tiles: metadata.tiles.into(),
             vertices: metadata.vertices,
@@ -167,6 +163,16 @@ impl PassReader {
                 let reason = format!("it has {found} vertices, but the directory allows {most} at most");
                 Err(Fault::new(reason).of(TileId(number)))
             }
+            None => Ok(()),
+        }
+    }
+
+    /// Checks the directory's digest against that of the tiles.
+    fn verify_digest(&self, found: &Digest) -> Result<(), VerifyError> {
+        match found.first_difference(&self.metadata().digest) {
+            Some([found, stored]) => Err(VerifyError::File(format!(
+                "the digest of its tiles is \"{found}\", but the directory says \"{stored}\""
+            ))),
             None => Ok(()),
         }
     }

@@ -53,7 +53,7 @@ pub(crate) fn for_each_part<E>(
         let mut vertices: Vec<u32> = on_line.iter().flat_map(|(ends, _)| *ends).collect();
         vertices.sort_unstable_by(|&a, &b| point(a).lex_cmp(point(b)));
         vertices.dedup();
-        let (mut starts, mut ends) = (&*on_line, &*ends);
+        let (mut starts, mut ends) = (on_line, &*ends);
         let mut active: BTreeMap<EdgeSource, Active> = BTreeMap::new();
         for pair in vertices.windows(2) {
             let [from, to] = [pair[0], pair[1]];
