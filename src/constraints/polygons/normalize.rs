@@ -163,8 +163,9 @@ fn normalized(its: &[Segment]) -> Vec<Segment> {
     if !overlaps {
         return its.to_vec();
     }
-    let segment_ends = SegmentEnds::of(its.iter().map(|segment| (segment.ends, segment.source.end_bits())));
     let parts = direct(&ends, |at| its[at].source.number(), &sweep);
+    drop((ends, sweep));
+    let segment_ends = SegmentEnds::of(its.iter().map(|segment| (segment.ends, segment.source.end_bits())));
     let segment = |(at, ends): DirectedPart| {
         let [begins, is_end] = segment_ends.of_part(ends);
         let source = LinePart::of(its[at].source.source(), begins, is_end);

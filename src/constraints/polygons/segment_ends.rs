@@ -19,46 +19,42 @@ pub(crate) struct SegmentEnds {
 #[derive(Clone, Copy, Debug)]
 struct DirectedEnd {
     at: Point,
-    /// The ends of the segment, the smaller one first.
-    line: [Point; 2],
+    /// The other end of the segment.
+    towards: Point,
 }
 
 impl DirectedEnd {
-    fn new(at: Point, other: Point) -> Self {
-        let line = if at.lex_cmp(other).is_lt() {
-            [at, other]
-        } else {
-            [other, at]
-        };
-        Self { at, line }
-    }
-
     /// Compares by position and direction.
     fn compare(&self, other: &Self) -> Ordering {
-        let is_smaller = |end: &Self| end.at == end.line[0];
+        let is_smaller = |end: &Self| end.at.lex_cmp(end.towards).is_lt();
+        let forward = |end: &Self| match is_smaller(end) {
+            true => [end.at, end.towards],
+            false => [end.towards, end.at],
+        };
         let places = self.at.lex_cmp(other.at);
         places
             .then_with(|| is_smaller(self).cmp(&is_smaller(other)))
-            .then_with(|| compare_lines(self.line, other.line))
+            .then_with(|| compare_lines(forward(self), forward(other)))
     }
+}
+
+/// Returns both ends of a segment.
+fn both_ends([a, b]: [Point; 2]) -> [DirectedEnd; 2] {
+    [DirectedEnd { at: a, towards: b }, DirectedEnd { at: b, towards: a }]
 }
 
 impl SegmentEnds {
     /// Takes segments of positive length, each with the ends of it that count.
     pub(crate) fn of(segments: impl Iterator<Item = ([Point; 2], [bool; 2])>) -> Self {
-        let ends = segments.flat_map(|([a, b], is_end)| {
-            let both = [DirectedEnd::new(a, b), DirectedEnd::new(b, a)];
-            both.into_iter().zip(is_end).filter(|(_, is_end)| *is_end)
-        });
-        let mut ends: Vec<DirectedEnd> = ends.map(|(end, _)| end).collect();
+        let ends = segments.flat_map(|(ends, is_end)| both_ends(ends).into_iter().zip(is_end));
+        let mut ends: Vec<DirectedEnd> = ends.filter_map(|(end, is_end)| is_end.then_some(end)).collect();
         ends.sort_unstable_by(DirectedEnd::compare);
         Self { ends }
     }
 
     /// Returns which ends of a part of segments are ends of any segment along it.
-    pub(crate) fn of_part(&self, [a, b]: [Point; 2]) -> [bool; 2] {
-        [DirectedEnd::new(a, b), DirectedEnd::new(b, a)]
-            .map(|end| self.ends.binary_search_by(|other| other.compare(&end)).is_ok())
+    pub(crate) fn of_part(&self, ends: [Point; 2]) -> [bool; 2] {
+        both_ends(ends).map(|end| self.ends.binary_search_by(|other| other.compare(&end)).is_ok())
     }
 }
 
