@@ -6,6 +6,7 @@ use crate::store::format::ids::VertexId;
 use crate::store::format::line_part::LinePart;
 use crate::store::format::line_source::LineSource;
 use crate::store::format::polygon_lines::PolygonLine;
+use crate::store::reader::OpenOptions;
 use crate::store::verify::error::VerifyError;
 use crate::store::verify::lines::LineBatch;
 use crate::store::verify::tests::grid;
@@ -222,5 +223,60 @@ fn a_ring_may_go_on_as_another_ring_of_its_polygon() {
             other.verify().unwrap();
         }
         assert_eq!(open > 0, tile_vertices == 9);
+    }
+}
+
+/// Every vertex but those in corners of the grid has lines of several tiles.
+#[test]
+fn vertices_of_several_tiles_are_checked_in_parts_if_memory_is_short() {
+    const SIDE: usize = 45;
+    let points: Vec<Point> = (0..SIDE * SIDE)
+        .map(|i| at((i % SIDE) as f64, (i / SIDE) as f64))
+        .collect();
+    let last = (SIDE - 1) as f64;
+    let both = |i: f64| [[at(0.0, i), at(last, i)], [at(i, 0.0), at(i, last)]];
+    let ends = (0..SIDE).flat_map(|i| both(i as f64)).zip(0..);
+    let lines: Vec<Sourced> = ends
+        .map(|(ends, number)| (ends, EdgeSource::new(LineKind::Wall, number).into()))
+        .collect();
+    let right = Model::with_lines(&points, &lines, &[], 4);
+    let verify = |model: &Model, memory: u64| {
+        let options = OpenOptions::default().memory(memory);
+        run(async { model.open_with(options).await.verify(true).await.map(|_| ()) })
+    };
+    let little = (1..)
+        .map(|step| step << 15)
+        .find(|&memory| verify(&right, memory).is_ok());
+    let little = little.unwrap();
+    assert!(little < 1 << 20, "{little}");
+    let is_inner = |p: Point| [p.x, p.y].iter().all(|&c| 0.0 < c && c < last);
+    let edges = right.tiles.iter().flat_map(|tile| tile.sources.keys());
+    let larger = edges.flat_map(|&[a, b]| {
+        let pairs = [[a, b], [b, a]].into_iter();
+        pairs.filter(|[a, b]| a.tile != b.tile && right.point(*a).lex_cmp(right.point(*b)).is_lt())
+    });
+    let mut shared: Vec<VertexId> = larger.map(|[_, b]| b).filter(|&v| is_inner(right.point(v))).collect();
+    shared.sort_unstable();
+    shared.dedup();
+    // More notes than the least number in memory at once, with four lines at each.
+    assert!(5 * shared.len() > 1 << 12, "{}", shared.len());
+    for first in [0, 1, shared.len() / 2, shared.len() - 1] {
+        let mut wrong = right.clone();
+        for v in &shared[first..] {
+            wrong.tiles[v.tile.0 as usize].input_points[v.index.index()] = false;
+        }
+        wrong.directory.metadata.ends += (shared.len() - first) as u64;
+        let v = shared[first];
+        let texts = [little, 1 << 30].map(|memory| verify(&wrong, memory).unwrap_err().to_string());
+        assert_eq!(texts[0], texts[1]);
+        let expected = format!(
+            "vertex {} is no point of the input, no site, and no end of a segment",
+            v.index
+        );
+        assert!(
+            texts[0].contains(&format!("tile {}", v.tile)) && texts[0].contains(&expected),
+            "{}",
+            texts[0]
+        );
     }
 }

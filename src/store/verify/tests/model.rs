@@ -217,6 +217,10 @@ impl Model {
 
     /// Encodes the model as a file in memory, and opens it.
     pub(super) async fn open(&self) -> TileReader {
+        self.open_with(OpenOptions::default()).await
+    }
+
+    pub(super) async fn open_with(&self, options: OpenOptions) -> TileReader {
         let file = MemoryFile::default();
         let mut writer = TileWriter::new(file.clone(), front_end_for(2));
         let mut entries = Vec::new();
@@ -258,9 +262,7 @@ impl Model {
         let (lists, tree) = (self.directory.lists.clone(), self.directory.tree.clone());
         let directory = Directory::new(metadata, lists, tree, entries);
         writer.finish(&directory).await.unwrap();
-        TileReader::open_source(file, "wrong", OpenOptions::default())
-            .await
-            .unwrap()
+        TileReader::open_source(file, "wrong", options).await.unwrap()
     }
 
     fn encode(&self, id: TileId, tile: &ModelTile) -> (CoreDraft, BorderDraft, TileEntry) {
