@@ -14,18 +14,19 @@
 use std::cmp::Ordering;
 
 use crate::constraints::crossings::ends::Ends;
-use crate::constraints::crossings::split::{PointSource, TaggedSegment, any_cross, split};
+use crate::constraints::crossings::split::{PointSource, any_cross, split};
 use crate::constraints::error::{ConstraintError, SplitError};
 use crate::constraints::polygons::arrivals::PolygonNumbers;
 use crate::constraints::polygons::check::InvertedPolygons;
 use crate::constraints::polygons::counter::PolygonCounter;
-use crate::constraints::polygons::repair::{PolygonRepair, repair};
+use crate::constraints::polygons::repair::{PartOf, PolygonRepair, Subsegment, repair};
+use crate::constraints::segment::Segment;
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::constraints::without_z::NO_Z;
 use crate::geometry::{Point, Rect};
 use crate::input::PointBatch;
 use crate::memory::{MemoryShortage, MemoryUse};
-use crate::store::{EdgeSource, LineBatch, LineKind};
+use crate::store::{EdgeSource, LineBatch, LineKind, LinePart};
 
 /// Bytes of a segment, and of a crossing, while segments are split.
 const BYTES: u64 = 300;
@@ -48,10 +49,10 @@ struct InputSegment {
 /// ```
 /// use delaunay_tiles::{ConstraintError, LinesToSplit};
 /// use delaunay_tiles::geometry::Point;
-/// use delaunay_tiles::store::{EdgeSource, LineBatch, LineKind};
+/// use delaunay_tiles::store::{EdgeSource, LineBatch, LineKind, LinePart};
 ///
 /// let line = |[a, b, c, d]: [f64; 4]| [Point::new(a, b), Point::new(c, d)];
-/// let wall = |number| EdgeSource::new(LineKind::Wall, number);
+/// let wall = |number| LinePart::whole(EdgeSource::new(LineKind::Wall, number));
 /// let mut lines = LinesToSplit::new(1 << 20);
 /// let crossing = LineBatch {
 ///     ends: vec![line([0.0, 0.0, 4.0, 4.0]), line([0.0, 4.0, 4.0, 0.0])],
@@ -62,7 +63,10 @@ struct InputSegment {
 /// let split = lines.split(|_, _| Ok::<_, ConstraintError>(()))?;
 /// assert_eq!(split.crossings(), 1);
 /// assert_eq!(split.points(0).next().unwrap().points, [Point::new(2.0, 2.0)]);
-/// assert_eq!(split.subsegments().next().unwrap().ends.len(), 4);
+/// let subsegments = split.subsegments().next().unwrap();
+/// assert_eq!(subsegments.ends.len(), 4);
+/// // Each has one end of the wall, and one at the crossing.
+/// assert!(subsegments.sources.iter().all(|part| part.begins() != part.ends()));
 /// # Ok::<(), ConstraintError>(())
 /// ```
 #[derive(Debug)]
@@ -104,10 +108,11 @@ impl LinesToSplit {
     /// # Errors
     /// Returns an error if the segments do not fit in memory.
     pub fn push(&mut self, batch: &LineBatch, z: &[[f64; 2]], polygons: &[u64]) -> Result<(), ConstraintError> {
-        for (at, (ends, &source)) in batch.ends.iter().zip(&batch.sources).enumerate() {
+        for (at, (ends, part)) in batch.ends.iter().zip(&batch.sources).enumerate() {
             if ends[0] == ends[1] {
                 continue;
             }
+            let source = part.source();
             let mut polygon = 0;
             if source.kind() == LineKind::Obstacle {
                 let key = polygons.get(at).copied().unwrap_or(source.number());
@@ -150,15 +155,16 @@ impl LinesToSplit {
             borders,
             ..
         } = self;
-        let bent = segments.iter().zip(0..).map(|(segment, tag)| TaggedSegment {
-            ends: segment.ends,
-            tag,
-        });
-        let mut subsegments: Vec<TaggedSegment<u32>> = bent.collect();
+        let mut subsegments = whole(&segments);
         let left = memory.saturating_sub(segments.len() as u64 * BYTES);
         let done = split(&mut subsegments, (left / BYTES) as usize, &borders, points)?;
+        // The points at which a segment was split are no ends of it.
+        for Subsegment { ends, tag } in &mut subsegments {
+            let of_segment = segments[tag.segment as usize].ends;
+            tag.is_end = ends.map(|end| of_segment.contains(&end));
+        }
         let repair = repair(&mut subsegments, |subsegment| {
-            let InputSegment { source, polygon, .. } = segments[subsegment.tag as usize];
+            let InputSegment { source, polygon, .. } = segments[subsegment.tag.segment as usize];
             (source.kind() == LineKind::Obstacle).then_some((polygon, source.number()))
         });
         Ok(SplitLines {
@@ -193,8 +199,8 @@ impl<E> From<SplitError> for Stopped<E> {
 #[derive(Debug)]
 pub struct SplitLines {
     segments: Vec<InputSegment>,
-    /// The subsegments, each with the index of its segment.
-    subsegments: Vec<TaggedSegment<u32>>,
+    /// The subsegments, each with its segment.
+    subsegments: Vec<Subsegment>,
     /// The points at which segments were cut, in lexicographic order.
     points: Vec<Point>,
     crossings: u64,
@@ -234,9 +240,9 @@ impl SplitLines {
             for segment in some {
                 lines.segments.push(InputSegment {
                     ends: segment.ends,
-                    source: segment.source,
+                    source: segment.source.source(),
                     z: z.get(lines.segments.len()).copied().unwrap_or([NO_Z; 2]),
-                    polygon: polygons.next(segment.source),
+                    polygon: polygons.next(segment.source.source()),
                 });
             }
             Ok(())
@@ -284,22 +290,19 @@ impl SplitLines {
         })
     }
 
-    fn segment(&self, subsegment: &TaggedSegment<u32>) -> InputSegment {
-        self.segments[subsegment.tag as usize]
+    /// Returns a subsegment with the part of a line that it is.
+    fn segment(&self, subsegment: &Subsegment) -> Segment {
+        let PartOf { segment, is_end } = subsegment.tag;
+        let source = self.segments[segment as usize].source;
+        Segment {
+            ends: subsegment.ends,
+            source: LinePart::of(source, is_end[0], is_end[1]),
+        }
     }
 
     /// Adds the subsegments to a spool, in the order of their lines.
     pub(crate) fn push_subsegments(&self, spool: &mut SegmentSpool) -> Result<(), ConstraintError> {
-        let kind = |subsegment: &TaggedSegment<u32>| self.segment(subsegment).source.kind();
-        for of_kind in self.subsegments.chunk_by(|a, b| kind(a) == kind(b)) {
-            let ends: Vec<[Point; 2]> = of_kind.iter().map(|subsegment| subsegment.ends).collect();
-            let lines: Vec<u64> = of_kind
-                .iter()
-                .map(|subsegment| self.segment(subsegment).source.number())
-                .collect();
-            spool.push(&ends, &[], kind(&of_kind[0]), &lines)?;
-        }
-        Ok(())
+        spool.push_parts(self.subsegments.iter().map(|subsegment| self.segment(subsegment)))
     }
 
     /// Returns the points at which segments were cut, in lexicographic order, with record numbers
@@ -325,12 +328,12 @@ impl SplitLines {
         }
         let mut first: Vec<Option<u32>> = vec![None; self.points.len()];
         for subsegment in &self.subsegments {
-            let segment = &self.segments[subsegment.tag as usize];
+            let segment = &self.segments[subsegment.tag.segment as usize];
             for end in subsegment.ends.iter().filter(|_| segment.has_z()) {
                 if let Ok(index) = self.points.binary_search_by(|point| point.lex_cmp(*end)) {
                     let kept = &mut first[index];
                     if kept.is_none_or(|kept| segment.order(&self.segments[kept as usize]).is_lt()) {
-                        *kept = Some(subsegment.tag);
+                        *kept = Some(subsegment.tag.segment);
                     }
                 }
             }
@@ -340,6 +343,18 @@ impl SplitLines {
             points.map(|(&point, segment)| segment.map_or(NO_Z, |segment| self.segments[segment as usize].z_at(point)));
         z.collect()
     }
+}
+
+/// Returns each segment as a part of itself.
+fn whole(segments: &[InputSegment]) -> Vec<Subsegment> {
+    let whole = segments.iter().zip(0..).map(|(input, segment)| Subsegment {
+        ends: input.ends,
+        tag: PartOf {
+            segment,
+            is_end: [true; 2],
+        },
+    });
+    whole.collect()
 }
 
 impl Ends for InputSegment {
@@ -440,11 +455,7 @@ mod tests {
             segments.clone(),
             segments.iter().rev().map(|&segment| reversed(segment)).collect(),
         ] {
-            let bent = segments.iter().zip(0..).map(|(segment, tag)| TaggedSegment {
-                ends: segment.ends,
-                tag,
-            });
-            let mut subsegments: Vec<TaggedSegment<u32>> = bent.collect();
+            let mut subsegments = whole(&segments);
             let done = split::<_, SplitError>(&mut subsegments, 100, &[], &mut |_, _| Ok(())).unwrap();
             let split = SplitLines {
                 segments,

@@ -19,7 +19,7 @@ use crate::edit::work::{Piece, Work};
 use crate::geometry::Point;
 use crate::input::{MissingZ, SegmentBatch};
 use crate::memory::EditShares;
-use crate::store::{EdgeSource, LineKind, LineSource};
+use crate::store::{EdgeSource, LineKind, LinePart, LineSource};
 
 /// An editor that makes lines constraints of a file on disk.
 ///
@@ -113,7 +113,7 @@ impl Editor {
         let first = self.first_line + first_line;
         let segments = batch.ends.iter().zip(&batch.lines).map(|(&ends, &line)| Segment {
             ends: ends.map(Point::normalized),
-            source: EdgeSource::new(kind, first + line),
+            source: LinePart::whole(EdgeSource::new(kind, first + line)),
         });
         if !batch.z.is_empty() {
             self.z.resize(self.segments.len(), [NO_Z; 2]);
@@ -188,12 +188,11 @@ fn normalized_pieces(segments: &[Segment], mut normalizer: PolygonNormalizer) ->
         if normalizer.is_within() {
             continue;
         }
-        let its = start..=number;
-        let numbered = its.flat_map(|number| {
-            [2 * number, 2 * number + 1]
-                .into_iter()
-                .zip(segments[number as usize].ends)
-        });
+        // Ends of segments of no length become no vertices.
+        let its = (start..=number).map(|number| (number, segments[number as usize].ends));
+        let numbered = its
+            .filter(|(_, [a, b])| a != b)
+            .flat_map(|(number, ends)| [2 * number, 2 * number + 1].into_iter().zip(ends));
         ends.clear();
         ends.extend(numbered.map(|(end, point)| (point, end)));
         ends.sort_unstable_by(|(p, one), (q, other)| p.lex_cmp(*q).then(one.cmp(other)));

@@ -22,7 +22,7 @@ pub(crate) fn find_ends(
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<(Vec<EditVertex>, u64), EditError> {
     let ends = by_tile(tiles, work)?;
-    // A placeholder: each entry is replaced.
+    // A placeholder: each entry but those of segments of no length is replaced.
     let filler = EditVertex {
         id: VertexId {
             tile: TileId(0),
@@ -31,7 +31,7 @@ pub(crate) fn find_ends(
         point: Point::new(0.0, 0.0),
         z: 0.0,
     };
-    let mut found = vec![filler; ends.len()];
+    let mut found = vec![filler; 2 * work.segments.len()];
     let mut added = 0;
     let needs_z = tiles.metadata().has_z && work.missing_z == MissingZ::Error;
     let mut without_z: Vec<u32> = Vec::new();
@@ -62,7 +62,15 @@ pub(crate) fn find_ends(
 fn by_tile(tiles: &Tiles, work: &Work) -> Result<Vec<End>, EditError> {
     let tree = &tiles.directory().tree;
     let mut ends: Vec<End> = Vec::with_capacity(2 * work.segments.len());
-    for (&point, end) in work.segments.iter().flat_map(|segment| &segment.ends).zip(0u32..) {
+    let all = work
+        .segments
+        .iter()
+        .flat_map(|segment| segment.ends.map(|end| (end, segment)));
+    for ((point, segment), end) in all.zip(0u32..) {
+        // A segment of no length becomes no edge, which would hold its end.
+        if segment.ends[0] == segment.ends[1] {
+            continue;
+        }
         let tile = tree.tile_at(point).ok_or_else(|| no_vertex(point))?;
         ends.push((tile, point, end));
     }

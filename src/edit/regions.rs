@@ -205,7 +205,7 @@ impl RegionJoin {
             let is_against = tile.origin(half_edge) > tile.destination(half_edge);
             let change: i32 = sources.iter().map(|source| source.depth_change()).sum();
             let change = if is_against { -change } else { change };
-            self.deepen([left, right], change, sources.first().copied())?;
+            self.deepen([left, right], change, sources.first().map(|part| part.source()))?;
         }
         Ok(())
     }

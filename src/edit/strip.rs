@@ -17,13 +17,21 @@ use crate::edit::tiles::{Pin, Tiles};
 use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
 use crate::mesh::{Cavity, Topology, WALLS};
-use crate::store::{EdgeSource, VertexId};
+use crate::store::{EdgeSource, LinePart, VertexId};
 
 /// A segment between two vertices of the file, to become constraint edges.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LocatedSegment {
     pub(crate) ends: [EditVertex; 2],
-    pub(crate) source: EdgeSource,
+    pub(crate) source: LinePart,
+}
+
+impl LocatedSegment {
+    /// Returns the part of the segment from one vertex on it to another, in its direction.
+    fn part(&self, ends: [EditVertex; 2]) -> LinePart {
+        let id = |vertex: EditVertex| vertex.id;
+        self.source.between(ends.map(id), self.ends.map(id))
+    }
 }
 
 /// The way from a vertex to the next vertex on a line.
@@ -96,7 +104,7 @@ impl SegmentInserter {
                 }
             };
             let part = if is_back { [next, to] } else { [at, next] };
-            self.note(tiles, part, segment.source)?;
+            self.note(tiles, part, segment.part(part))?;
             *(if is_back { &mut to } else { &mut at }) = next;
         }
         Ok(())
@@ -251,22 +259,22 @@ impl SegmentInserter {
     }
 
     /// Adds the source of an edge in the tile that the edge belongs to.
-    fn note(&mut self, tiles: &mut Tiles, ends: [EditVertex; 2], source: EdgeSource) -> Result<(), EditError> {
+    fn note(&mut self, tiles: &mut Tiles, ends: [EditVertex; 2], part: LinePart) -> Result<(), EditError> {
         self.edges += 1;
         let [a, b] = ends;
-        let (ends, source) = match a.point.lex_cmp(b.point).is_lt() {
-            true => ([a.id, b.id], source),
-            false => ([b.id, a.id], source.reversed()),
+        let (ends, part) = match a.point.lex_cmp(b.point).is_lt() {
+            true => ([a.id, b.id], part),
+            false => ([b.id, a.id], part.reversed()),
         };
-        let times = match source.depth_change() {
+        let times = match part.depth_change() {
             0 => 1,
             _ => {
-                let times = self.times.entry((ends, source)).or_default();
+                let times = self.times.entry((ends, part.source())).or_default();
                 *times += 1;
                 *times
             }
         };
-        let noted = tiles.change(ends[0].tile)?.add_source(ends, source, times);
+        let noted = tiles.change(ends[0].tile)?.add_source(ends, part, times);
         noted.ok_or_else(|| tiles.damaged(ends[0].tile, Contradiction::MissingEdge))
     }
 }
@@ -343,10 +351,10 @@ fn crossed(tiles: &Tiles, line: [Point; 2], edge: [EditVertex; 2], segment: Loca
     let by = tiles.get(edge[0].id.tile).ok().and_then(|tile| {
         let half_edge = tile.half_edge_between(edge[0].id, edge[1].id);
         let half_edge = half_edge.or_else(|| tile.half_edge_between(edge[1].id, edge[0].id))?;
-        tile.sources_of(half_edge).first().copied()
+        tile.sources_of(half_edge).first().map(|part| part.source())
     });
     EditError::Crossed {
-        line: segment.source,
+        line: segment.source.source(),
         other: by,
         subsegment: line,
         edge: edge.map(|vertex| vertex.point),

@@ -15,7 +15,7 @@ use foldhash::{HashMap, HashMapExt};
 use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, PackedHalfEdge, Point, TriangleId, VertexIndex};
 use crate::mesh::{Topology, WALLS};
-use crate::store::{EdgeSource, Tile, TileId, Vertex, VertexId, Weight};
+use crate::store::{LinePart, Tile, TileId, Vertex, VertexId, Weight};
 use hubs::Hubs;
 use twin::PackedTwin;
 
@@ -33,6 +33,8 @@ pub(crate) struct EditTile {
     /// The z of each vertex of the tile; empty if the file has no z.
     z: Vec<f64>,
     records: Vec<u64>,
+    /// Whether a point of the input lies at each vertex. Empty if one does at all of them.
+    input_points: Vec<bool>,
     sites: Vec<(u32, u64)>,
     site_ids: Vec<String>,
     foreign: Vec<EditVertex>,
@@ -48,7 +50,7 @@ pub(crate) struct EditTile {
     hubs: Hubs,
     /// The sources of each constraint edge that belongs to the tile, by its corners, the smaller
     /// one first. They are seen from the smaller corner.
-    sources: HashMap<[VertexIndex; 2], Vec<EdgeSource>>,
+    sources: HashMap<[VertexIndex; 2], Vec<LinePart>>,
     /// Number of all sources.
     source_count: usize,
 }
@@ -85,6 +87,10 @@ impl EditTile {
             points: tile.points().collect(),
             z: tile.vertex_indices().filter_map(|v| tile.z(v)).collect(),
             records: tile.vertex_indices().map(|v| tile.record(v)).collect(),
+            input_points: match tile.vertex_indices().all(|v| tile.is_input_point(v)) {
+                true => Vec::new(),
+                false => tile.vertex_indices().map(|v| tile.is_input_point(v)).collect(),
+            },
             sites: tile.sites().map(|site| (site.vertex.0, site.number)).collect(),
             site_ids: Vec::new(),
             foreign_corners: foreign
@@ -128,6 +134,7 @@ impl EditTile {
         bytes_of(&self.points)
             + bytes_of(&self.z)
             + bytes_of(&self.records)
+            + bytes_of(&self.input_points)
             + bytes_of(&self.leaving)
             + bytes_of(&self.triangles)
             + bytes_of(&self.twins)
@@ -135,7 +142,7 @@ impl EditTile {
             + bytes_of(&self.free)
             + bytes_of(&self.foreign)
             + (size_of::<(VertexId, VertexIndex)>() + OF_ENTRY) * self.foreign_corners.capacity()
-            + (size_of::<([VertexIndex; 2], Vec<EdgeSource>)>() + OF_ENTRY) * self.sources.capacity()
+            + (size_of::<([VertexIndex; 2], Vec<LinePart>)>() + OF_ENTRY) * self.sources.capacity()
             + OF_SOURCES * self.sources.len()
             + 8 * self.source_count
             + 32 * self.sites.len()
@@ -218,6 +225,9 @@ impl EditTile {
         self.points.extend(new.iter().map(|vertex| vertex.point));
         make_room(&mut self.records, new.len());
         self.records.extend(new.iter().map(|vertex| vertex.record));
+        // No point of the input lies at the end of a line where there was no vertex.
+        self.input_points.resize(own as usize, true);
+        self.input_points.resize((own + more) as usize, false);
         make_room(&mut self.leaving, new.len());
         if has_z {
             make_room(&mut self.z, new.len());

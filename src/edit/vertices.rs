@@ -18,7 +18,7 @@ use crate::edit::tiles::{Pin, Tiles};
 use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, MortonSquare, Orientation, Point, Rect, TriangleId, VertexIndex, in_circle, orient2d};
 use crate::mesh::{Embedded, EndlessWalk, Topology, WALLS};
-use crate::store::{MAX_TILE_VERTICES, TileId, VertexId};
+use crate::store::{LinePart, MAX_TILE_VERTICES, TileId, VertexId};
 
 /// Adds vertices to a tile. None of them exists yet.
 pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Result<(), EditError> {
@@ -250,7 +250,7 @@ fn turned(ids: [VertexId; 3]) -> [VertexId; 3] {
     [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or(ids)
 }
 
-/// Gives both parts of a split edge the sources of the edge.
+/// Gives both parts of a split edge the sources of the edge. Their segments pass the new vertex.
 fn split_sources(tiles: &mut Tiles, ends: [EditVertex; 2], vertex: EditVertex) -> Result<(), EditError> {
     let [a, b] = ends;
     let owner = |ends: [EditVertex; 2]| match ends[0].point.lex_cmp(ends[1].point).is_lt() {
@@ -260,8 +260,9 @@ fn split_sources(tiles: &mut Tiles, ends: [EditVertex; 2], vertex: EditVertex) -
     let tile = owner(ends);
     let sources = tiles.change(tile)?.take_sources([a.id, b.id]);
     let sources = sources.ok_or_else(|| tiles.damaged(tile, Contradiction::NoSource))?;
-    for part in [[a, vertex], [vertex, b]] {
+    for (part, [has_start, has_end]) in [([a, vertex], [true, false]), ([vertex, b], [false, true])] {
         let tile = owner(part);
+        let sources: Vec<LinePart> = sources.iter().map(|source| source.cut(has_start, has_end)).collect();
         let put = tiles.change(tile)?.give_sources(part.map(|end| end.id), &sources);
         put.ok_or_else(|| tiles.damaged(tile, Contradiction::NoSource))?;
     }

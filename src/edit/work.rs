@@ -5,14 +5,14 @@ use crate::constraints::segment::Segment;
 use crate::constraints::without_z::NO_Z;
 use crate::geometry::Point;
 use crate::input::MissingZ;
-use crate::store::{EdgeSource, LineSource, PolygonLine};
+use crate::store::{LinePart, LineSource, PolygonLine};
 
 /// A segment between two ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Piece {
     /// The numbers of the ends among the ends of all segments.
     pub(crate) ends: [u32; 2],
-    pub(crate) source: EdgeSource,
+    pub(crate) source: LinePart,
 }
 
 /// The input of an edit.

@@ -87,6 +87,7 @@ impl Draft {
         let sources = self.sources.into_iter().map(|records| Source {
             name: "a.csv".to_owned(),
             records,
+            first: 0,
         });
         let metadata = Metadata {
             vertices: 3,

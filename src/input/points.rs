@@ -45,6 +45,25 @@ impl PointBatch {
         self.z.clear();
         self.records.clear();
     }
+
+    /// Removes the ends of segments of no length, in a batch of the ends of segments, two for each.
+    /// Such a segment becomes no edge, so nothing would hold a vertex there.
+    pub fn remove_pairs_at_one_point(&mut self) {
+        let (pairs, _) = self.points.as_chunks::<2>();
+        let kept: Vec<bool> = pairs.iter().flat_map(|[a, b]| [a != b; 2]).collect();
+        if kept.iter().all(|kept| *kept) {
+            return;
+        }
+        retain(&mut self.points, &kept);
+        retain(&mut self.z, &kept);
+        retain(&mut self.records, &kept);
+    }
+}
+
+/// Keeps the elements whose flag is set. Elements without a flag are kept.
+fn retain<T>(list: &mut Vec<T>, kept: &[bool]) {
+    let mut flags = kept.iter();
+    list.retain(|_| flags.next().is_none_or(|kept| *kept));
 }
 
 /// The counts of a [`PointSource`](crate::input::PointSource) so far. `records` = `points` +

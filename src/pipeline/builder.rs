@@ -202,7 +202,7 @@ impl Builder {
 
     /// Pushes segments: lines between two positions, or between the points of two records that are
     /// pushed later. Segments become chains of edges. The ends given by positions become vertices;
-    /// a point at the same position replaces an end.
+    /// a point at the same position replaces an end. A segment of no length has no vertices.
     ///
     /// The lines of the batch are numbered from `first_line` on: over all inputs, segments first,
     /// then walls, then obstacles. An obstacle's interior is on the left of its segments, which
@@ -302,9 +302,10 @@ impl Builder {
         self.context.first_end.store(self.next_record, Ordering::Relaxed);
         let mut record = self.next_record;
         for batch in self.segments.ends(record) {
-            let batch = batch?;
+            let mut batch = batch?;
             record += batch.records.len() as u64;
             self.given.has_z |= !batch.z.is_empty();
+            batch.remove_pairs_at_one_point();
             self.intake.push(&batch, &self.context).await?;
         }
         self.given.first_crossing = record;

@@ -6,7 +6,7 @@ use std::ops::Range;
 use crate::constraints::segment::Segment;
 use crate::geometry::{HalfEdge, Point, Rect};
 use crate::pipeline::summary::LevelSummary;
-use crate::store::{Digest, DigestSum, EdgeSource, Extent, KdTree, LineSource, Source, TileId, VertexId};
+use crate::store::{Digest, DigestSum, Extent, KdTree, LinePart, LineSource, Source, TileId, VertexId};
 
 /// The generation of the tiles of a new file.
 pub(crate) const GENERATION: u32 = 1;
@@ -131,8 +131,8 @@ pub(crate) struct Pending {
 pub(crate) struct Subsegment {
     /// Indices of the vertices, ascending.
     pub(crate) ends: [u32; 2],
-    /// The source of the segment, seen from the first end to the second.
-    pub(crate) source: EdgeSource,
+    /// The part of the line, seen from the first end to the second.
+    pub(crate) source: LinePart,
 }
 
 /// A constraint edge that is done: the triangles on both sides are final.
@@ -140,7 +140,7 @@ pub(crate) struct Subsegment {
 pub(crate) struct DoneEdge {
     pub(crate) ends: [SeamVertex; 2],
     /// Why the edge is a constraint, seen from the first end to the second.
-    pub(crate) source: EdgeSource,
+    pub(crate) source: LinePart,
 }
 
 impl DoneEdge {
@@ -179,7 +179,7 @@ impl Pending {
 
 impl Subsegment {
     /// Creates the subsegment from one vertex to another.
-    pub(crate) fn new(from: u32, to: u32, source: EdgeSource) -> Self {
+    pub(crate) fn new(from: u32, to: u32, source: LinePart) -> Self {
         if from <= to {
             Self {
                 ends: [from, to],
@@ -191,6 +191,11 @@ impl Subsegment {
                 source: source.reversed(),
             }
         }
+    }
+
+    /// Returns the part of the subsegment from one vertex on it to another, in its direction.
+    pub(crate) fn part(self, [from, to]: [u32; 2]) -> Self {
+        Self::new(from, to, self.source.between([from, to], self.ends))
     }
 
     /// Returns the subsegment with its vertices renumbered.
@@ -235,7 +240,7 @@ pub(crate) struct LoggedEdge {
     pub(crate) ends: [VertexId; 2],
     pub(crate) points: [Point; 2],
     /// Why the edge is a constraint, seen from the first end to the second.
-    pub(crate) source: EdgeSource,
+    pub(crate) source: LinePart,
 }
 
 /// A triangle that was settled by a merge: crossing, or late.

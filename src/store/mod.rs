@@ -39,6 +39,7 @@ pub(crate) use format::ids::MAX_TILE_VERTICES;
 pub use format::ids::{TileId, VertexId};
 pub use format::kd_tree::{KdNode, KdTree};
 pub(crate) use format::limits::{BLOCK, MAX_TILES};
+pub use format::line_part::LinePart;
 pub use format::line_source::LineSource;
 pub use format::lists::{Lists, Source};
 pub use format::metadata::Metadata;
@@ -52,5 +53,5 @@ pub(crate) use format::tile::{HalfEdgeNote, HalfEdgeNotes, NoteKind, VertexNotes
 pub use format::tile::{Site, Tile, TileEdge, Vertex};
 pub(crate) use pass::{Needs, PassPlan, PassReader, TileInPass, by_tile, list_for, spawn};
 pub use reader::{OpenOptions, TileReader};
-pub use verify::{LineBatch, VerifyError, VerifyReport};
+pub use verify::{LineBatch, PointOrigin, VerifyError, VerifyReport};
 pub(crate) use writer::TileWriter;

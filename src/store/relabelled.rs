@@ -41,7 +41,8 @@ fn drafts(tile: &Tile) -> (CoreDraft, BorderDraft) {
     let core = CoreDraft {
         points: tile.points().collect(),
         z: vertices.clone().filter_map(|v| tile.z(v)).collect(),
-        records: vertices.map(|v| tile.record(v)).collect(),
+        records: vertices.clone().map(|v| tile.record(v)).collect(),
+        input_points: vertices.map(|v| tile.is_input_point(v)).collect(),
         triangles: of_core.to_vec(),
         neighbours: tile
             .triangle_ids()

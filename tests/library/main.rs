@@ -18,6 +18,7 @@ mod export;
 mod faults;
 mod format;
 mod heights;
+mod held;
 mod hostile;
 mod input;
 mod invariance;

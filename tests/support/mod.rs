@@ -14,7 +14,7 @@ use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::io::MemoryFile;
 use delaunay_tiles::mesh::{EngineKind, Triangulation};
 use delaunay_tiles::store::{
-    Digest, EdgeSource, LineBatch, OpenOptions, ReadError, TileReader, VerifyError, VerifyReport,
+    Digest, LineBatch, LinePart, OpenOptions, ReadError, TileReader, VerifyError, VerifyReport,
 };
 use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder};
 use distributions::Kind;
@@ -105,9 +105,10 @@ pub fn reference(engine: EngineKind, points: &[Point]) -> Digest {
 /// were built in.
 pub async fn verify_lines(
     reader: &TileReader,
-    mut lines: Vec<([Point; 2], EdgeSource)>,
+    lines: Vec<([Point; 2], impl Into<LinePart>)>,
 ) -> Result<VerifyReport, VerifyError> {
     let mut random = Random(lines.len() as u64);
+    let mut lines: Vec<([Point; 2], LinePart)> = lines.into_iter().map(|(ends, part)| (ends, part.into())).collect();
     random.shuffle(&mut lines);
     for (ends, source) in &mut lines {
         if random.below(2) == 0 {

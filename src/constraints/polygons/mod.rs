@@ -19,3 +19,4 @@ pub(crate) mod lines;
 pub(crate) mod normalize;
 mod pile;
 pub(crate) mod repair;
+mod segment_ends;

@@ -9,11 +9,12 @@
 use std::ops::Range;
 
 use crate::constraints::error::ConstraintError;
+use crate::constraints::polygons::segment_ends::SegmentEnds;
 use crate::constraints::segment::Segment;
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::geometry::Point;
 use crate::mesh::windings::sweep::{EdgePart, Outcome, Sweep};
-use crate::store::{LineBatch, LineKind};
+use crate::store::{LineBatch, LineKind, LinePart};
 
 /// A part of a segment: the number of the segment, and the ends.
 pub(crate) type DirectedPart = (usize, [Point; 2]);
@@ -61,7 +62,7 @@ pub(crate) fn direct(ends: &[[Point; 2]], line_of: impl Fn(usize) -> u64, sweep:
 /// use delaunay_tiles::PolygonCheck;
 /// use delaunay_tiles::geometry::Point;
 /// use delaunay_tiles::input::SegmentBatch;
-/// use delaunay_tiles::store::{EdgeSource, LineBatch, LineKind};
+/// use delaunay_tiles::store::{EdgeSource, LineBatch, LineKind, LinePart};
 ///
 /// // A triangle whose ring goes round twice.
 /// let corners = [[0.0, 0.0], [4.0, 0.0], [0.0, 3.0]].map(|[x, y]| Point::new(x, y));
@@ -71,7 +72,8 @@ pub(crate) fn direct(ends: &[[Point; 2]], line_of: impl Fn(usize) -> u64, sweep:
 /// check.push(0, &SegmentBatch { ends: ends.clone(), lines, ..SegmentBatch::default() })?;
 /// check.finish()?;
 /// let mut normalizer = check.normalizer().unwrap();
-/// let mut batch = LineBatch { ends, sources: vec![EdgeSource::new(LineKind::Obstacle, 0); 6] };
+/// let ring = LinePart::whole(EdgeSource::new(LineKind::Obstacle, 0));
+/// let mut batch = LineBatch { ends, sources: vec![ring; 6] };
 /// normalizer.normalize(&mut batch);
 /// assert_eq!(batch.ends.len(), 3);
 /// # Ok::<(), delaunay_tiles::ConstraintError>(())
@@ -120,13 +122,7 @@ impl PolygonNormalizer {
         let mut ready: Vec<Segment> = Vec::new();
         from.for_each_chunk(|segments| {
             segments.iter().for_each(|segment| self.take(*segment, &mut ready));
-            for of_kind in ready.chunk_by(|one, other| one.source.kind() == other.source.kind()) {
-                let ends: Vec<[Point; 2]> = of_kind.iter().map(|segment| segment.ends).collect();
-                let lines: Vec<u64> = of_kind.iter().map(|segment| segment.source.number()).collect();
-                to.push(&ends, &[], of_kind[0].source.kind(), &lines)?;
-            }
-            ready.clear();
-            Ok(())
+            to.push_parts(ready.drain(..))
         })
     }
 
@@ -168,8 +164,12 @@ fn normalized(its: &[Segment]) -> Vec<Segment> {
         return its.to_vec();
     }
     let parts = direct(&ends, |at| its[at].source.number(), &sweep);
-    parts
-        .into_iter()
-        .map(|(at, ends)| Segment { ends, ..its[at] })
-        .collect()
+    drop((ends, sweep));
+    let segment_ends = SegmentEnds::of(its.iter().map(|segment| (segment.ends, segment.source.end_bits())));
+    let segment = |(at, ends): DirectedPart| {
+        let [begins, is_end] = segment_ends.of_part(ends);
+        let source = LinePart::of(its[at].source.source(), begins, is_end);
+        Segment { ends, source }
+    };
+    parts.into_iter().map(segment).collect()
 }

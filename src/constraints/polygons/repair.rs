@@ -7,9 +7,23 @@
 
 use crate::constraints::crossings::split::TaggedSegment;
 use crate::constraints::polygons::check::{Inverted, InvertedPolygons};
-use crate::constraints::polygons::normalize::direct;
+use crate::constraints::polygons::normalize::{DirectedPart, direct};
+use crate::constraints::polygons::segment_ends::SegmentEnds;
 use crate::geometry::Point;
 use crate::mesh::windings::sweep::{Outcome, Sweep};
+
+/// The segment that a subsegment is a part of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PartOf {
+    /// The number of the segment.
+    pub(crate) segment: u32,
+    /// Which ends of the subsegment are ends of the segment, or of others along it that this one
+    /// replaces.
+    pub(crate) is_end: [bool; 2],
+}
+
+/// A part of a segment.
+pub(crate) type Subsegment = TaggedSegment<PartOf>;
 
 /// The result of a repair.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -25,12 +39,12 @@ pub(crate) struct PolygonRepair {
 /// Repairs polygons. `polygon_of` returns the polygon of a subsegment and the number of its line,
 /// or `None` if it belongs to no polygon. The subsegments of a polygon must be consecutive, and so
 /// must be those of a line.
-pub(crate) fn repair<T: Copy>(
-    subsegments: &mut Vec<TaggedSegment<T>>,
-    polygon_of: impl Fn(&TaggedSegment<T>) -> Option<(u64, u64)>,
+pub(crate) fn repair(
+    subsegments: &mut Vec<Subsegment>,
+    polygon_of: impl Fn(&Subsegment) -> Option<(u64, u64)>,
 ) -> PolygonRepair {
     let mut done = PolygonRepair::default();
-    let mut changed: Vec<TaggedSegment<T>> = Vec::new();
+    let mut changed: Vec<Subsegment> = Vec::new();
     // Number of subsegments that were copied to `changed`, if any polygon was repaired.
     let (mut copied, mut start) = (0, 0);
     for its in subsegments.chunk_by(|one, other| match (polygon_of(one), polygon_of(other)) {
@@ -56,13 +70,13 @@ pub(crate) fn repair<T: Copy>(
 }
 
 /// Returns the repaired subsegments of an obstacle, or `None` if they need no repair.
-fn repair_obstacle<T: Copy>(
-    its: &[TaggedSegment<T>],
-    polygon_of: &impl Fn(&TaggedSegment<T>) -> Option<(u64, u64)>,
+fn repair_obstacle(
+    its: &[Subsegment],
+    polygon_of: &impl Fn(&Subsegment) -> Option<(u64, u64)>,
     done: &mut PolygonRepair,
-) -> Option<Vec<TaggedSegment<T>>> {
-    let polygon = |subsegment: &TaggedSegment<T>| polygon_of(subsegment).map(|(polygon, _)| polygon);
-    let line = |subsegment: &TaggedSegment<T>| polygon_of(subsegment).map_or(0, |(_, line)| line);
+) -> Option<Vec<Subsegment>> {
+    let polygon = |subsegment: &Subsegment| polygon_of(subsegment).map(|(polygon, _)| polygon);
+    let line = |subsegment: &Subsegment| polygon_of(subsegment).map_or(0, |(_, line)| line);
     let (mut all, mut polygons, mut overlaps, mut is_inverted) = (Vec::new(), 0, false, false);
     for its in its.chunk_by(|one, other| polygon(one) == polygon(other)) {
         polygons += 1;
@@ -99,19 +113,18 @@ fn repair_obstacle<T: Copy>(
     is_inverted.then_some(all)
 }
 
-fn sweep<T>(its: &[TaggedSegment<T>]) -> Sweep {
+fn sweep(its: &[Subsegment]) -> Sweep {
     Sweep::new(its.iter().map(|subsegment| subsegment.ends))
 }
 
-fn directed<T: Copy>(
-    its: &[TaggedSegment<T>],
-    line: impl Fn(&TaggedSegment<T>) -> u64,
-    sweep: &Sweep,
-) -> Vec<TaggedSegment<T>> {
+fn directed(its: &[Subsegment], line: impl Fn(&Subsegment) -> u64, sweep: &Sweep) -> Vec<Subsegment> {
+    let segment_ends = SegmentEnds::of(its.iter().map(|subsegment| (subsegment.ends, subsegment.tag.is_end)));
     let ends: Vec<[Point; 2]> = its.iter().map(|subsegment| subsegment.ends).collect();
     let parts = direct(&ends, |at| line(&its[at]), sweep);
-    parts
-        .into_iter()
-        .map(|(at, ends)| TaggedSegment { ends, ..its[at] })
-        .collect()
+    let subsegment = |(at, ends): DirectedPart| {
+        let is_end = segment_ends.of_part(ends);
+        let tag = PartOf { is_end, ..its[at].tag };
+        TaggedSegment { ends, tag }
+    };
+    parts.into_iter().map(subsegment).collect()
 }

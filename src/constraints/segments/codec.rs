@@ -17,7 +17,7 @@
 
 use crate::constraints::segment::Segment;
 use crate::geometry::Point;
-use crate::store::EdgeSource;
+use crate::store::LinePart;
 
 /// Bytes before the numbers.
 const HEADER: usize = 16;
@@ -147,7 +147,7 @@ impl<'a> SegmentChunk<'a> {
         });
         ends.zip(self.sources).map(|(ends, source)| Segment {
             ends,
-            source: EdgeSource::from_bits(source),
+            source: LinePart::from_bits(source),
         })
     }
 

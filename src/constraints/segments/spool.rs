@@ -13,7 +13,7 @@ use crate::constraints::without_z::NO_Z;
 use crate::geometry::Point;
 use crate::input::PointBatch;
 use crate::memory::SpoolShares;
-use crate::store::{EdgeSource, KdTree, LineKind};
+use crate::store::{EdgeSource, KdTree, LineKind, LinePart};
 
 /// Stored segments: first those by their ends and then those between points, each in the order in
 /// which they came.
@@ -147,17 +147,28 @@ impl SegmentSpool {
             self.has_z = true;
         }
         for (at, (ends, &line)) in ends.iter().zip(lines).enumerate() {
-            self.pending.push(Segment {
+            let segment = Segment {
                 ends: ends.map(Point::normalized),
-                source: EdgeSource::new(kind, line),
-            });
-            if self.has_z {
-                self.pending_z.push(z.get(at).copied().unwrap_or([NO_Z; 2]));
-            }
-            self.by_ends_count += 1;
-            if self.pending.len() >= self.capacity {
-                self.flush_pending().map_err(|error| self.cannot_spill(error))?;
-            }
+                source: LinePart::whole(EdgeSource::new(kind, line)),
+            };
+            self.push_one(segment, z.get(at).copied().unwrap_or([NO_Z; 2]))?;
+        }
+        Ok(())
+    }
+
+    /// Adds parts of segments that were split. They have no z, and their ends are valid.
+    pub(crate) fn push_parts(&mut self, parts: impl IntoIterator<Item = Segment>) -> Result<(), ConstraintError> {
+        parts.into_iter().try_for_each(|part| self.push_one(part, [NO_Z; 2]))
+    }
+
+    fn push_one(&mut self, segment: Segment, z: [f64; 2]) -> Result<(), ConstraintError> {
+        self.pending.push(segment);
+        if self.has_z {
+            self.pending_z.push(z);
+        }
+        self.by_ends_count += 1;
+        if self.pending.len() >= self.capacity {
+            self.flush_pending().map_err(|error| self.cannot_spill(error))?;
         }
         Ok(())
     }
@@ -185,7 +196,8 @@ impl SegmentSpool {
 
     fn spill_between(&mut self, records: &[[u64; 2]], kind: LineKind, lines: &[u64]) -> io::Result<()> {
         for &line in lines {
-            self.pending_sources.push(EdgeSource::new(kind, line).to_bits());
+            self.pending_sources
+                .push(LinePart::whole(EdgeSource::new(kind, line)).to_bits());
             if self.pending_sources.len() >= 4 * self.capacity {
                 encode_numbers(self.pending_sources.iter().copied(), &mut self.bytes);
                 self.sources.push(self.store.append(&self.bytes)?);
@@ -394,10 +406,10 @@ struct Sources<'a> {
 
 impl Sources<'_> {
     #[inline]
-    fn next(&mut self, store: &ChunkStore) -> io::Result<EdgeSource> {
+    fn next(&mut self, store: &ChunkStore) -> io::Result<LinePart> {
         loop {
             if let Some(source) = self.now.next() {
-                return Ok(EdgeSource::from_bits(source));
+                return Ok(LinePart::from_bits(source));
             }
             self.read(store)?;
         }

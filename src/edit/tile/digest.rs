@@ -19,8 +19,8 @@ impl EditTile {
             corners.sort_unstable();
             let ends = corners.map(|corner| self.vertex(corner).point);
             digest.add_constraint_edge(ends);
-            for &source in sources {
-                digest.add_edge_source(ends, source);
+            for part in sources {
+                digest.add_edge_source(ends, part.source());
             }
         }
         digest

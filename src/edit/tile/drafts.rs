@@ -97,6 +97,7 @@ impl EditTile {
             points: self.points.clone(),
             z: self.z.clone(),
             records: self.records.clone(),
+            input_points: self.input_points.clone(),
             triangles: self.numbered_corners(triangles, numbering),
             neighbours: triangles.iter().map(neighbours).collect(),
             constraints: self.bits_of(triangles),

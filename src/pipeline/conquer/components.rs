@@ -8,7 +8,7 @@
 use crate::geometry::HalfEdge;
 use crate::mesh::NONE;
 use crate::pipeline::records::{Anchor, BoundaryEdge};
-use crate::store::{CoreDraft, DigestSum, EdgeSource, triangle_hash};
+use crate::store::{CoreDraft, DigestSum, EdgeSource, LinePart, triangle_hash};
 
 /// The components of a core, open ones first.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -69,15 +69,15 @@ impl Components {
     /// # Errors
     /// Returns a source of the edge at which a ring does not close: going round it, a component
     /// would be deeper than itself.
-    pub(crate) fn anchor(&mut self, core: &CoreDraft, sources: &[(u32, EdgeSource)]) -> Result<(), EdgeSource> {
-        let link = |of_edge: &[(u32, EdgeSource)]| {
-            let (half_edge, source) = of_edge[0];
+    pub(crate) fn anchor(&mut self, core: &CoreDraft, sources: &[(u32, LinePart)]) -> Result<(), EdgeSource> {
+        let link = |of_edge: &[(u32, LinePart)]| {
+            let (half_edge, part) = of_edge[0];
             let twin = core.neighbours.as_flattened()[half_edge as usize];
             ComponentLink {
                 components: [HalfEdge(half_edge).triangle().0, twin.triangle_or_more()]
                     .map(|triangle| self.of_triangles[triangle as usize]),
                 change: of_edge.iter().map(|(_, source)| source.depth_change()).sum(),
-                source,
+                source: part.source(),
             }
         };
         let links: Vec<ComponentLink> = sources.chunk_by(|a, b| a.0 == b.0).map(link).collect();

@@ -14,8 +14,8 @@ pub(crate) fn without_triangles(core: &CoreDraft) -> Digest {
         let corners = [half_edge, half_edge.next()].map(|h| core.triangles.as_flattened()[h.index()]);
         let ends = corners.map(|corner| core.points[corner as usize]);
         digest.add_constraint_edge(ends);
-        for &(_, source) in of_edge {
-            digest.add_edge_source(ends, source);
+        for (_, part) in of_edge {
+            digest.add_edge_source(ends, part.source());
         }
     }
     digest

@@ -56,7 +56,7 @@ fn in_leaf(segments: &[Segment], leaf: &LeafLines<'_>) -> FirstCrossings {
         let is_vertex =
             pair.into_iter().all(is_on) && vertices.get_or_insert_with(|| PointSet::of(leaf.items)).has(point);
         if !is_vertex {
-            crossings.push(Crossing::new(pair.map(|segment| segment.source), point));
+            crossings.push(Crossing::new(pair.map(|segment| segment.source.source()), point));
         }
         ControlFlow::Continue(())
     });

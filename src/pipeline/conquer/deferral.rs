@@ -11,9 +11,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use parking_lot::Mutex;
 
 use crate::constraints::segment::Segment;
-use crate::store::EdgeSource;
+use crate::store::LinePart;
 
-type Key = ([[u64; 2]; 2], EdgeSource);
+type Key = ([[u64; 2]; 2], LinePart);
 
 /// The set of deferred segments.
 #[derive(Debug)]

@@ -15,7 +15,7 @@ use crate::pipeline::conquer::node::{Fate, Workspace};
 use crate::pipeline::ingest::point_store::{Attributes, Item};
 use crate::pipeline::options::DuplicateRule;
 use crate::pipeline::records::{BoundaryEdge, DoneEdge, Pending, Seam, SeamVertex, Subsegment};
-use crate::store::{CoreDraft, Digest, EdgeSource, TileId, VertexId};
+use crate::store::{CoreDraft, Digest, EdgeSource, LinePart, TileId, VertexId};
 
 /// The input of a leaf.
 #[derive(Clone, Copy, Debug)]
@@ -109,6 +109,7 @@ pub(crate) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
     let kept = kept_items(items, attributes, rules.duplicates);
     let mut core = std::mem::replace(&mut workspace.core, CoreDraft::empty());
     let without_z = put_vertices(&mut core, &kept, attributes);
+    let ends = put_input_points(&mut core, rules.duplicates.first_end);
     put_sites(&mut core, items, attributes, rules);
     let vertex = |index: u32| seam_vertex(tile, &core, index);
     let seam = triangulate(workspace, &core.points, input, vertex)?;
@@ -119,7 +120,6 @@ pub(crate) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
         ends: subsegment.ends.map(vertex),
         source: subsegment.source,
     });
-    let first_end = rules.duplicates.first_end;
     let mut leaf = Leaf {
         bounds: Rect::around(core.points.iter().copied()),
         edges: edges.collect(),
@@ -127,7 +127,7 @@ pub(crate) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
         seeded: Vec::new(),
         seam,
         duplicates: (items.len() - kept.len()) as u64,
-        ends: core.records.iter().filter(|&&record| record >= first_end).count() as u64,
+        ends,
         has_sites: !core.sites.is_empty(),
         without_z,
         constraint_edges: core.edge_sources.chunk_by(|a, b| a.0 == b.0).count() as u64,
@@ -188,6 +188,19 @@ fn put_vertices(core: &mut CoreDraft, kept: &[Item], attributes: &Attributes) ->
         without_z += 1;
     }
     without_z
+}
+
+/// Notes at which vertices points of the input lie. Returns the number of the other vertices.
+///
+/// A vertex has the record number of a point if one lies there, and points have the numbers below
+/// `first_end`.
+fn put_input_points(core: &mut CoreDraft, first_end: u64) -> u64 {
+    let ends = core.records.iter().filter(|&&record| record >= first_end).count() as u64;
+    if ends > 0 {
+        core.input_points
+            .extend(core.records.iter().map(|&record| record < first_end));
+    }
+    ends
 }
 
 /// Triangulates the points and inserts the segments. Leaves the mesh in the workspace.
@@ -342,7 +355,7 @@ fn take_edges(core: &mut CoreDraft, subsegments: &[Subsegment]) -> Vec<Subsegmen
             _ => elsewhere.push(*subsegment),
         }
     }
-    let triangle = |&(half_edge, _): &(u32, EdgeSource)| HalfEdge(half_edge).triangle().0;
+    let triangle = |&(half_edge, _): &(u32, LinePart)| HalfEdge(half_edge).triangle().0;
     core.edge_sources = bucket_sort(&core.edge_sources, core.triangles.len(), triangle, |&both| both);
     elsewhere
 }

@@ -8,7 +8,7 @@ use crate::pipeline::finish::regions::Regions;
 use crate::pipeline::finish::tile_components::TileComponents;
 use crate::pipeline::output::border_log::GroupBorders;
 use crate::pipeline::records::{Anchor, LoggedEdge, TileState};
-use crate::store::{BorderDraft, ComponentRecord, Digest, EdgeSource, TileId};
+use crate::store::{BorderDraft, ComponentRecord, Digest, LinePart, TileId};
 
 /// A border, and what it adds to the tile's directory entry.
 #[derive(Debug)]
@@ -124,7 +124,7 @@ fn edge_digest(edges: &mut [LoggedEdge]) -> Digest {
     for of_edge in edges.chunk_by(|a, b| a.ends == b.ends) {
         digest.add_constraint_edge(of_edge[0].points);
         for edge in of_edge {
-            digest.add_edge_source(edge.points, edge.source);
+            digest.add_edge_source(edge.points, edge.source.source());
         }
     }
     digest
@@ -132,8 +132,8 @@ fn edge_digest(edges: &mut [LoggedEdge]) -> Digest {
 
 /// Returns, for each constraint edge, its smallest half-edge with each of its sources, seen along
 /// that half-edge.
-fn edge_sources(mesh: &BorderMesh, edges: impl Iterator<Item = ([u32; 2], EdgeSource)>) -> Vec<(u32, EdgeSource)> {
-    let on_half_edge = |([from, to], source): ([u32; 2], EdgeSource)| {
+fn edge_sources(mesh: &BorderMesh, edges: impl Iterator<Item = ([u32; 2], LinePart)>) -> Vec<(u32, LinePart)> {
+    let on_half_edge = |([from, to], source): ([u32; 2], LinePart)| {
         let ends = [from.min(to), from.max(to)];
         let index = mesh.half_edges.partition_point(|keyed| keyed.ends < ends);
         let keyed = mesh.half_edges.get(index).filter(|keyed| keyed.ends == ends)?;
@@ -142,7 +142,7 @@ fn edge_sources(mesh: &BorderMesh, edges: impl Iterator<Item = ([u32; 2], EdgeSo
     };
     let found = edges.map(on_half_edge);
     // A done edge has triangles, and all triangles around its first end are in the tile.
-    let mut sources: Vec<(u32, EdgeSource)> = found
+    let mut sources: Vec<(u32, LinePart)> = found
         .inspect(|found| debug_assert!(found.is_some()))
         .flatten()
         .collect();
@@ -152,7 +152,7 @@ fn edge_sources(mesh: &BorderMesh, edges: impl Iterator<Item = ([u32; 2], EdgeSo
 
 /// Returns the edges of a tile without triangles, and for each edge its index with each of its
 /// sources.
-fn edges(mut along: Vec<([u32; 2], EdgeSource)>) -> (Vec<[u32; 2]>, Vec<(u32, EdgeSource)>) {
+fn edges(mut along: Vec<([u32; 2], LinePart)>) -> (Vec<[u32; 2]>, Vec<(u32, LinePart)>) {
     along.sort_unstable();
     let (mut edges, mut sources) = (Vec::new(), Vec::new());
     for ((ends, of_edge), index) in along.chunk_by(|a, b| a.0 == b.0).map(|all| (all[0].0, all)).zip(0..) {

@@ -178,7 +178,8 @@ impl RegionFinder {
         if !self.rules.has_holes {
             return Vec::new();
         }
-        let edges = group.edges_of(tile).map(|LoggedEdge { ends, source, .. }| {
+        let edges = group.edges_of(tile).map(|LoggedEdge { ends, source: part, .. }| {
+            let source = part.source();
             let [from, to] = ends.map(|id| mesh.corner(id));
             match from < to {
                 true => ([from, to], source.depth_change(), source),

@@ -74,7 +74,9 @@ impl FoundWithoutZ {
     pub(crate) fn name_line(&mut self, segments: &[Segment]) {
         if let Some((_, point, line)) = &mut self.first {
             let there = segments.iter().filter(|segment| segment.ends.contains(point));
-            *line = there.map(|segment| segment.source).min_by_key(|source| source.number());
+            *line = there
+                .map(|segment| segment.source.source())
+                .min_by_key(|source| source.number());
         }
     }
 

@@ -23,7 +23,7 @@ use crate::pipeline::output::by_tile::ByTile;
 use crate::pipeline::records::{
     Anchor, BoundaryEdge, DoneEdge, GroupChunks, KINDS, LateTriangle, LoggedEdge, SeamVertex,
 };
-use crate::store::{DigestSum, EdgeSource, Extent, TileId, VertexId};
+use crate::store::{DigestSum, Extent, LinePart, TileId, VertexId};
 
 /// Bytes of a corner: tile, index, x, y.
 const CORNER: usize = 24;
@@ -36,8 +36,8 @@ const TRIANGLE: usize = 3 * CORNER + 4;
 const TRIANGLE_WITH_Z: usize = TRIANGLE + 3 * 8;
 /// Bytes of a boundary half-edge in the log: tile, from, to, half-edge, component.
 const BOUNDARY_EDGE: usize = 20;
-/// Bytes of a constraint edge in the log: tile and index of both ends, source, x and y of both
-/// ends. The edge belongs to the tile of its first end.
+/// Bytes of a constraint edge in the log: tile and index of both ends, part of a line, x and y of
+/// both ends. The edge belongs to the tile of its first end.
 const EDGE: usize = 56;
 /// Bytes of an anchor in the log: tile, component, relative depth, number of triangles, sum of
 /// their hashes.
@@ -415,7 +415,7 @@ impl GroupBorders {
                 tile: TileId(tile),
                 index: VertexIndex(index),
             };
-            let source = EdgeSource::from_bits(u64::from(high) << 32 | u64::from(low));
+            let source = LinePart::from_bits(u64::from(high) << 32 | u64::from(low));
             let [from_x, from_y, to_x, to_y] = floats(&bytes[24..]);
             LoggedEdge {
                 ends: [id(tile, index), id(other_tile, other_index)],

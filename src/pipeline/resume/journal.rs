@@ -45,7 +45,7 @@ pub(crate) struct SavedPlan {
     pub(crate) plan: BlockPlan,
 }
 
-const MAGIC: &[u8; 8] = b"dtplan04";
+const MAGIC: &[u8; 8] = b"dtplan05";
 
 impl SavedPlan {
     /// Writes the plan to `path` atomically: the file is renamed to `path` once it is complete and
@@ -58,6 +58,7 @@ impl SavedPlan {
         out.list(sources, |out, source| {
             out.text(&source.name);
             out.u64(source.records);
+            out.u64(source.first);
         });
         out.list(crs.as_slice(), |out, crs| out.text(crs));
         out.text(memo);
@@ -106,6 +107,7 @@ impl SavedPlan {
             Some(Source {
                 name: from.text()?,
                 records: from.u64()?,
+                first: from.u64()?,
             })
         };
         let description = Description {

@@ -58,8 +58,9 @@ const OBSTACLE_LEFT: u64 = 2;
 const OBSTACLE_RIGHT: u64 = 3;
 
 impl EdgeSource {
-    /// The largest line number.
-    pub const MAX_NUMBER: u64 = u64::MAX >> 2;
+    /// The largest line number. It leaves two bits for the ends in
+    /// [`LinePart`](crate::store::LinePart), which takes eight bytes too.
+    pub const MAX_NUMBER: u64 = u64::MAX >> 4;
 
     /// Creates the source for line `number`. The interior of an obstacle is on the left of the
     /// edge's direction.
@@ -124,6 +125,9 @@ impl EdgeSource {
     pub(crate) const fn to_bits(self) -> u64 {
         self.0
     }
+
+    /// The largest number that stands for a source.
+    pub(crate) const MAX_BITS: u64 = Self::MAX_NUMBER << 2 | 3;
 
     /// Returns the source that a number in a file stands for.
     pub(crate) const fn from_bits(bits: u64) -> Self {

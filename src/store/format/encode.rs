@@ -6,9 +6,9 @@ use flatbuffers::{FlatBufferBuilder, Vector, WIPOffset};
 use crate::geometry::{PackedHalfEdge, Point};
 use crate::io::Buffers;
 use crate::mesh::{Twin, WALLS};
-use crate::store::format::edge_source::EdgeSource;
 use crate::store::format::generated::tile as schema;
 use crate::store::format::ids::{TileId, VertexId};
+use crate::store::format::line_part::LinePart;
 use crate::store::format::packed;
 use crate::store::format::packed::mark;
 
@@ -28,7 +28,7 @@ type BitsOffset<'b> = WIPOffset<Vector<'b, u8>>;
 /// There is no `Default` outside tests: code that writes a tile must name each attribute, so that
 /// none is forgotten when one is added.
 #[derive(Debug)]
-#[cfg_attr(test, derive(Default))]
+#[cfg_attr(test, derive(Clone, Default))]
 pub(crate) struct CoreDraft {
     /// The vertices.
     pub(crate) points: Vec<Point>,
@@ -36,6 +36,8 @@ pub(crate) struct CoreDraft {
     pub(crate) z: Vec<f64>,
     /// The record number of each vertex.
     pub(crate) records: Vec<u64>,
+    /// Whether a point of the input lies at each vertex. Empty if one does at all of them.
+    pub(crate) input_points: Vec<bool>,
     /// The corners of the triangles.
     pub(crate) triangles: Vec<[u32; 3]>,
     /// The twin of each half-edge, if it is in the core.
@@ -48,8 +50,8 @@ pub(crate) struct CoreDraft {
     /// tile without crossing a constraint. Empty if all are of component 0.
     pub(crate) components: Vec<u32>,
     /// For each constraint edge between two triangles of the core: its smaller half-edge, and a
-    /// source as seen along that half-edge. In order.
-    pub(crate) edge_sources: Vec<(u32, EdgeSource)>,
+    /// part of a line as seen along that half-edge. In order.
+    pub(crate) edge_sources: Vec<(u32, LinePart)>,
     /// Pairs (vertex, number of the site there), in order.
     pub(crate) sites: Vec<(u32, u64)>,
     /// The ids of the sites; an id is empty where the number is the id. The list is empty if this
@@ -59,7 +61,7 @@ pub(crate) struct CoreDraft {
 
 /// The content of a border. As for cores, there is no `Default` outside tests.
 #[derive(Debug)]
-#[cfg_attr(test, derive(Default))]
+#[cfg_attr(test, derive(Clone, Default))]
 pub(crate) struct BorderDraft {
     /// The number of vertices of the tile.
     pub(crate) vertices: u32,
@@ -84,8 +86,8 @@ pub(crate) struct BorderDraft {
     pub(crate) components: Vec<u32>,
     /// For each constraint edge that belongs to the tile, except those between two triangles of the
     /// core: the smaller half-edge that the tile knows, numbered through core and border, and a
-    /// source as seen along that half-edge. In order.
-    pub(crate) edge_sources: Vec<(u32, EdgeSource)>,
+    /// part of a line as seen along that half-edge. In order.
+    pub(crate) edge_sources: Vec<(u32, LinePart)>,
     /// In a file without triangles: the constraint edges, each from a vertex of the tile to the
     /// next corner on the line, in order. `edge_sources` then contains indices into this list in
     /// place of half-edges.
@@ -99,6 +101,7 @@ impl CoreDraft {
             points: Vec::new(),
             z: Vec::new(),
             records: Vec::new(),
+            input_points: Vec::new(),
             triangles: Vec::new(),
             neighbours: Vec::new(),
             constraints: Vec::new(),
@@ -115,6 +118,7 @@ impl CoreDraft {
             points,
             z,
             records,
+            input_points,
             triangles,
             neighbours,
             constraints,
@@ -126,6 +130,7 @@ impl CoreDraft {
         points.clear();
         z.clear();
         records.clear();
+        input_points.clear();
         triangles.clear();
         neighbours.clear();
         constraints.clear();
@@ -160,7 +165,9 @@ impl CoreDraft {
         let constraints = half_edge_bits(&mut builder, &self.constraints, 0);
         let walls = half_edge_bits(&mut builder, &self.constraints, WALLS);
         let components = optional(&mut builder, self.components.iter().map(|&c| c.into()));
+        let segment_ends = segment_ends(&mut builder, &self.edge_sources);
         let [edge_sides, edge_sources] = edge_sources(&mut builder, &self.edge_sources);
+        let input_points = bits_unless_all(&mut builder, self.input_points.iter().copied());
         let sites = (!self.sites.is_empty()).then(|| {
             let largest = self.sites.iter().map(|&(_, number)| number).max().unwrap_or(0);
             pairs(&mut builder, &self.sites, largest.max(vertices))
@@ -184,6 +191,8 @@ impl CoreDraft {
             sites,
             site_ids: ids.map(|(_, text)| text),
             site_id_ends: ids.map(|(ends, _)| ends),
+            input_points,
+            segment_ends,
         };
         let root = schema::Core::create(&mut builder, &args);
         builder.finish(root, None);
@@ -218,6 +227,7 @@ impl BorderDraft {
         let constraints = half_edge_bits(&mut builder, &self.constraints, 0);
         let walls = half_edge_bits(&mut builder, &self.constraints, WALLS);
         let components = optional(&mut builder, self.components.iter().map(|&c| c.into()));
+        let segment_ends = segment_ends(&mut builder, &self.edge_sources);
         let [edge_sides, edge_sources] = edge_sources(&mut builder, &self.edge_sources);
         let edges = (!self.edges.is_empty()).then(|| {
             let ends = self.edges.as_flattened().iter().map(|&corner| corner.into());
@@ -238,6 +248,7 @@ impl BorderDraft {
             edge_sources,
             edges,
             foreign_z,
+            segment_ends,
         };
         let root = schema::Border::create(&mut builder, &args);
         builder.finish(root, None);
@@ -279,6 +290,19 @@ fn bits<'b>(builder: &mut FlatBufferBuilder<'b>, values: impl Iterator<Item = bo
     if !values.clone().any(|bit| bit) {
         return None;
     }
+    Some(all_bits(builder, values))
+}
+
+/// Writes bits, from the lowest of the first byte on. Returns `None` if all bits are set.
+fn bits_unless_all<'b>(
+    builder: &mut FlatBufferBuilder<'b>,
+    mut values: impl Iterator<Item = bool> + Clone,
+) -> Option<BitsOffset<'b>> {
+    let all = values.clone();
+    values.any(|bit| !bit).then(|| all_bits(builder, all))
+}
+
+fn all_bits<'b>(builder: &mut FlatBufferBuilder<'b>, values: impl Iterator<Item = bool>) -> BitsOffset<'b> {
     let mut bytes: Vec<u8> = Vec::new();
     for (value, index) in values.zip(0..) {
         if index % 8 == 0 {
@@ -286,7 +310,13 @@ fn bits<'b>(builder: &mut FlatBufferBuilder<'b>, values: impl Iterator<Item = bo
         }
         bytes[index / 8] |= u8::from(value) << (index % 8);
     }
-    Some(builder.create_vector(&bytes))
+    builder.create_vector(&bytes)
+}
+
+/// Writes whether each part of a line begins and ends a segment. Returns `None` if all parts do
+/// both.
+fn segment_ends<'b>(builder: &mut FlatBufferBuilder<'b>, edges: &[(u32, LinePart)]) -> Option<BitsOffset<'b>> {
+    bits_unless_all(builder, edges.iter().flat_map(|(_, part)| part.end_bits()))
 }
 
 /// Writes values, each in as few bytes as the largest needs. Returns `None` if all are 0.
@@ -299,15 +329,15 @@ fn optional<'b>(
 }
 
 /// Writes the half-edges and the sources of their edges.
-fn edge_sources<'b>(builder: &mut FlatBufferBuilder<'b>, edges: &[(u32, EdgeSource)]) -> [Option<PackedOffset<'b>>; 2] {
+fn edge_sources<'b>(builder: &mut FlatBufferBuilder<'b>, edges: &[(u32, LinePart)]) -> [Option<PackedOffset<'b>>; 2] {
     if edges.is_empty() {
         return [None; 2];
     }
-    let mut write = |values: &dyn Fn(&(u32, EdgeSource)) -> u64| {
+    let mut write = |values: &dyn Fn(&(u32, LinePart)) -> u64| {
         let largest = edges.iter().map(values).max().unwrap_or(0);
         Some(packed::write(builder, edges.iter().map(values), largest, 0))
     };
-    [write(&|edge| edge.0.into()), write(&|edge| edge.1.to_bits())]
+    [write(&|edge| edge.0.into()), write(&|edge| edge.1.source().to_bits())]
 }
 
 /// Returns the finished bytes without a copy: they are at the end of the builder's buffer.

@@ -19,6 +19,8 @@ pub struct Source {
     pub name: String,
     /// The number of records read from the file, including those left out.
     pub records: u64,
+    /// The number of the first of these records among those of all files.
+    pub first: u64,
 }
 
 /// The lists of a file.
@@ -106,8 +108,8 @@ fn encode_sources(sources: &[Source]) -> Vec<u8> {
         .iter()
         .map(|source| {
             let name = Some(builder.create_string(&source.name));
-            let records = source.records;
-            schema::Source::create(&mut builder, &schema::SourceArgs { name, records })
+            let (records, first) = (source.records, source.first);
+            schema::Source::create(&mut builder, &schema::SourceArgs { name, records, first })
         })
         .collect();
     let list = Some(builder.create_vector(&list));
@@ -120,6 +122,7 @@ fn decode_sources(bytes: &[u8]) -> Result<Vec<Source>, Damage> {
     let sources = sources.list().iter().map(|source| Source {
         name: source.name().to_owned(),
         records: source.records(),
+        first: source.first(),
     });
     Ok(sources.collect())
 }
@@ -241,6 +244,7 @@ mod tests {
         let source = |i: u64| Source {
             name: "a".repeat(i as usize % 2),
             records: i,
+            first: i * 7,
         };
         Lists {
             sources: (0..10_000).map(source).collect(),
@@ -310,7 +314,11 @@ mod tests {
     fn a_list_cannot_unpack_to_many_times_its_size() {
         let mut builder = FlatBufferBuilder::new();
         let name = Some(builder.create_string(&"x".repeat(100_000)));
-        let source = schema::SourceArgs { name, records: 0 };
+        let source = schema::SourceArgs {
+            name,
+            records: 0,
+            first: 0,
+        };
         let sources: Vec<_> = (0..1000)
             .map(|_| schema::Source::create(&mut builder, &source))
             .collect();

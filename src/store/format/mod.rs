@@ -20,6 +20,7 @@ pub(super) mod ids;
 pub(super) mod kd_tree;
 pub(super) mod layout;
 pub(super) mod limits;
+pub(crate) mod line_part;
 pub(super) mod line_source;
 pub(super) mod lists;
 pub(super) mod metadata;

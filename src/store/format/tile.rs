@@ -54,6 +54,8 @@ pub struct Tile {
     z: Option<Bytes>,
     first_record: u64,
     records: Packed,
+    /// A bit for each vertex: whether an input point lies there. `None` if one lies at all of them.
+    input_points: Option<Bytes>,
     triangles: Packed,
     neighbours: Packed,
     vertex_sides: Packed,
@@ -158,6 +160,7 @@ impl Tile {
         let of_file = self.coordinates.len()
             + self.edges.as_ref().map_or(0, Packed::byte_size)
             + self.z.as_ref().map_or(0, Bytes::len)
+            + self.input_points.as_ref().map_or(0, Bytes::len)
             + self.foreign.len()
             + self.foreign_z.as_ref().map_or(0, Bytes::len)
             + self.half_edge_bits.iter().map(HalfEdgeBits::byte_size).sum::<usize>()
@@ -209,6 +212,15 @@ impl Tile {
     #[must_use]
     pub fn record(&self, vertex: VertexIndex) -> u64 {
         self.first_record + self.records.get(vertex.index())
+    }
+
+    /// Returns whether a point of the input lies at a vertex of the tile. Other vertices are ends
+    /// of segments, sites, and points at which lines were split.
+    #[must_use]
+    pub fn is_input_point(&self, vertex: VertexIndex) -> bool {
+        assert!(self.has_vertex(vertex), "tile {} has no vertex {vertex}", self.id);
+        let bits = self.input_points.as_ref();
+        bits.is_none_or(|bits| edge_bits::is_set(bits, vertex.index()))
     }
 
     /// Returns the vertex at a corner.

@@ -118,6 +118,7 @@ fn directory(used: u32, next: u32, in_order: bool, dice: &mut Dice) -> Directory
         sources: vec![Source {
             name: "a.csv".to_owned(),
             records: 7,
+            first: 0,
         }],
         crs: Some("EPSG:25832".to_owned()),
         ..Lists::default()

@@ -13,6 +13,7 @@ use crate::store::format::line_source::LineSource;
 use crate::store::format::tile::{Tile, Vertex};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError};
+use crate::store::verify::held::{self, LineRules};
 
 /// The interval of the line that a tile has.
 struct LineInterval {
@@ -39,8 +40,8 @@ impl OnLine {
 }
 
 impl TileReader {
-    /// Checks a file without triangles.
-    pub(super) async fn verify_on_line(&self) -> Result<(), VerifyError> {
+    /// Checks a file without triangles. `rules` are what its directory says of lines.
+    pub(super) async fn verify_on_line(&self, rules: &LineRules) -> Result<(), VerifyError> {
         let lists = self.lists().await?;
         let lines = &lists.lines;
         let mut start: Vec<Point> = Vec::with_capacity(2);
@@ -49,7 +50,11 @@ impl TileReader {
         while let Some(tile) = tiles.next().await {
             let tile = tile?;
             check_collinear(&tile, &mut start).map_err(|fault| fault.of(tile.id()))?;
-            intervals.extend(check_edges(&tile, lines).map_err(|fault| fault.of(tile.id()))?);
+            let checked = check_edges(&tile, lines).and_then(|interval| {
+                held::check_on_line(&tile, rules)?;
+                Ok(interval)
+            });
+            intervals.extend(checked.map_err(|fault| fault.of(tile.id()))?);
         }
         intervals.sort_unstable_by(|a, b| a.first.vertex.point.lex_cmp(b.first.vertex.point));
         for (index, interval) in intervals.iter().enumerate() {

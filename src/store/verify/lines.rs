@@ -24,7 +24,6 @@
 //! segments that cover such an entry must equal the number of its copies, each in its direction. At
 //! the end, all bits must be set.
 
-use std::cmp::Ordering;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering as Memory};
@@ -32,13 +31,15 @@ use std::sync::atomic::{AtomicU64, Ordering as Memory};
 use futures::stream::StreamExt;
 use xxhash_rust::xxh3::xxh3_128;
 
-use crate::geometry::{Point, compare_lines};
+use crate::geometry::Point;
 use crate::store::error::ReadError;
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::ids::TileId;
+use crate::store::format::line_part::LinePart;
 use crate::store::format::tile::Tile;
 use crate::store::pass::{Needs, PassPlan, PassReader, Workspaces, by_tile, list_for, spawn};
 use crate::store::reader::TileReader;
+use crate::store::verify::edge_entry::{self, EdgeEntry, count, forward};
 use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
 use crate::store::verify::tile_bits::TileBits;
 
@@ -55,8 +56,10 @@ const BYTES_PER_ENTRY: u64 = (size_of::<EdgeEntry>() + size_of::<HashSum>() + si
 pub struct LineBatch {
     /// The ends of each segment. Segments of length 0 are ignored.
     pub ends: Vec<[Point; 2]>,
-    /// The source of each segment; as long as `ends`.
-    pub sources: Vec<EdgeSource>,
+    /// The source of each segment, and which of its ends are ends of a segment of the input; as
+    /// long as `ends`. The ends at which a segment was split are not. Other segments are
+    /// [whole](LinePart::whole).
+    pub sources: Vec<LinePart>,
 }
 
 impl LineBatch {
@@ -74,7 +77,7 @@ type HashSum = [u64; 2];
 /// along it.
 struct SoughtSegment {
     ends: [Point; 2],
-    source: EdgeSource,
+    part: LinePart,
     sum: [AtomicU64; 2],
 }
 
@@ -88,18 +91,6 @@ struct SegmentPart {
     tile_segments: Vec<TileSegment>,
 }
 
-/// A constraint edge of a tile with one of its sources, as seen from its smaller end to its larger
-/// one.
-#[derive(Clone, Copy)]
-struct EdgeEntry {
-    ends: [Point; 2],
-    source: EdgeSource,
-    /// The number of its first copy in the tile, and the number of copies, which are numbered
-    /// consecutively.
-    number: u32,
-    copies: u32,
-}
-
 /// The workspace of a thread.
 #[derive(Default)]
 struct Workspace {
@@ -111,8 +102,12 @@ struct Workspace {
     cover_changes: Vec<u32>,
 }
 
-/// An entry that more segments cover than it has copies.
-type Surplus = (TileId, EdgeEntry);
+/// An entry that contradicts the segments that cover it, and how.
+type Surplus = (TileId, EdgeEntry, &'static str);
+
+const TOO_MANY: &str = "is covered by more segments than the file says";
+const HIDDEN_END: &str = "has an end of a segment of its line, but the file does not say so";
+const FALSE_END: &str = "has no end of a segment of its line where the file says so";
 
 impl TileReader {
     /// Checks that every segment of the input is a chain of constraint edges that have its source,
@@ -185,12 +180,12 @@ impl PassReader {
                 Ok(false) => end = Some(Ok(())),
                 Err(error) => end = Some(Err(VerifyError::Input(error.to_string()))),
             }
-            for (&ends, &source) in batch.ends.iter().zip(&batch.sources) {
+            for (&ends, &along) in batch.ends.iter().zip(&batch.sources) {
                 if !ends.iter().all(|end| end.is_valid()) {
-                    end = Some(Err(wrong(ends, source, "has an end that is no valid point")));
+                    end = Some(Err(wrong(ends, along.source(), "has an end that is no valid point")));
                     break;
                 }
-                let index = part.push(ends, source);
+                let index = part.push(ends, along);
                 let [from, to] = part.segments[index as usize].ends;
                 if from != to {
                     let take = |tile: TileId| part.tile_segments.push((tile.0, index));
@@ -209,9 +204,8 @@ impl PassReader {
         self.find_lines(part, &mut surplus, plan, &found_bits, &workspaces)
             .await?;
         end.unwrap_or(Ok(()))?;
-        if let Some((_, entry)) = surplus {
-            let reason = "is covered by more segments than the file says";
-            return Err(wrong(entry.ends, entry.source, reason));
+        if let Some((_, entry, reason)) = surplus {
+            return Err(wrong(entry.ends, entry.part.source(), reason));
         }
         if let Some((tile, number)) = found_bits.first_unset() {
             return Err(self.not_of_the_input(tile, number).await?);
@@ -224,8 +218,8 @@ impl PassReader {
         })
     }
 
-    /// Looks up the segments of a part, tile by tile. Stores in `surplus` the first entry that too
-    /// many segments cover. Returns the memory of `part`.
+    /// Looks up the segments of a part, tile by tile. Stores in `surplus` the first entry that
+    /// contradicts the segments that cover it. Returns the memory of `part`.
     async fn find_lines(
         &self,
         mut part: SegmentPart,
@@ -243,12 +237,12 @@ impl PassReader {
         let (of_all, found_bits, workspaces) = (Arc::clone(&part), Arc::clone(found_bits), Arc::clone(workspaces));
         let mut tiles = self.for_some_tiles(groups, plan, move |tile, group| {
             let found = workspaces.with(|workspace| workspace.find(&tile, &of_all, group, &found_bits));
-            found.map(|entry| (tile.id(), entry))
+            found.map(|(entry, reason)| (tile.id(), entry, reason))
         });
         while let Some(found) = tiles.next().await {
             // The first by tile and number does not depend on the parts.
             if let Some(found) = found?
-                && surplus.is_none_or(|(tile, entry)| (found.0, found.1.number) < (tile, entry.number))
+                && surplus.is_none_or(|(tile, entry, _)| (found.0, found.1.number) < (tile, entry.number))
             {
                 *surplus = Some(found);
             }
@@ -256,7 +250,7 @@ impl PassReader {
         drop(tiles);
         if let Some(segment) = part.segments.iter().find(|segment| !segment.is_chain()) {
             let reason = "is not a chain of edges that come from it";
-            return Err(wrong(segment.ends, segment.source, reason));
+            return Err(wrong(segment.ends, segment.part.source(), reason));
         }
         // Finished tasks no longer hold a reference.
         Ok(Arc::get_mut(&mut part)
@@ -267,9 +261,14 @@ impl PassReader {
     /// Returns the error for an entry that no segment covers.
     async fn not_of_the_input(&self, tile: TileId, number: u32) -> Result<VerifyError, ReadError> {
         let tile = self.tile(tile).await?;
-        let entry = entries(&tile).find(|entry| (entry.number..entry.number + entry.copies).contains(&number));
+        let entry =
+            edge_entry::entries(&tile).find(|entry| (entry.number..entry.number + entry.items()).contains(&number));
         Ok(match entry {
-            Some(entry) => wrong(entry.ends, entry.source, "is an edge of the file, but not of the input"),
+            Some(entry) if number - entry.number >= entry.copies => wrong(entry.ends, entry.part.source(), FALSE_END),
+            Some(entry) => {
+                let reason = "is an edge of the file, but not of the input";
+                wrong(entry.ends, entry.part.source(), reason)
+            }
             None => Fault::new("the number of its sources changed between two reads").of(tile.id()),
         })
     }
@@ -285,14 +284,6 @@ fn unequal(batch: &LineBatch) -> String {
         batch.ends.len(),
         batch.sources.len()
     )
-}
-
-/// Returns the segment from its smaller end to its larger one.
-fn forward([from, to]: [Point; 2], source: EdgeSource) -> ([Point; 2], EdgeSource) {
-    match from.lex_cmp(to).is_le() {
-        true => ([from, to], source),
-        false => ([to, from], source.reversed()),
-    }
 }
 
 impl SegmentPart {
@@ -312,11 +303,11 @@ impl SegmentPart {
     }
 
     /// Adds a segment and returns its index.
-    fn push(&mut self, ends: [Point; 2], source: EdgeSource) -> u32 {
-        let (ends, source) = forward(ends.map(Point::normalized), source);
+    fn push(&mut self, ends: [Point; 2], part: LinePart) -> u32 {
+        let (ends, part) = forward(ends.map(Point::normalized), part);
         self.segments.push(SoughtSegment {
             ends,
-            source,
+            part,
             sum: Default::default(),
         });
         self.segments.len() as u32 - 1
@@ -333,15 +324,6 @@ impl SoughtSegment {
     }
 }
 
-impl EdgeEntry {
-    /// Compares the entry with a position: a source, a line in the plane, and a point on it.
-    fn compare(&self, ends: [Point; 2], source: EdgeSource, from: Point) -> Ordering {
-        let line = || compare_lines(self.ends, ends);
-        let sources = self.source.cmp(&source);
-        sources.then_with(line).then_with(|| self.ends[0].lex_cmp(from))
-    }
-}
-
 /// Returns the hash of the end less the hash of the start.
 fn hash_difference([from, to]: [Point; 2]) -> HashSum {
     let [from, to] = [from, to].map(|p| {
@@ -354,85 +336,24 @@ fn hash_difference([from, to]: [Point; 2]) -> HashSum {
     [to[0].wrapping_sub(from[0]), to[1].wrapping_sub(from[1])]
 }
 
-/// Returns the entries of a tile, numbered in the order in which they are stored.
-fn entries(tile: &Tile) -> impl Iterator<Item = EdgeEntry> {
-    let mut number = 0;
-    tile.owned_constraints()
-        .flat_map(move |edge| {
-            let ends = tile.ends(edge).map(|vertex| vertex.point);
-            let mut sources = tile.edge_sources(edge).peekable();
-            // Equal sources are consecutive.
-            std::iter::from_fn(move || {
-                let source = sources.next()?;
-                let mut copies = 1;
-                while sources.next_if_eq(&source).is_some() {
-                    copies += 1;
-                }
-                Some((ends, source, copies))
-            })
-        })
-        .map(move |(ends, source, copies)| {
-            let (ends, source) = forward(ends, source);
-            number += copies;
-            EdgeEntry {
-                ends,
-                source,
-                number: number - copies,
-                copies,
-            }
-        })
-}
-
-/// Returns the number of entries of a tile, including copies.
-pub(super) fn count(tile: &Tile) -> Result<u32, Fault> {
-    let mut edges = 0;
-    for edge in tile.owned_constraints() {
-        let [from, to] = tile.ends(edge).map(|vertex| vertex.point);
-        if from == to {
-            return Err(Fault::on(edge, "one of its edges has no length"));
-        }
-        if tile.edge_sources(edge).next().is_none() {
-            return Err(Fault::on(edge, "one of its edges is a constraint without a source"));
-        }
-        edges += 1;
-    }
-    if edges != tile.edges_with_sources() {
-        let reason = "it has sources for edges that are no constraints of its own";
-        return Err(Fault::new(reason));
-    }
-    let mut total = 0;
-    for entry in entries(tile) {
-        if entry.copies > 1 && entry.source.kind() != LineKind::Obstacle {
-            let [from, to] = entry.ends;
-            return Err(Fault::new(format!(
-                "its edge from ({}, {}) to ({}, {}) comes from {:?} more than once",
-                from.x, from.y, to.x, to.y, entry.source
-            )));
-        }
-        total += entry.copies;
-    }
-    Ok(total)
-}
-
 impl Workspace {
     /// Looks up a group of the part's segments in a tile: adds the entries found to the segments'
-    /// sums, and sets their bits. Returns the first entry that more segments cover than it has
-    /// copies.
+    /// sums, and sets their bits. Returns the first entry that contradicts the segments, and how.
     fn find(
         &mut self,
         tile: &Tile,
         part: &SegmentPart,
         group: Range<usize>,
         found_bits: &TileBits,
-    ) -> Option<EdgeEntry> {
+    ) -> Option<(EdgeEntry, &'static str)> {
         let Self {
             entries,
             sums,
             cover_changes,
         } = self;
         entries.clear();
-        entries.extend(self::entries(tile));
-        entries.sort_unstable_by(|a, b| a.compare(b.ends, b.source, b.ends[0]));
+        entries.extend(edge_entry::entries(tile));
+        entries.sort_unstable_by(|a, b| a.compare(b.ends, b.part.source(), b.ends[0]));
         sums.clear();
         let mut sum = HashSum::default();
         for entry in &*entries {
@@ -442,19 +363,25 @@ impl Workspace {
         sums.push(sum);
         cover_changes.clear();
         cover_changes.resize(sums.len(), 0);
+        let mut surplus = None;
         for &(_, index) in &part.tile_segments[group] {
-            let SoughtSegment { ends, source, sum } = &part.segments[index as usize];
-            let [start, end] = ends.map(|from| entries.partition_point(|e| e.compare(*ends, *source, from).is_lt()));
+            let SoughtSegment { ends, part, sum } = &part.segments[index as usize];
+            let source = part.source();
+            let [start, end] = ends.map(|from| entries.partition_point(|e| e.compare(*ends, source, from).is_lt()));
             for half in 0..2 {
                 sum[half].fetch_add(sums[end][half].wrapping_sub(sums[start][half]), Memory::Relaxed);
             }
             cover_changes[start] = cover_changes[start].wrapping_add(1);
             cover_changes[end] = cover_changes[end].wrapping_sub(1);
+            let fault = find_segment_ends(&entries[start..end], *ends, *part, |number| {
+                found_bits.set(tile.id(), number)
+            });
+            surplus = earlier(surplus, fault.map(|entry| (entry, HIDDEN_END)));
         }
-        let (mut covers, mut surplus) = (0u32, None::<EdgeEntry>);
+        let mut covers = 0u32;
         for (entry, change) in entries.iter().zip(cover_changes) {
             covers = covers.wrapping_add(*change);
-            let fits = match entry.source.kind() {
+            let fits = match entry.part.kind() {
                 LineKind::Obstacle => {
                     let copies = entry.number..entry.number + entry.copies;
                     found_bits.set_more(tile.id(), copies, covers as usize) == covers as usize
@@ -466,11 +393,38 @@ impl Workspace {
                     true
                 }
             };
-            if !fits && surplus.is_none_or(|first| entry.number < first.number) {
-                surplus = Some(*entry);
-            }
+            surplus = earlier(surplus, (!fits).then_some((*entry, TOO_MANY)));
         }
         surplus
+    }
+}
+
+/// Passes the numbers of the ends that a segment has among the entries along it to `found`. Returns
+/// an entry that lacks an end of the segment.
+fn find_segment_ends(
+    along: &[EdgeEntry],
+    ends: [Point; 2],
+    part: LinePart,
+    mut found: impl FnMut(u32),
+) -> Option<EdgeEntry> {
+    let first = along.first().filter(|entry| part.begins() && entry.ends[0] == ends[0]);
+    let last = along.last().filter(|entry| part.ends() && entry.ends[1] == ends[1]);
+    let mut lacking = None;
+    for (entry, which) in [(first, 0), (last, 1)] {
+        let Some(entry) = entry else { continue };
+        match entry.numbers_of_ends()[which] {
+            Some(number) => found(number),
+            None => lacking = lacking.or(Some(*entry)),
+        }
+    }
+    lacking
+}
+
+/// Returns the contradiction whose entry comes first.
+fn earlier<T>(one: Option<(EdgeEntry, T)>, other: Option<(EdgeEntry, T)>) -> Option<(EdgeEntry, T)> {
+    match (one, other) {
+        (Some(one), Some(other)) if other.0.number < one.0.number => Some(other),
+        (one, other) => one.or(other),
     }
 }
 

@@ -9,6 +9,8 @@
 //! - around each vertex the triangles close once, or form a fan of at most a half-turn on the hull;
 //! - the hull, which turns left everywhere, goes round once: it has a single lexicographic minimum;
 //! - the counts, the bounds and the digest in the directory are those of the tiles;
+//! - a point of the input, a site or an end of a segment is at each vertex, unless lines were split,
+//!   and lines go on where they pass a vertex;
 //! - constraints have sources and change the depth accordingly, regions end at constraints only,
 //!   and each hole has a reason, if the file has regions;
 //! - the component tables say what their components are and which share triangles;
@@ -25,12 +27,15 @@
 //! compare a file with its input.
 
 mod components;
+mod edge_entry;
 mod error;
+mod held;
 mod line;
 mod lines;
 mod points;
 mod polygons;
 mod regions;
+mod shared_vertices;
 mod sites;
 mod star;
 #[cfg(test)]
@@ -41,3 +46,4 @@ mod whole;
 
 pub use error::{VerifyError, VerifyReport};
 pub use lines::LineBatch;
+pub use points::PointOrigin;

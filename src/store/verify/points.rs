@@ -27,6 +27,16 @@ struct SoughtPoint {
     record: u64,
     point: Point,
     z: f64,
+    origin: PointOrigin,
+}
+
+/// The reason why points given to [`TileReader::verify_points`] are vertices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PointOrigin {
+    /// They are points of the input.
+    Input,
+    /// They are ends of segments, sites, or points at which lines were split.
+    Other,
 }
 
 /// The vertices of a tile with their indices, in lexicographical order.
@@ -41,7 +51,9 @@ struct SeenVertices {
 
 impl TileReader {
     /// Checks that every point of the input is a vertex of the file, and that each vertex has the
-    /// position and the z of its record. `next` fills a batch and returns whether there was one.
+    /// position and the z of its record, and says whether a point of the input lies there. `next`
+    /// fills a batch and returns why its points are vertices, or `None` if there was no batch. A
+    /// point of the input takes precedence over others at its position.
     ///
     /// The points are looked up in parts, with as many points as fit into the memory that the
     /// reader may use, or into 512 MiB. Each part passes over the file once. The check also keeps
@@ -54,7 +66,7 @@ impl TileReader {
     /// bits and a tile.
     pub async fn verify_points<E: std::fmt::Display>(
         &self,
-        next: impl FnMut(&mut PointBatch) -> Result<bool, E>,
+        next: impl FnMut(&mut PointBatch) -> Result<Option<PointOrigin>, E>,
     ) -> Result<VerifyReport, VerifyError> {
         self.for_passes().await?.verify_points(next).await
     }
@@ -63,7 +75,7 @@ impl TileReader {
 impl PassReader {
     async fn verify_points<E: std::fmt::Display>(
         &self,
-        mut next: impl FnMut(&mut PointBatch) -> Result<bool, E>,
+        mut next: impl FnMut(&mut PointBatch) -> Result<Option<PointOrigin>, E>,
     ) -> Result<VerifyReport, VerifyError> {
         let directory = self.directory();
         let (plan, at_once) = self.plan_points()?;
@@ -75,11 +87,17 @@ impl PassReader {
         let mut end = None;
         while end.is_none() {
             batch.clear();
-            match next(&mut batch) {
-                Ok(true) => {}
-                Ok(false) => end = Some(Ok(())),
-                Err(error) => end = Some(Err(VerifyError::Input(error.to_string()))),
-            }
+            let origin = match next(&mut batch) {
+                Ok(Some(origin)) => origin,
+                stopped => {
+                    end = Some(
+                        stopped
+                            .map(|_| ())
+                            .map_err(|error| VerifyError::Input(error.to_string())),
+                    );
+                    break;
+                }
+            };
             for (i, (&point, &record)) in batch.points.iter().zip(&batch.records).enumerate() {
                 let point = point.normalized();
                 let Some(tile) = directory.tree.tile_at(point) else {
@@ -94,6 +112,7 @@ impl PassReader {
                     record,
                     point,
                     z,
+                    origin,
                 });
                 if sought.len() == at_once {
                     sought = self.find(sought, &mut seen, plan, &vertices).await?;
@@ -106,13 +125,7 @@ impl PassReader {
         end.unwrap_or(Ok(()))?;
         if let Some((tile, vertex)) = seen.first_unseen(directory.metadata.vertices) {
             let tile = self.tile(tile).await?;
-            let (record, p) = (tile.record(vertex), tile.point(vertex));
-            return Err(VerifyError::Points(format!(
-                "vertex {vertex} of tile {} at ({}, {}) says that it is record {record}, but that record has another position or another z",
-                tile.id(),
-                p.x,
-                p.y
-            )));
+            return Err(not_of_the_input(&tile, vertex));
         }
         Ok(VerifyReport {
             tiles: directory.metadata.tiles.into(),
@@ -205,11 +218,30 @@ fn find_in_tile(
         let vertex = vertices[index].1;
         let z = tile.z(vertex).unwrap_or(0.0);
         // Records are distinct, so at most as many are found as there are vertices.
-        if tile.record(vertex) == s.record && (z == s.z || tile.z(vertex).is_none()) {
+        let is_input = s.origin == PointOrigin::Input;
+        if tile.record(vertex) == s.record
+            && tile.is_input_point(vertex) == is_input
+            && (z == s.z || tile.z(vertex).is_none())
+        {
             found.push(vertex);
         }
     }
     Ok(found)
+}
+
+/// Returns the error for a vertex that is no point of the input.
+fn not_of_the_input(tile: &Tile, vertex: VertexIndex) -> VerifyError {
+    let (record, p) = (tile.record(vertex), tile.point(vertex));
+    let what = match tile.is_input_point(vertex) {
+        true => "point",
+        false => "end of a segment, site or crossing",
+    };
+    VerifyError::Points(format!(
+        "vertex {vertex} of tile {} at ({}, {}) says that it is record {record}, a {what}, but that record has another position or another z, or is none",
+        tile.id(),
+        p.x,
+        p.y
+    ))
 }
 
 fn missing(record: u64, p: Point) -> VerifyError {

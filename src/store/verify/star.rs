@@ -11,6 +11,13 @@ pub(super) struct Fans {
     first: Vec<Option<HalfEdge>>,
 }
 
+impl Fans {
+    /// Returns the first half-edge of the fan of a vertex.
+    pub(super) fn first(&self, vertex: VertexIndex) -> Option<HalfEdge> {
+        self.first[vertex.index()]
+    }
+}
+
 /// The contribution of a hull vertex to the checks of the whole file.
 pub(super) struct HullVertex {
     /// Whether the vertex is lexicographically smaller than both its neighbours on the hull.

@@ -2,6 +2,7 @@
 //! with right checksums.
 
 mod components;
+mod held;
 mod line;
 mod lines;
 mod model;

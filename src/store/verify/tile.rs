@@ -1,6 +1,7 @@
 //! Checks of a single tile.
 
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -11,7 +12,8 @@ use crate::store::format::digest::Digest;
 use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::tile::{Tile, Vertex};
 use crate::store::verify::error::Fault;
-use crate::store::verify::{regions, star};
+use crate::store::verify::held::LineRules;
+use crate::store::verify::{held, regions, shared_vertices, star};
 
 /// Bytes that a check takes per vertex of its tile: the set of points, which is at least 7/16 full,
 /// and the fans.
@@ -27,7 +29,11 @@ pub(super) struct TileReport {
     pub(super) hull_edges: u64,
     pub(super) hull_minima: u64,
     pub(super) shared: HashMap<(TileId, TileId), u128>,
+    /// The number of vertices at which no point of the input lies.
+    pub(super) ends: u64,
     pub(super) digest: Digest,
+    /// The number of notes on vertices that several tiles know, if the check is deep.
+    pub(super) shared_vertices: u64,
     /// The report on regions, if the check is deep and the file has regions.
     pub(super) regions: Option<regions::RegionReport>,
 }
@@ -38,6 +44,8 @@ pub(super) struct Expected {
     pub(super) has_triangles: bool,
     /// Whether to check the geometry too.
     pub(super) deep: bool,
+    /// What the directory says of lines.
+    pub(super) lines: Arc<LineRules>,
     /// The directory's claims about regions, if the file has regions.
     pub(super) regions: Option<regions::RegionClaims>,
 }
@@ -63,6 +71,8 @@ pub(super) fn check(
         hull_edges: 0,
         hull_minima: 0,
         shared: HashMap::new(),
+        ends: held::without_point(tile),
+        shared_vertices: 0,
         regions: None,
     };
     for triangle in tile.triangle_ids() {
@@ -88,6 +98,10 @@ pub(super) fn check(
             Some(claims) => report.regions = Some(regions::check(tile, claims, report.bounds)?),
             None => regions::check_none(tile)?,
         }
+        if expected.has_triangles {
+            held::check(tile, &fans, &expected.lines)?;
+        }
+        report.shared_vertices = shared_vertices::count(tile, &expected.lines);
     }
     Ok(report)
 }

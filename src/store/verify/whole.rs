@@ -16,7 +16,9 @@ use crate::store::format::tile::Tile;
 use crate::store::pass::{Needs, PassPlan, PassReader, Workspaces};
 use crate::store::reader::TileReader;
 use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
+use crate::store::verify::held::LineRules;
 use crate::store::verify::polygons::ObstacleEdges;
+use crate::store::verify::shared_vertices::SharedVertices;
 use crate::store::verify::tile::{Expected, TileReport, VertexPoints};
 use crate::store::verify::{components, regions, tile};
 
@@ -50,6 +52,7 @@ impl PassReader {
         let expected = Arc::new(Expected {
             has_triangles: metadata.triangles > 0,
             deep,
+            lines: Arc::new(LineRules::of(directory)),
             regions: (metadata.regions > 0).then(|| regions::RegionClaims::of(directory)),
         });
         let mut needs = Needs {
@@ -90,7 +93,7 @@ impl PassReader {
         }
         self.verify_metadata(&totals)?;
         if deep {
-            self.verify_whole(&totals).await?;
+            self.verify_whole(&totals, &expected.lines).await?;
         }
         if let (Some(claims), Some(regions)) = (claims, &totals.regions) {
             regions
@@ -98,12 +101,10 @@ impl PassReader {
                 .map_err(|damage| VerifyError::File(damage.into()))?;
             self.verify_polygons(std::mem::take(&mut totals.obstacle_edges)).await?;
         }
+        let shared_vertices = std::mem::take(&mut totals.shared_vertices);
+        self.verify_shared_vertices(shared_vertices, &expected.lines).await?;
         // Last, because the other checks say more about what is wrong.
-        if let Some([found, stored]) = totals.digest.first_difference(&metadata.digest) {
-            return Err(VerifyError::File(format!(
-                "the digest of its tiles is \"{found}\", but the directory says \"{stored}\""
-            )));
-        }
+        self.verify_digest(&totals.digest)?;
         Ok(VerifyReport {
             tiles: metadata.tiles.into(),
             vertices: metadata.vertices,
@@ -142,6 +143,7 @@ impl PassReader {
             ),
             ("triangles in holes", found.holes.count, metadata.hole_triangles),
             ("sites", found.sites.count, metadata.sites),
+            ("vertices without a point of the input", totals.ends, metadata.ends),
         ] {
             if found != expected {
                 return Err(VerifyError::File(format!(
@@ -177,8 +179,18 @@ impl PassReader {
         }
     }
 
+    /// Checks the directory's digest against that of the tiles.
+    fn verify_digest(&self, found: &Digest) -> Result<(), VerifyError> {
+        match found.first_difference(&self.metadata().digest) {
+            Some([found, stored]) => Err(VerifyError::File(format!(
+                "the digest of its tiles is \"{found}\", but the directory says \"{stored}\""
+            ))),
+            None => Ok(()),
+        }
+    }
+
     /// Checks the facts that need all tiles.
-    async fn verify_whole(&self, totals: &FileTotals) -> Result<(), VerifyError> {
+    async fn verify_whole(&self, totals: &FileTotals, lines: &LineRules) -> Result<(), VerifyError> {
         let metadata = self.metadata();
         let mut pairs: Vec<_> = totals
             .shared
@@ -206,7 +218,7 @@ impl PassReader {
             )));
         }
         if metadata.triangles == 0 {
-            self.verify_on_line().await?;
+            self.verify_on_line(lines).await?;
         }
         Ok(())
     }
@@ -330,6 +342,7 @@ struct FileTotals {
     /// For each pair of an owner and another tile, the sum of the hashes of the triangles owned
     /// less those shared.
     shared: HashMap<(TileId, TileId), u128>,
+    ends: u64,
     digest: Digest,
     /// The links between components of different tiles.
     links: HashMap<components::Pair, u128>,
@@ -338,6 +351,7 @@ struct FileTotals {
     /// The sums of regions, if these are checked.
     regions: Option<regions::RegionTotals>,
     obstacle_edges: ObstacleEdges,
+    shared_vertices: SharedVertices,
 }
 
 impl FileTotals {
@@ -374,7 +388,9 @@ impl FileTotals {
         self.edges += report.edges;
         self.hull_edges += report.hull_edges;
         self.hull_minima += report.hull_minima;
+        self.ends += report.ends;
         self.digest += report.digest;
+        self.shared_vertices.add(report.tile, report.shared_vertices);
         if let (Some(totals), Some(regions)) = (&mut self.regions, &report.regions) {
             self.obstacle_edges.add(report.tile, regions.obstacles);
             totals.add(regions).map_err(|fault| fault.of(report.tile))?;

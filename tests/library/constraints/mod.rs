@@ -47,9 +47,14 @@ impl Input {
         }
     }
 
-    /// Returns all vertices, in order.
+    /// Returns all vertices, in order. A segment of no length has none.
     fn vertices(&self) -> Vec<Point> {
-        let ends = self.segments.as_flattened().iter().copied();
+        let ends = self
+            .segments
+            .iter()
+            .filter(|ends| ends[0] != ends[1])
+            .flatten()
+            .copied();
         distinct(&self.points.iter().copied().chain(ends).collect::<Vec<_>>())
     }
 
@@ -64,6 +69,9 @@ impl Input {
         let mut inserter = Inserter::default();
         let mut before = mesh.clone();
         self.segments.retain(|segment| {
+            if segment[0] == segment[1] {
+                return true;
+            }
             let is_in = inserter.insert(&points, &mut mesh, segment.map(number)).is_ok();
             if is_in && points.len() < 1000 {
                 before = mesh.clone();
@@ -87,7 +95,7 @@ impl Input {
             digest.add_constraint_edge(edge.map(|v| points[v as usize]));
         }
         // Each segment is a source of every edge between two neighbours on it.
-        for segment in &self.segments {
+        for segment in self.segments.iter().filter(|ends| ends[0] != ends[1]) {
             let mut ends = segment.map(Point::normalized);
             ends.sort_unstable_by(|a, b| a.lex_cmp(*b));
             let [from, to] = ends;
@@ -134,7 +142,8 @@ impl Input {
             (self.segments.len() / 3, false),
         ] {
             let (first, later) = self.segments.split_at(built);
-            let ends = if has_ends { later.as_flattened() } else { &[] };
+            // The ends of segments of no length are no vertices.
+            let ends = later.iter().filter(|ends| has_ends && ends[0] != ends[1]).flatten();
             let scratch = Scratch::new();
             let start = Input {
                 name: self.name,
@@ -174,6 +183,11 @@ impl Input {
             match reader.verify(true).await {
                 Ok(report) => assert_eq!(report.constraint_edges, summary.constraint_edges),
                 Err(error) => panic!("{way}, edited: {error}"),
+            }
+            let lines = self.segments.iter().zip(0..);
+            let lines = lines.map(|(&ends, number)| (ends, EdgeSource::new(LineKind::BreakLine, number)));
+            if let Err(error) = verify_lines(&reader, lines.collect()).await {
+                panic!("{way}, edited: {error}");
             }
         }
     }

@@ -118,7 +118,7 @@ fn lines_are_split_at_borders_and_nothing_else_changes() {
             ends: lines.iter().map(|line| line.2).collect(),
             sources: lines
                 .iter()
-                .map(|&(kind, line, _)| EdgeSource::new(kind, line))
+                .map(|&(kind, line, _)| EdgeSource::new(kind, line).into())
                 .collect(),
         };
         let crossed = |ends: &Segment| {

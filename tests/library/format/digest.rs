@@ -7,6 +7,7 @@ use delaunay_tiles::store::Digest;
 use xxhash_rust::xxh3::xxh3_128;
 
 use crate::format::components::from_smallest;
+use crate::format::labels::Source;
 use crate::format::reader::File;
 
 /// Counts and sums, in the order of the directory's fields.
@@ -59,7 +60,7 @@ pub fn sums(file: &File) -> Sums {
         }
         let mut seen = HashSet::new();
         // The ends of an edge, and its sources as seen from the first end to the second.
-        let mut edge = |ends: [(usize, Point); 2], sources: &[(u64, u8)]| {
+        let mut edge = |ends: [(usize, Point); 2], sources: &[Source]| {
             let is_turned = ends[1].1.lex_cmp(ends[0].1).is_lt();
             let [first, second] = if is_turned { [ends[1], ends[0]] } else { ends };
             let edge = bytes(&[first.1, second.1]);
@@ -67,7 +68,7 @@ pub fn sums(file: &File) -> Sums {
                 return;
             }
             add(&mut sums, CONSTRAINT_EDGES, &edge);
-            for &(_, code) in sources {
+            for &(_, code, _) in sources {
                 let code = if is_turned && code > 1 { 5 - code } else { code };
                 add(
                     &mut sums,

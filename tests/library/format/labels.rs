@@ -6,8 +6,13 @@ use crate::support::flat::Table;
 
 /// Returns `count` bits, from the lowest of the first byte on; all `false` if the vector is absent.
 pub fn bits(table: Table<'_>, slot: usize, count: usize) -> Vec<bool> {
+    bits_or(false, table, slot, count)
+}
+
+/// Returns `count` bits, from the lowest of the first byte on; all `absent` if there is no vector.
+pub fn bits_or(absent: bool, table: Table<'_>, slot: usize, count: usize) -> Vec<bool> {
     let Some((first, length)) = table.vector(slot) else {
-        return vec![false; count];
+        return vec![absent; count];
     };
     assert_eq!(length, count.div_ceil(8));
     (0..count)
@@ -21,16 +26,19 @@ pub fn optional(page: &Page, table: Table<'_>, slot: usize) -> Option<Vec<u64>> 
     Some(integers.into_iter().map(|v| v.unwrap()).collect())
 }
 
-/// Returns half-edges, each with the number and the code of a source of its edge.
-pub fn sources(half_edges: &[u64], sources: &[u64]) -> Vec<(usize, u64, u8)> {
-    assert_eq!(half_edges.len(), sources.len());
+/// A source of an edge: its line, its code, and whether it begins and ends a segment.
+pub type Source = (u64, u8, [bool; 2]);
+
+/// Returns half-edges, each with a source of its edge. `ends` has two bits for each.
+pub fn sources(half_edges: &[u64], sources: &[u64], ends: &[bool]) -> Vec<(usize, Source)> {
+    assert_eq!([half_edges.len(), 2 * sources.len()], [sources.len(), ends.len()]);
     assert!(
         half_edges.iter().zip(sources).is_sorted_by(|a, b| a < b),
         "pairs ascend"
     );
-    let pairs = half_edges.iter().zip(sources);
-    pairs
-        .map(|(&half_edge, &source)| (half_edge as usize, source / 4, (source % 4) as u8))
+    let entries = half_edges.iter().zip(sources).zip(ends.as_chunks().0);
+    entries
+        .map(|((&half_edge, &source), &ends)| (half_edge as usize, (source / 4, (source % 4) as u8, ends)))
         .collect()
 }
 

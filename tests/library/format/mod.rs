@@ -10,10 +10,13 @@ mod labels;
 mod page;
 mod reader;
 mod requests;
+mod segment_ends;
+
 use std::collections::HashSet;
 
 use self::page::{Page, schemas};
 use self::reader::{File, Twin};
+use self::segment_ends::check_segment_ends;
 use crate::support::{Scratch, batches, file_bytes, open_bytes, points_of, reference, runtime};
 use delaunay_tiles::geometry::{HalfEdge, Point, Rect};
 use delaunay_tiles::input::SegmentBatch;
@@ -203,6 +206,7 @@ fn constraints_are_readable_from_the_format_page_alone() {
         });
         let file = File::read(&Page::read(), &bytes);
         assert!(file.directory.constraint_edges > 20);
+        check_segment_ends(&file, &segments);
         runtime().block_on(compare(&file, bytes));
     }
 }
@@ -288,7 +292,7 @@ async fn compare(file: &File, bytes: Vec<u8>) {
     assert_eq!(polygon_lines.collect::<Vec<_>>(), d.polygon_lines);
     assert_eq!(digest::sums(file), d.digest);
     assert_eq!(digest::of_library(&m.digest), d.digest);
-    let mut owned = 0;
+    let (mut owned, mut vertices_without_point) = (0, 0);
     for (number, expected) in file.tiles.iter().enumerate() {
         let tile = reader.tile(TileId(number as u32)).await.unwrap();
         let code = |source: EdgeSource| match (source.kind(), source.depth_change()) {
@@ -298,7 +302,15 @@ async fn compare(file: &File, bytes: Vec<u8>) {
             (LineKind::Obstacle, -1) => 3,
             other => panic!("{other:?}"),
         };
-        let sources = |edge: TileEdge| -> Vec<_> { tile.edge_sources(edge).map(|s| (s.number(), code(s))).collect() };
+        let sources = |edge: TileEdge| -> Vec<_> {
+            let parts = tile.edge_parts(edge);
+            parts
+                .map(|part| (part.number(), code(part.source()), [part.begins(), part.ends()]))
+                .collect()
+        };
+        let input_points: Vec<bool> = tile.vertex_indices().map(|v| tile.is_input_point(v)).collect();
+        assert_eq!(input_points, expected.input_points);
+        vertices_without_point += input_points.iter().filter(|is_point| !**is_point).count() as u64;
         for half_edge in (0..3 * tile.triangle_count()).map(HalfEdge) {
             let index = half_edge.index();
             let found = (tile.is_constraint(half_edge), tile.is_wall(half_edge));
@@ -311,7 +323,7 @@ async fn compare(file: &File, bytes: Vec<u8>) {
             let corner = |corner| expected.corner(file, corner).1;
             assert_eq!(tile.ends(edge).map(|end| end.point), [corner(from), corner(to)]);
             let edge_sources = expected.sources_of_edge(number as usize);
-            assert_eq!(tile.is_wall(edge), edge_sources.iter().any(|&(_, code)| code > 0));
+            assert_eq!(tile.is_wall(edge), edge_sources.iter().any(|&(_, code, _)| code > 0));
             assert_eq!(sources(edge), edge_sources);
         }
         for triangle in tile.triangle_ids() {
@@ -330,6 +342,7 @@ async fn compare(file: &File, bytes: Vec<u8>) {
     }
     assert_eq!(owned, d.constraint_edges);
     components::check(file);
+    assert_eq!(vertices_without_point, m.ends);
 }
 
 #[test]
@@ -361,6 +374,7 @@ fn check(bytes: &[u8], points: &[Point], z: &[f64]) -> File {
     let mut digest = Digest::default();
     for (number, tile) in file.tiles.iter().enumerate() {
         assert!(!tile.points.is_empty() && tile.points.len() <= directory.tile_vertices as usize);
+        assert!(!tile.stores_held, "what holds points alone takes no space");
         let heights = |corners: usize| if directory.has_z { corners } else { 0 };
         assert_eq!(tile.z.len(), heights(tile.points.len()));
         assert_eq!(tile.foreign_z.len(), heights(tile.foreign_count()));

@@ -6,7 +6,7 @@ use delaunay_tiles::geometry::Point;
 use crate::format::codec;
 use crate::format::components::{Component, read_table};
 use crate::format::directory::{Directory, Node, Part, TablePlace, WithTiles, read_directory};
-use crate::format::labels::{bits, optional, read_components, read_sites, sources};
+use crate::format::labels::{Source, bits, bits_or, optional, read_components, read_sites, sources};
 use crate::format::page::Page;
 use crate::support::flat::{Table, f64_at, u16_at, u32_at, u64_at};
 
@@ -24,6 +24,10 @@ pub struct Tile {
     pub points: Vec<Point>,
     pub z: Vec<f64>,
     pub records: Vec<u64>,
+    /// Whether a point of the input lies at each vertex.
+    pub input_points: Vec<bool>,
+    /// Whether the tile stores what holds its vertices and edges. Otherwise points do, and all segments are whole.
+    pub stores_held: bool,
     pub core_triangles: usize,
     corners: Vec<usize>,
     neighbours: Vec<Option<usize>>,
@@ -41,8 +45,8 @@ pub struct Tile {
     pub components: Vec<usize>,
     /// The component table.
     pub table: Vec<Component>,
-    /// Half-edge, number of the source and its code, for edges within the core and for other edges.
-    edge_sources: [Vec<(usize, u64, u8)>; 2],
+    /// Half-edge and source, for edges within the core and for other edges.
+    edge_sources: [Vec<(usize, Source)>; 2],
     /// The corners of edges, in a file without triangles.
     pub edges: Vec<(usize, usize)>,
     /// Vertex, number and id of each site.
@@ -333,11 +337,20 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
     let edges = optional(page, border, in_border("edges")).unwrap_or_default();
     let of_edges = |field| both(field).map(|(table, slot)| optional(page, table, slot).unwrap_or_default());
     let (edge_half_edges, edge_sources) = (of_edges("edge_sides"), of_edges("edge_sources"));
+    let segment_ends = both("segment_ends").into_iter().zip(&edge_sources);
+    let segment_ends: Vec<Vec<bool>> = segment_ends
+        .map(|((table, slot), sources)| bits_or(true, table, slot, 2 * sources.len()))
+        .collect();
+    let has_segment_ends = both("segment_ends")
+        .iter()
+        .any(|(table, slot)| table.vector(*slot).is_some());
     Tile {
         core_offset: entry.u64("core_offset"),
         border_offset: entry.u64("border_offset"),
         owned: entry.u32("owned_triangles"),
         bounds: ["min_x", "min_y", "max_x", "max_y"].map(|f| entry.f64(f)),
+        input_points: bits_or(true, core, in_core("input_points"), points.len()),
+        stores_held: core.vector(in_core("input_points")).is_some() || has_segment_ends,
         points,
         z: doubles((core, core_bytes), core_z),
         foreign_z: doubles((border, border_bytes), foreign_z),
@@ -368,7 +381,7 @@ fn read_tile(page: &Page, entry: &Fields<'_>, id: u32, core_bytes: &[u8], border
             .chunks(2)
             .map(|ends| (ends[0] as usize, ends[1] as usize))
             .collect(),
-        edge_sources: [0, 1].map(|part| sources(&edge_half_edges[part], &edge_sources[part])),
+        edge_sources: [0, 1].map(|part| sources(&edge_half_edges[part], &edge_sources[part], &segment_ends[part])),
         sites: read_sites(page, core),
     }
 }
@@ -430,14 +443,14 @@ impl Tile {
         self.vertex_half_edges[vertex].or(in_border.map(|s| s.1))
     }
 
-    /// Returns numbers and codes of the sources of an edge in a file without triangles.
-    pub fn sources_of_edge(&self, edge: usize) -> Vec<(u64, u8)> {
+    /// Returns the sources of an edge in a file without triangles.
+    pub fn sources_of_edge(&self, edge: usize) -> Vec<Source> {
         let list = self.edge_sources[1].iter().filter(|entry| entry.0 == edge);
-        list.map(|&(_, number, code)| (number, code)).collect()
+        list.map(|&(_, source)| source).collect()
     }
 
-    /// Returns numbers and codes of the sources of a half-edge's edge, as seen along the half-edge.
-    pub fn sources(&self, half_edge: usize) -> Vec<(u64, u8)> {
+    /// Returns the sources of a half-edge's edge, as seen along the half-edge.
+    pub fn sources(&self, half_edge: usize) -> Vec<Source> {
         let core_half_edges = 3 * self.core_triangles;
         let other = match self.twin(half_edge) {
             Twin::HalfEdge(other) => other,
@@ -447,13 +460,10 @@ impl Tile {
         let entered = half_edge.min(other);
         let list = self.edge_sources[usize::from(!in_core)].iter();
         let of_half_edge = list.filter(|entry| entry.0 == entered);
-        let turned = |code: u8| {
-            if half_edge != entered && code >= 2 {
-                5 - code
-            } else {
-                code
-            }
+        let turned = |(number, code, [begins, ends]): Source| match half_edge == entered {
+            true => (number, code, [begins, ends]),
+            false => (number, if code >= 2 { 5 - code } else { code }, [ends, begins]),
         };
-        of_half_edge.map(|&(_, number, code)| (number, turned(code))).collect()
+        of_half_edge.map(|&(_, source)| turned(source)).collect()
     }
 }

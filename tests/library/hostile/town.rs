@@ -6,12 +6,13 @@ use delaunay_tiles::Builder;
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::query::{Mode, QueryOptions};
-use delaunay_tiles::store::{Digest, EdgeSource, LineKind, TileReader};
+use delaunay_tiles::store::{Digest, EdgeSource, LineKind, TileId, TileReader};
 use futures::stream::StreamExt;
 
 use super::digest::{digest_sums, fix_digest};
-use super::surgery::Patient;
+use super::surgery::{FilePart, Patient};
 use super::{Flipped, LONGEST, digest_of, digest_of_source, message, mutate, options};
+use crate::support::flat::Table;
 use crate::support::{Random, Scratch, batches, open_bytes, runtime, verify_lines};
 
 type SourcedSegment = ([Point; 2], EdgeSource);
@@ -120,13 +121,15 @@ impl Town {
                 let Ok(tile) = tile.map_err(message) else { continue };
                 for edge in tile.owned_constraints() {
                     assert!(tile.ends(edge).iter().all(|end| end.point.is_valid()), "{story}");
-                    assert!(tile.edge_sources(edge).count() < 1 << 20, "{story}");
+                    assert!(tile.edge_parts(edge).count() < 1 << 20, "{story}");
                     let _ = (tile.is_constraint(edge), tile.is_wall(edge));
                 }
                 for triangle in tile.triangle_ids() {
                     let _ = (tile.region(triangle), tile.depth(triangle), tile.is_hole(triangle));
                 }
                 assert!(tile.sites().all(|site| tile.is_site(site.vertex)), "{story}");
+                let points = tile.vertex_indices().filter(|&vertex| tile.is_input_point(vertex));
+                assert!(points.count() <= tile.vertex_count() as usize, "{story}");
             }
             let _ = reader.locate(3.0, 3.0).await.map_err(message);
             let mut found = reader.triangles_in(Rect::PLANE);
@@ -203,6 +206,64 @@ fn changed_bytes_of_towns_with_right_checksums_never_give_a_wrong_answer() {
         println!("refused, found, same: {outcomes:?}");
         assert!(outcomes.iter().all(|&n| n > 30), "{outcomes:?}");
     }
+}
+
+/// What holds vertices and edges is not in the digest. Each bit counts nevertheless.
+#[test]
+fn changed_bits_of_what_holds_vertices_and_edges_are_found() {
+    /// The slots of `input_points` and `segment_ends` in a core, and of the latter in a border.
+    const INPUT_POINTS: usize = 17;
+    const SEGMENT_ENDS: [usize; 2] = [18, 17];
+    let mut flipped = [0; 2];
+    for town in [town(), street()] {
+        runtime().block_on(async {
+            let patient = town.build().await;
+            let mut bits: Vec<(usize, usize, usize)> = Vec::new();
+            let reader = open_bytes(patient.bytes.clone()).await.unwrap();
+            for (number, (core, border)) in patient.cores.iter().zip(&patient.borders).enumerate() {
+                let vertices = reader.tile(TileId(number as u32)).await.unwrap().vertex_count() as usize;
+                let table = |part: &FilePart| Table::root(&patient.bytes[part.at..]);
+                if let Some((first, _)) = table(core).vector(INPUT_POINTS) {
+                    bits.extend((0..vertices).map(|bit| (0, core.at + first + bit / 8, bit % 8)));
+                }
+                for (part, slot) in [core, border].into_iter().zip(SEGMENT_ENDS) {
+                    let sources = table(part).table(slot_of_sources(slot)).map_or(0, packed_length);
+                    if let Some((first, length)) = table(part).vector(slot) {
+                        assert_eq!(length, sources.div_ceil(4));
+                        bits.extend((0..2 * sources).map(|bit| (1, part.at + first + bit / 8, bit % 8)));
+                    }
+                }
+            }
+            for (what, at, bit) in bits {
+                let mut mutated = patient.clone();
+                mutated.bytes[at] ^= 1 << bit;
+                mutated.sew();
+                let reader = open_bytes(mutated.bytes).await.unwrap();
+                let story = format!("bit {bit} at {at}");
+                match what {
+                    0 => assert!(reader.verify(false).await.is_err(), "{story}"),
+                    _ => assert!(!town.is_in(&reader).await, "{story}"),
+                }
+                flipped[what] += 1;
+            }
+        });
+    }
+    assert!(flipped[0] > 5 && flipped[1] > 50, "{flipped:?}");
+}
+
+/// Returns the slot of `edge_sources` in the table that has `segment_ends` in a slot.
+fn slot_of_sources(slot_of_ends: usize) -> usize {
+    match slot_of_ends {
+        18 => 13,
+        _ => 14,
+    }
+}
+
+/// Returns the number of integers of a `Packed`.
+fn packed_length(packed: Table<'_>) -> usize {
+    let width = usize::from(packed.u8(0));
+    let (_, bytes) = packed.vector(1).unwrap();
+    (bytes - (8 - width)) / width
 }
 
 /// A reader shows the digest that the file stores. What proves something reads the tiles.

@@ -11,7 +11,7 @@ use crate::support::{Random, Scratch, batches, build_batches, points_of, referen
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::mesh::EngineKind;
-use delaunay_tiles::store::Digest;
+use delaunay_tiles::store::{Digest, PointOrigin};
 use delaunay_tiles::{
     BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, MemoryShortage, MemoryUse, MissingZ,
     Phase,
@@ -156,7 +156,7 @@ fn equal_points_in_runs_on_disk_become_one_vertex() {
                     .verify_points(|batch: &mut PointBatch| {
                         let more = next.next();
                         *batch = more.clone().unwrap_or_default();
-                        Ok::<_, BuildError>(more.is_some())
+                        Ok::<_, BuildError>(more.map(|_| PointOrigin::Input))
                     })
                     .await;
                 report.unwrap();
@@ -219,7 +219,7 @@ fn runs_on_disk_keep_z_and_records_beyond_32_bits() {
                 .verify_points(|batch: &mut PointBatch| {
                     let more = next.next();
                     *batch = more.clone().unwrap_or_default();
-                    Ok::<_, BuildError>(more.is_some())
+                    Ok::<_, BuildError>(more.map(|_| PointOrigin::Input))
                 })
                 .await
                 .unwrap();

@@ -6,7 +6,9 @@ use std::collections::{BTreeMap, HashMap};
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::SegmentBatch;
-use delaunay_tiles::store::{EdgeSource, LineBatch, LineKind, LineSource, OpenOptions, TileReader, VerifyError};
+use delaunay_tiles::store::{
+    EdgeSource, LineBatch, LineKind, LinePart, LineSource, OpenOptions, TileReader, VerifyError,
+};
 use delaunay_tiles::{BuildError, BuildOptions, Builder, Crossings, Description, Editor, PolygonCheck};
 use futures::TryStreamExt;
 
@@ -127,7 +129,7 @@ fn random_obstacles(random: &mut Random, step: usize) -> Vec<Obstacle> {
 #[derive(Debug, PartialEq)]
 struct Stored {
     /// Each constraint edge from its smaller end to its larger one, with its sources.
-    edges: BTreeMap<[[u64; 2]; 2], Vec<EdgeSource>>,
+    edges: BTreeMap<[[u64; 2]; 2], Vec<LinePart>>,
     /// The polygon of each line.
     polygons: Vec<u64>,
 }
@@ -193,7 +195,7 @@ async fn check(scratch: &Scratch, obstacles: &[Obstacle]) -> Stored {
         triangles.extend(tile.owned_triangles().map(|t| (tile.triangle_points(t), tile.depth(t))));
         for edge in tile.owned_constraints() {
             let [a, b] = tile.ends(edge).map(|end| end.point);
-            let mut sources: Vec<EdgeSource> = tile.edge_sources(edge).collect();
+            let mut sources: Vec<LinePart> = tile.edge_parts(edge).collect();
             for source in &sources {
                 let polygon = of_polygon.entry(lists.polygon(source.number())).or_default();
                 polygon.push(if source.depth_change() > 0 { [a, b] } else { [b, a] });
@@ -306,7 +308,7 @@ async fn has_lines(reader: &TileReader, obstacles: &[Obstacle], is_normalised: b
         let sources = batch
             .lines
             .iter()
-            .map(|line| EdgeSource::new(LineKind::Obstacle, first + line));
+            .map(|line| LinePart::whole(EdgeSource::new(LineKind::Obstacle, first + line)));
         all.push(LineBatch {
             sources: sources.collect(),
             ends: batch.ends,

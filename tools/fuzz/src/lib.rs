@@ -178,7 +178,13 @@ async fn ask(bytes: Vec<u8>) {
     let Ok(reader) = opened else { return };
     let mut tiles = reader.tiles();
     while let Some(tile) = tiles.next().await {
-        let _ = tile;
+        let Ok(tile) = tile else { continue };
+        let _ = tile
+            .vertex_indices()
+            .filter(|&vertex| tile.is_input_point(vertex))
+            .count();
+        let parts = tile.owned_constraints().flat_map(|edge| tile.edge_parts(edge));
+        let _ = parts.filter(|part| part.begins() || part.ends()).count();
     }
     let options = || QueryOptions::default().certified();
     for (x, y) in [(1.25, 1.5), (5.5, 6.0), (14.0, 13.0), (19.0, 3.0), (-3.0, 40.0)] {

@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{InputOptions, PointBatch, PointSource, SegmentBatch, SiteBatch};
-use delaunay_tiles::store::{EdgeSource, LineBatch, LineKind, LineSource, Lists, Metadata, TileReader};
+use delaunay_tiles::store::{
+    EdgeSource, LineBatch, LineKind, LinePart, LineSource, Lists, Metadata, PointOrigin, TileReader,
+};
 use delaunay_tiles::{LinesToSplit, PolygonCheck, PolygonFaults, PolygonNormalizer, SplitLines};
 
 use crate::common;
@@ -214,7 +216,7 @@ impl BuildInput<'_> {
         }
         let (mut vertex_points, mut batch) = (self.vertex_points(None)?, PointBatch::default());
         vertex_points.last_edit = 0;
-        while vertex_points.next_batch(&mut batch)? {
+        while vertex_points.next_batch(&mut batch)?.is_some() {
             batch.points.retain(|&point| within.contains(point));
             for point in &mut batch.points {
                 *point = point.normalized();
@@ -314,15 +316,17 @@ struct VertexPoints<'a> {
 }
 
 impl VertexPoints<'_> {
-    fn next_batch(&mut self, batch: &mut PointBatch) -> anyhow::Result<bool> {
+    fn next_batch(&mut self, batch: &mut PointBatch) -> anyhow::Result<Option<PointOrigin>> {
         if self.points.next_batch(batch)? {
             self.next_record = batch.records.last().map_or(0, |last| last + 1);
-            return Ok(true);
+            return Ok(Some(PointOrigin::Input));
         }
         batch.clear();
+        let mut has_pairs = false;
         while batch.is_empty() {
             if self.lines.next_batch_until(0, &mut self.segments)?.is_some() {
                 self.take_ends(batch);
+                has_pairs = true;
             } else if let Some(points) = self.next_crossing_points() {
                 *batch = points;
             } else if self.lines.next_sites(&mut self.sites)? {
@@ -334,15 +338,19 @@ impl VertexPoints<'_> {
                 .is_some()
             {
                 self.take_ends(batch);
+                has_pairs = true;
             } else {
-                return Ok(false);
+                return Ok(None);
             }
         }
         let next = self.next_record + batch.points.len() as u64;
         batch.records.clear();
         batch.records.extend(self.next_record..next);
         self.next_record = next;
-        Ok(true)
+        if has_pairs {
+            batch.remove_pairs_at_one_point();
+        }
+        Ok(Some(PointOrigin::Other))
     }
 
     fn take_ends(&self, batch: &mut PointBatch) {
@@ -425,7 +433,9 @@ impl InputSegments<'_> {
                 self.ready.sources.reserve_exact(more);
                 self.wanted.reserve_exact(2 * (self.capacity + BATCH));
             }
-            let sources = lines.iter().map(|line| EdgeSource::new(kind, first + line));
+            let sources = lines
+                .iter()
+                .map(|line| LinePart::whole(EdgeSource::new(kind, first + line)));
             self.ready.sources.extend(sources);
             self.z.resize(self.ready.ends.len(), [f64::NAN; 2]);
             self.z.extend_from_slice(z);

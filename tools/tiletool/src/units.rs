@@ -211,6 +211,7 @@ mod tests {
         let sources = sources.iter().map(|&name| Source {
             name: name.to_owned(),
             records: 1,
+            first: 0,
         });
         let lists = Lists {
             crs: crs.map(str::to_owned),

@@ -75,7 +75,7 @@ fn chain(length: u32) -> Vec<Segment> {
     let at = |i: u32| Point::new(f64::from(i % 100), f64::from(i / 100));
     let segment = |i| Segment {
         ends: [at(i), at(i + 1)],
-        source: EdgeSource::new(LineKind::Obstacle, i.into()),
+        source: EdgeSource::new(LineKind::Obstacle, i.into()).into(),
     };
     (0..length).map(segment).collect()
 }

@@ -27,7 +27,7 @@ pub(crate) fn segments() -> impl Strategy<Value = Vec<Segment>> {
     ends.prop_map(|all| {
         let segment = |(ends, number)| Segment {
             ends,
-            source: EdgeSource::new(LineKind::Wall, number),
+            source: EdgeSource::new(LineKind::Wall, number).into(),
         };
         all.into_iter().zip(0..).map(segment).collect()
     })
@@ -119,7 +119,7 @@ fn segment_numbers_continue_from_batch_to_batch() {
                     Point::new(x, f64::from(i % 7)),
                     Point::new(x + 0.125, f64::from(i % 11)),
                 ],
-                source: EdgeSource::new(LineKind::BreakLine, 0),
+                source: EdgeSource::new(LineKind::BreakLine, 0).into(),
             }
         })
         .collect();

@@ -52,7 +52,7 @@ impl Model {
                 spool.push(ends, &z, *kind, &lines).unwrap();
                 self.has_z |= !z.is_empty();
                 for (at, (ends, &line)) in ends.iter().zip(&lines).enumerate() {
-                    let source = EdgeSource::new(*kind, line);
+                    let source = EdgeSource::new(*kind, line).into();
                     let ends = ends.map(Point::normalized);
                     self.by_ends.push(Segment { ends, source });
                     self.z.push(z.get(at).copied().unwrap_or_default());
@@ -151,7 +151,10 @@ impl Model {
                 return Err((number, record));
             }
             let ends = ends.map(Option::unwrap);
-            all.push(Segment { ends, source: *source });
+            all.push(Segment {
+                ends,
+                source: (*source).into(),
+            });
         }
         all.retain(|segment| segment.ends[0] != segment.ends[1]);
         Ok(all)
@@ -269,7 +272,7 @@ fn memory_is_bounded_and_reported() {
                 }
                 let xs = [next, (next * 7919 + 13) % RECORDS].map(|record| record as f64);
                 assert_eq!(segment.ends.map(|end| end.x), xs);
-                assert_eq!(segment.source, EdgeSource::new(LineKind::Wall, next));
+                assert_eq!(segment.source, EdgeSource::new(LineKind::Wall, next).into());
                 next += 1;
             }
             Ok(())

@@ -9,7 +9,7 @@ use crate::pipeline::conquer::constrain::overlaps::{LimitedSubsegments, covered}
 use crate::pipeline::conquer::constrain::refusal::{Crossed, Refusal};
 use crate::pipeline::conquer::deferral::Deferral;
 use crate::pipeline::records::{OpenSegment, Subsegment};
-use crate::store::{EdgeSource, LineKind};
+use crate::store::{EdgeSource, LineKind, LinePart};
 
 /// Subsegments and segments of a node, by index into its vertices.
 #[derive(Debug)]
@@ -71,13 +71,15 @@ impl NodeLines {
                 self.subsegments.push(Subsegment::new(from, to, source), ends[0])?;
                 return Ok(());
             }
-            [Some(from), None] => Some(self.trace(node, inserter, from, ends[1], source)?),
+            // Only the first subsegment of the run can begin the segment: the run leaves the cell.
+            [Some(from), None] => Some(self.trace(node, inserter, from, ends[1], source.cut(true, false))?),
             [None, Some(to)] => {
-                let [to, from] = self.trace(node, inserter, to, ends[0], source.reversed())?;
+                let source = source.reversed().cut(true, false);
+                let [to, from] = self.trace(node, inserter, to, ends[0], source)?;
                 Some([from, to])
             }
             [None, None] => match first_vertex(node, inserter, ends)? {
-                Some(first) => Some(self.trace(node, inserter, first, ends[1], source)?),
+                Some(first) => Some(self.trace(node, inserter, first, ends[1], source.cut(false, false))?),
                 None => None,
             },
         };
@@ -99,7 +101,7 @@ impl NodeLines {
                 stars: std::mem::take(&mut self.stars),
                 ..Self::new(usize::MAX)
             };
-            let source = EdgeSource::new(LineKind::BreakLine, 0);
+            let source = LinePart::whole(EdgeSource::new(LineKind::BreakLine, 0));
             along.find(node, inserter, index, Segment { ends: whole, source })?;
             self.stars = along.stars;
             let ends = along
@@ -136,7 +138,8 @@ impl NodeLines {
             false => [last, first],
         });
         if let Some([from, to]) = run.filter(|[from, to]| from != to) {
-            self.subsegments.push(Subsegment::new(from, to, segment.source), a)?;
+            let source = segment.source.between([from, to].map(|v| node.point(v)), segment.ends);
+            self.subsegments.push(Subsegment::new(from, to, source), a)?;
         }
         if run.is_none_or(|[first, last]| node.point(first) != a || node.point(last) != b) {
             self.open.push(OpenSegment { segment, run });
@@ -186,9 +189,10 @@ impl NodeLines {
         let is_open = run.is_none_or(|[first, last]| point(first) != a || point(last) != b);
         for _ in 0..copies.max(1) {
             let between = runs.windows(2).map(|pair| [pair[0][1], pair[1][0]]);
+            let part = |ends: [u32; 2]| segment.source.between(ends.map(point), segment.ends);
             self.subsegments
                 .subsegments
-                .extend(between.map(|[from, to]| Subsegment::new(from, to, segment.source)));
+                .extend(between.map(|ends| Subsegment::new(ends[0], ends[1], part(ends))));
             if is_open {
                 self.open.push(OpenSegment { segment, run });
             }
@@ -218,14 +222,14 @@ impl NodeLines {
     }
 
     /// Follows a segment from a vertex on it towards its end outside the cell. Returns the first
-    /// and the last vertex. `source` is seen in that direction.
+    /// and the last vertex. `source` is seen in that direction, and begins where the vertex is.
     fn trace(
         &mut self,
         node: &NodeMesh<'_>,
         inserter: &mut Inserter,
         from: u32,
         to: Point,
-        source: EdgeSource,
+        mut source: LinePart,
     ) -> Result<[u32; 2], Refusal> {
         let mut last = from;
         loop {
@@ -235,6 +239,7 @@ impl NodeLines {
                 LineStep::Edge(_, vertex) | LineStep::Triangles(vertex) => {
                     self.subsegments
                         .push(Subsegment::new(last, vertex, source), node.point(last))?;
+                    source = source.cut(false, false);
                     last = vertex;
                 }
                 LineStep::Out => return Ok([from, last]),

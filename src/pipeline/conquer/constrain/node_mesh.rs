@@ -255,9 +255,7 @@ impl<'a> NodeMesh<'a> {
                 0 => [ends[0], vertex],
                 _ => [vertex, ends[1]],
             };
-            let subsegments = along
-                .iter()
-                .map(|subsegment| Subsegment::new(part[0], part[1], subsegment.source));
+            let subsegments = along.iter().map(|subsegment| subsegment.part(part));
             let into = if is_in { &mut progress.done } else { &mut progress.rest };
             for subsegment in subsegments {
                 into.push(subsegment, line[0])?;
@@ -282,14 +280,16 @@ impl<'a> NodeMesh<'a> {
             .filter(|_| self.is_root);
         for part in of_root.chain((!self.is_root).then_some(ends)) {
             for subsegment in along {
-                let source = match self
+                let is_forward = self
                     .point(subsegment.ends[0])
                     .lex_cmp(self.point(subsegment.ends[1]))
-                    .is_lt()
-                {
-                    true => subsegment.source,
-                    false => subsegment.source.reversed(),
+                    .is_lt();
+                let source = if is_forward {
+                    subsegment.source
+                } else {
+                    subsegment.source.reversed()
                 };
+                let source = source.between(part, ends);
                 progress
                     .rest
                     .push(Subsegment::new(part[0], part[1], source), self.point(part[0]))?;

@@ -20,7 +20,7 @@ use crate::constraints::segment::Segment;
 use crate::geometry::{Point, compare_lines};
 use crate::pipeline::conquer::constrain::refusal::{Overlaps, Refusal};
 use crate::pipeline::records::Subsegment;
-use crate::store::{EdgeSource, LineKind};
+use crate::store::{EdgeSource, LineKind, LinePart};
 
 /// Returns the ends, the lexicographically smaller one first.
 fn in_order([a, b]: [Point; 2]) -> [Point; 2] {
@@ -42,39 +42,49 @@ pub(crate) fn for_each_part<E>(
             false => ([b, a], subsegment.source.reversed()),
         }
     };
-    let mut subsegments: Vec<([u32; 2], EdgeSource)> = subsegments.iter().map(along).collect();
+    let mut subsegments: Vec<([u32; 2], LinePart)> = subsegments.iter().map(along).collect();
     let on = |ends: [u32; 2]| ends.map(&point);
     let lines = |a: [u32; 2], b: [u32; 2]| compare_lines(on(a), on(b));
     subsegments.sort_unstable_by(|(a, _), (b, _)| lines(*a, *b).then_with(|| point(a[0]).lex_cmp(point(b[0]))));
     let mut part = Vec::new();
     for on_line in subsegments.chunk_by(|a, b| lines(a.0, b.0).is_eq()) {
-        let mut ends: Vec<([u32; 2], EdgeSource)> = on_line.to_vec();
+        let mut ends: Vec<([u32; 2], LinePart)> = on_line.to_vec();
         ends.sort_unstable_by(|(a, _), (b, _)| point(a[1]).lex_cmp(point(b[1])));
         let mut vertices: Vec<u32> = on_line.iter().flat_map(|(ends, _)| *ends).collect();
         vertices.sort_unstable_by(|&a, &b| point(a).lex_cmp(point(b)));
         vertices.dedup();
-        let (mut starts, mut ends) = (on_line.iter().peekable(), ends.iter().peekable());
-        let mut active: BTreeMap<EdgeSource, usize> = BTreeMap::new();
+        let (mut starts, mut ends) = (on_line, &*ends);
+        let mut active: BTreeMap<EdgeSource, Active> = BTreeMap::new();
         for pair in vertices.windows(2) {
             let [from, to] = [pair[0], pair[1]];
-            while let Some((_, source)) = ends.next_if(|(ends, _)| ends[1] == from) {
-                if let Some(count) = active.get_mut(source) {
-                    *count -= 1;
-                    if *count == 0 {
-                        active.remove(source);
+            for (_, part) in take_while(&mut ends, |(ends, _)| ends[1] == from) {
+                if let Some(its) = active.get_mut(&part.source()) {
+                    its.count -= 1;
+                    if its.count == 0 {
+                        active.remove(&part.source());
                     }
                 }
             }
-            while let Some((_, source)) = starts.next_if(|(ends, _)| ends[0] == from) {
-                *active.entry(*source).or_default() += 1;
+            for (_, part) in take_while(&mut starts, |(ends, _)| ends[0] == from) {
+                let its = active.entry(part.source()).or_default();
+                its.count += 1;
+                its.begins |= part.begins();
+            }
+            // Those that end where the interval ends; the next interval removes them.
+            for (_, part) in ends.iter().take_while(|(ends, _)| ends[1] == to) {
+                if let Some(its) = active.get_mut(&part.source()) {
+                    its.ends |= part.ends();
+                }
             }
             part.clear();
-            for (&source, &count) in &active {
+            for (&source, its) in &mut active {
                 let copies = match source.kind() {
-                    LineKind::Obstacle => count,
+                    LineKind::Obstacle => its.count,
                     LineKind::BreakLine | LineKind::Wall => 1,
                 };
-                part.extend(std::iter::repeat_n(Subsegment::new(from, to, source), copies));
+                let along = LinePart::of(source, its.begins, its.ends);
+                part.extend(std::iter::repeat_n(Subsegment::new(from, to, along), copies));
+                (its.begins, its.ends) = (false, false);
             }
             if !part.is_empty() {
                 take(&part)?;
@@ -82,6 +92,23 @@ pub(crate) fn for_each_part<E>(
         }
     }
     Ok(())
+}
+
+/// The subsegments of one source that run along an interval.
+#[derive(Default)]
+struct Active {
+    count: usize,
+    /// Whether any of them begins, or ends, a segment with the interval.
+    begins: bool,
+    ends: bool,
+}
+
+/// Takes the first elements off a slice for which the condition holds.
+fn take_while<'a, T>(rest: &mut &'a [T], condition: impl Fn(&T) -> bool) -> &'a [T] {
+    let count = rest.iter().take_while(|element| condition(element)).count();
+    let (taken, left) = rest.split_at(count);
+    *rest = left;
+    taken
 }
 
 /// Returns the unions of overlapping segments on one line, without gaps, each with its segments.
@@ -162,8 +189,13 @@ impl LimitedSubsegments {
 }
 
 /// Removes duplicates from sorted subsegments. Only rings of obstacles that run along an edge twice
-/// count twice.
+/// count twice. Subsegments of one source along one edge get the ends of all of them.
 fn dedup(subsegments: &mut Vec<Subsegment>) {
+    let is_same = |a: &Subsegment, b: &Subsegment| a.ends == b.ends && a.source.source() == b.source.source();
+    for equal in subsegments.chunk_by_mut(is_same).filter(|equal| equal.len() > 1) {
+        let all = equal.iter().fold(equal[0].source, |all, one| all.joined(one.source));
+        equal.iter_mut().for_each(|one| one.source = all);
+    }
     subsegments.dedup_by(|a, b| a == b && a.source.kind() != LineKind::Obstacle);
 }
 
@@ -191,9 +223,9 @@ mod tests {
         ][line as usize]
     }
 
-    fn source(number: u64) -> EdgeSource {
+    fn source(number: u64) -> LinePart {
         let kinds = [LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle];
-        EdgeSource::new(kinds[number as usize % 3], number)
+        LinePart::whole(EdgeSource::new(kinds[number as usize % 3], number))
     }
 
     proptest! {
@@ -212,14 +244,14 @@ mod tests {
             let mut expected: Vec<Subsegment> = Vec::new();
             for subsegment in &subsegments {
                 let [a, b] = subsegment.ends;
-                expected.extend((a..b).map(|step| Subsegment::new(step, step + 1, subsegment.source)));
+                expected.extend((a..b).map(|step| subsegment.part([step, step + 1])));
             }
             let mut found: Vec<Subsegment> = Vec::new();
             for_each_part(&subsegments, point, |part| {
                 prop_assert!(part.windows(2).all(|pair| pair[0].ends == pair[1].ends));
                 for subsegment in part {
                     let [a, b] = subsegment.ends;
-                    found.extend((a..b).map(|step| Subsegment::new(step, step + 1, subsegment.source)));
+                    found.extend((a..b).map(|step| subsegment.part([step, step + 1])));
                 }
                 Ok(())
             })?;
@@ -263,7 +295,7 @@ mod tests {
     #[test]
     fn a_list_refuses_more_subsegments_than_its_limit() {
         let mut limited = LimitedSubsegments::new(10);
-        let subsegment = |number| Subsegment::new(0, 1, EdgeSource::new(LineKind::Wall, number));
+        let subsegment = |number| Subsegment::new(0, 1, LinePart::whole(EdgeSource::new(LineKind::Wall, number)));
         for round in 0..100 {
             limited.push(subsegment(round % 10), grid_point(0, 0)).unwrap();
         }

@@ -12,6 +12,7 @@ use crate::mesh::Twin;
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::encode::{BorderDraft, CoreDraft};
 use crate::store::format::ids::{TileId, VertexId};
+use crate::store::format::line_part::LinePart;
 
 /// Pseudo-random numbers from a seed.
 struct Numbers(u64);
@@ -73,10 +74,8 @@ fn drafts(seed: u64, vertices: u64, triangles: u64, are_mutual: bool) -> (CoreDr
         components: (0..triangles).map(|i| (i / 5) as u32).collect(),
         edge_sources: (0..triangles / 2)
             .map(|i| {
-                (
-                    2 * i as u32,
-                    EdgeSource::new(LineKind::Obstacle, numbers.below(largest) >> 3),
-                )
+                let source = EdgeSource::new(LineKind::Obstacle, numbers.below(largest) >> 5);
+                (2 * i as u32, LinePart::of(source, i % 3 > 0, i % 5 > 0))
             })
             .collect(),
         sites: (0..vertices / 4)

@@ -2735,6 +2735,7 @@ pub mod delaunay_tiles {
         impl<'a> Source<'a> {
             pub const VT_NAME: ::flatbuffers::VOffsetT = 4;
             pub const VT_RECORDS: ::flatbuffers::VOffsetT = 6;
+            pub const VT_FIRST: ::flatbuffers::VOffsetT = 8;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -2746,6 +2747,7 @@ pub mod delaunay_tiles {
                 args: &'args SourceArgs<'args>,
             ) -> ::flatbuffers::WIPOffset<Source<'bldr>> {
                 let mut builder = SourceBuilder::new(_fbb);
+                builder.add_first(args.first);
                 builder.add_records(args.records);
                 if let Some(x) = args.name {
                     builder.add_name(x);
@@ -2772,6 +2774,14 @@ pub mod delaunay_tiles {
                 // which contains a valid value in this slot
                 unsafe { self._tab.get::<u64>(Source::VT_RECORDS, Some(0)).unwrap() }
             }
+            /// The number of its first record.
+            #[inline]
+            pub fn first(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(Source::VT_FIRST, Some(0)).unwrap() }
+            }
         }
 
         impl ::flatbuffers::Verifiable for Source<'_> {
@@ -2783,6 +2793,7 @@ pub mod delaunay_tiles {
                 v.visit_table(pos)?
                     .visit_field::<::flatbuffers::ForwardsUOffset<&str>>("name", Self::VT_NAME, true)?
                     .visit_field::<u64>("records", Self::VT_RECORDS, false)?
+                    .visit_field::<u64>("first", Self::VT_FIRST, false)?
                     .finish();
                 Ok(())
             }
@@ -2790,6 +2801,7 @@ pub mod delaunay_tiles {
         pub struct SourceArgs<'a> {
             pub name: Option<::flatbuffers::WIPOffset<&'a str>>,
             pub records: u64,
+            pub first: u64,
         }
         impl<'a> Default for SourceArgs<'a> {
             #[inline]
@@ -2797,6 +2809,7 @@ pub mod delaunay_tiles {
                 SourceArgs {
                     name: None, // required field
                     records: 0,
+                    first: 0,
                 }
             }
         }
@@ -2814,6 +2827,10 @@ pub mod delaunay_tiles {
             #[inline]
             pub fn add_records(&mut self, records: u64) {
                 self.fbb_.push_slot::<u64>(Source::VT_RECORDS, records, 0);
+            }
+            #[inline]
+            pub fn add_first(&mut self, first: u64) {
+                self.fbb_.push_slot::<u64>(Source::VT_FIRST, first, 0);
             }
             #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> SourceBuilder<'a, 'b, A> {
@@ -2836,6 +2853,7 @@ pub mod delaunay_tiles {
                 let mut ds = f.debug_struct("Source");
                 ds.field("name", &self.name());
                 ds.field("records", &self.records());
+                ds.field("first", &self.first());
                 ds.finish()
             }
         }

@@ -360,6 +360,8 @@ pub mod delaunay_tiles {
             pub const VT_SITES: ::flatbuffers::VOffsetT = 32;
             pub const VT_SITE_IDS: ::flatbuffers::VOffsetT = 34;
             pub const VT_SITE_ID_ENDS: ::flatbuffers::VOffsetT = 36;
+            pub const VT_INPUT_POINTS: ::flatbuffers::VOffsetT = 38;
+            pub const VT_SEGMENT_ENDS: ::flatbuffers::VOffsetT = 40;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -372,6 +374,12 @@ pub mod delaunay_tiles {
             ) -> ::flatbuffers::WIPOffset<Core<'bldr>> {
                 let mut builder = CoreBuilder::new(_fbb);
                 builder.add_first_record(args.first_record);
+                if let Some(x) = args.segment_ends {
+                    builder.add_segment_ends(x);
+                }
+                if let Some(x) = args.input_points {
+                    builder.add_input_points(x);
+                }
                 if let Some(x) = args.site_id_ends {
                     builder.add_site_id_ends(x);
                 }
@@ -606,6 +614,35 @@ pub mod delaunay_tiles {
                         .get::<::flatbuffers::ForwardsUOffset<Packed>>(Core::VT_SITE_ID_ENDS, None)
                 }
             }
+            /// A bit for each vertex, from the lowest of the first byte on: whether a point of the input lies there. Absent: one does at each.
+            #[inline]
+            pub fn input_points(&self) -> Option<::flatbuffers::Vector<'a, u8>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, u8>>>(
+                            Core::VT_INPUT_POINTS,
+                            None,
+                        )
+                }
+            }
+            /// Two bits for each of edge_sources, from the lowest of the first byte on: whether a segment of the line begins where the side
+            /// starts, and whether one ends where it ends. Absent: both, for all.
+            #[inline]
+            pub fn segment_ends(&self) -> Option<::flatbuffers::Vector<'a, u8>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, u8>>>(
+                            Core::VT_SEGMENT_ENDS,
+                            None,
+                        )
+                }
+            }
         }
 
         impl ::flatbuffers::Verifiable for Core<'_> {
@@ -656,6 +693,16 @@ pub mod delaunay_tiles {
                         Self::VT_SITE_ID_ENDS,
                         false,
                     )?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, u8>>>(
+                        "input_points",
+                        Self::VT_INPUT_POINTS,
+                        false,
+                    )?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, u8>>>(
+                        "segment_ends",
+                        Self::VT_SEGMENT_ENDS,
+                        false,
+                    )?
                     .finish();
                 Ok(())
             }
@@ -678,6 +725,8 @@ pub mod delaunay_tiles {
             pub sites: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub site_ids: Option<::flatbuffers::WIPOffset<&'a str>>,
             pub site_id_ends: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
+            pub input_points: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
+            pub segment_ends: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
         }
         impl<'a> Default for CoreArgs<'a> {
             #[inline]
@@ -700,6 +749,8 @@ pub mod delaunay_tiles {
                     sites: None,
                     site_ids: None,
                     site_id_ends: None,
+                    input_points: None,
+                    segment_ends: None,
                 }
             }
         }
@@ -791,6 +842,16 @@ pub mod delaunay_tiles {
                     .push_slot_always::<::flatbuffers::WIPOffset<Packed>>(Core::VT_SITE_ID_ENDS, site_id_ends);
             }
             #[inline]
+            pub fn add_input_points(&mut self, input_points: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, u8>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Core::VT_INPUT_POINTS, input_points);
+            }
+            #[inline]
+            pub fn add_segment_ends(&mut self, segment_ends: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, u8>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Core::VT_SEGMENT_ENDS, segment_ends);
+            }
+            #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> CoreBuilder<'a, 'b, A> {
                 let start = _fbb.start_table();
                 CoreBuilder {
@@ -830,6 +891,8 @@ pub mod delaunay_tiles {
                 ds.field("sites", &self.sites());
                 ds.field("site_ids", &self.site_ids());
                 ds.field("site_id_ends", &self.site_id_ends());
+                ds.field("input_points", &self.input_points());
+                ds.field("segment_ends", &self.segment_ends());
                 ds.finish()
             }
         }
@@ -866,6 +929,7 @@ pub mod delaunay_tiles {
             pub const VT_EDGE_SOURCES: ::flatbuffers::VOffsetT = 26;
             pub const VT_EDGES: ::flatbuffers::VOffsetT = 28;
             pub const VT_FOREIGN_Z: ::flatbuffers::VOffsetT = 30;
+            pub const VT_SEGMENT_ENDS: ::flatbuffers::VOffsetT = 32;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -877,6 +941,9 @@ pub mod delaunay_tiles {
                 args: &'args BorderArgs<'args>,
             ) -> ::flatbuffers::WIPOffset<Border<'bldr>> {
                 let mut builder = BorderBuilder::new(_fbb);
+                if let Some(x) = args.segment_ends {
+                    builder.add_segment_ends(x);
+                }
                 if let Some(x) = args.foreign_z {
                     builder.add_foreign_z(x);
                 }
@@ -1077,6 +1144,20 @@ pub mod delaunay_tiles {
                         )
                 }
             }
+            /// As in the core, for edge_sources of the border.
+            #[inline]
+            pub fn segment_ends(&self) -> Option<::flatbuffers::Vector<'a, u8>> {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe {
+                    self._tab
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, u8>>>(
+                            Border::VT_SEGMENT_ENDS,
+                            None,
+                        )
+                }
+            }
         }
 
         impl ::flatbuffers::Verifiable for Border<'_> {
@@ -1120,6 +1201,11 @@ pub mod delaunay_tiles {
                         Self::VT_FOREIGN_Z,
                         false,
                     )?
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, u8>>>(
+                        "segment_ends",
+                        Self::VT_SEGMENT_ENDS,
+                        false,
+                    )?
                     .finish();
                 Ok(())
             }
@@ -1139,6 +1225,7 @@ pub mod delaunay_tiles {
             pub edge_sources: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub edges: Option<::flatbuffers::WIPOffset<Packed<'a>>>,
             pub foreign_z: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, f64>>>,
+            pub segment_ends: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, u8>>>,
         }
         impl<'a> Default for BorderArgs<'a> {
             #[inline]
@@ -1158,6 +1245,7 @@ pub mod delaunay_tiles {
                     edge_sources: None,
                     edges: None,
                     foreign_z: None,
+                    segment_ends: None,
                 }
             }
         }
@@ -1236,6 +1324,11 @@ pub mod delaunay_tiles {
                     .push_slot_always::<::flatbuffers::WIPOffset<_>>(Border::VT_FOREIGN_Z, foreign_z);
             }
             #[inline]
+            pub fn add_segment_ends(&mut self, segment_ends: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, u8>>) {
+                self.fbb_
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Border::VT_SEGMENT_ENDS, segment_ends);
+            }
+            #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> BorderBuilder<'a, 'b, A> {
                 let start = _fbb.start_table();
                 BorderBuilder {
@@ -1272,6 +1365,7 @@ pub mod delaunay_tiles {
                 ds.field("edge_sources", &self.edge_sources());
                 ds.field("edges", &self.edges());
                 ds.field("foreign_z", &self.foreign_z());
+                ds.field("segment_ends", &self.segment_ends());
                 ds.finish()
             }
         }

@@ -6,6 +6,7 @@ use flatbuffers::Vector;
 use crate::store::format::damage::Damage;
 use crate::store::format::edge_source::EdgeSource;
 use crate::store::format::generated::tile as schema;
+use crate::store::format::line_part::LinePart;
 use crate::store::format::packed::{Packed, partition_point};
 
 /// Bits of the half-edges of a core or a border: which are on constraints, and which of those are
@@ -75,6 +76,9 @@ pub(crate) fn is_set(bits: &[u8], index: usize) -> bool {
 pub(crate) struct EdgeSources {
     keys: Packed,
     sources: Packed,
+    /// Two bits for each source: whether a segment of the line begins, and ends, with the edge.
+    /// `None` if all bits are set.
+    segment_ends: Option<Bytes>,
 }
 
 impl EdgeSources {
@@ -83,9 +87,13 @@ impl EdgeSources {
         buffer: &Bytes,
         keys: Option<schema::Packed<'_>>,
         sources: Option<schema::Packed<'_>>,
+        segment_ends: Option<Vector<'_, u8>>,
         limit: usize,
     ) -> Result<Option<Self>, Damage> {
         let (keys, sources) = match (keys, sources) {
+            (None, None) if segment_ends.is_some() => {
+                return Err(Damage::new("there are ends of segments, but no sources"));
+            }
             (None, None) => return Ok(None),
             (Some(keys), Some(sources)) => (Packed::open(buffer, keys)?, Packed::open(buffer, sources)?),
             _ => return Err(Damage::new("edges lack their sources, or sources their edges")),
@@ -100,16 +108,41 @@ impl EdgeSources {
         if !keys.iter().zip(sources.iter()).is_sorted() || keys.iter().any(|key| key >= limit as u64) {
             return Err(Damage::new("an edge with a source is out of range or out of order"));
         }
-        Ok(Some(Self { keys, sources }))
+        let is_too_large = |source: u64| source > EdgeSource::MAX_BITS;
+        if is_too_large(sources.largest()) && sources.iter().any(is_too_large) {
+            return Err(Damage::new("the number of a line is too large"));
+        }
+        let segment_ends = segment_ends.map(|bits| buffer.slice_ref(bits.bytes()));
+        let expected = sources.len().div_ceil(4);
+        let found = segment_ends.as_ref().map_or(expected, Bytes::len);
+        if found != expected {
+            return Err(Damage::new(format!(
+                "there are {found} bytes of ends of segments, not {expected}"
+            )));
+        }
+        Ok(Some(Self {
+            keys,
+            sources,
+            segment_ends,
+        }))
     }
 
-    /// Returns the sources of the edge with this key.
-    pub(crate) fn of(&self, key: u32) -> impl Iterator<Item = EdgeSource> {
+    /// Returns the sources of the edge with this key, as parts of their lines.
+    pub(crate) fn of(&self, key: u32) -> impl Iterator<Item = LinePart> {
         let key = u64::from(key);
         let first = partition_point(self.keys.len(), |index| self.keys.get(index) < key);
         (first..self.keys.len())
             .take_while(move |&index| self.keys.get(index) == key)
-            .map(|index| EdgeSource::from_bits(self.sources.get(index)))
+            .map(|index| self.part(index))
+    }
+
+    fn part(&self, index: usize) -> LinePart {
+        let source = EdgeSource::from_bits(self.sources.get(index));
+        let Some(bits) = &self.segment_ends else {
+            return LinePart::whole(source);
+        };
+        let [begins, ends] = [2 * index, 2 * index + 1].map(|bit| is_set(bits, bit));
+        LinePart::of(source, begins, ends)
     }
 
     /// Returns the number of edges that have sources.
@@ -119,6 +152,6 @@ impl EdgeSources {
     }
 
     pub(crate) fn byte_size(&self) -> usize {
-        self.keys.byte_size() + self.sources.byte_size()
+        self.keys.byte_size() + self.sources.byte_size() + self.segment_ends.as_ref().map_or(0, Bytes::len)
     }
 }

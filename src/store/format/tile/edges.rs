@@ -3,6 +3,7 @@
 use crate::geometry::{HalfEdge, VertexIndex};
 use crate::mesh::{Topology, Twin};
 use crate::store::format::edge_source::EdgeSource;
+use crate::store::format::line_part::LinePart;
 use crate::store::format::tile::edge_bits::{EdgeSources, HalfEdgeBits};
 use crate::store::format::tile::{Tile, Vertex};
 
@@ -67,6 +68,13 @@ impl Tile {
     /// Returns none if the edge is no constraint, or belongs to another tile. An edge belongs to
     /// the tile of its lexicographically smaller end.
     pub fn edge_sources(&self, edge: impl Into<TileEdge>) -> impl Iterator<Item = EdgeSource> {
+        self.edge_parts(edge).map(LinePart::source)
+    }
+
+    /// Returns the sources of a constraint edge as [`edge_sources`](Self::edge_sources) does, each
+    /// with the ends of the line's segments: whether a segment of the line begins where the edge
+    /// starts, and whether one ends where it ends.
+    pub fn edge_parts(&self, edge: impl Into<TileEdge>) -> impl Iterator<Item = LinePart> {
         let (in_core, key, is_reversed) = match edge.into() {
             TileEdge::OnLine(number) => (false, number, false),
             TileEdge::HalfEdge(half_edge) => {
@@ -78,8 +86,8 @@ impl Tile {
             }
         };
         let sources = self.sources[usize::from(!in_core)].as_ref();
-        let sources = sources.into_iter().flat_map(move |sources| sources.of(key));
-        sources.map(move |source| if is_reversed { source.reversed() } else { source })
+        let parts = sources.into_iter().flat_map(move |sources| sources.of(key));
+        parts.map(move |part| if is_reversed { part.reversed() } else { part })
     }
 
     /// Returns the number of constraint edges of a tile without triangles.

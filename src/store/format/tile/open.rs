@@ -72,6 +72,7 @@ impl Tile {
             z: core_table.z().map(|z| core.slice_ref(z.bytes())),
             first_record: core_table.first_record(),
             records: open(core, "records", core_table.records())?,
+            input_points: core_table.input_points().map(|bits| core.slice_ref(bits.bytes())),
             triangles: open(core, "triangles", core_table.triangles())?,
             neighbours: open(core, "neighbours", core_table.neighbours())?,
             vertex_sides: open(core, "vertex sides", core_table.vertex_sides())?,
@@ -86,8 +87,9 @@ impl Tile {
                 HalfEdgeBits::open(border, b.constraints(), b.walls(), in_border).map_err(of_border)?,
             ],
             sources: [
-                EdgeSources::open(core, c.edge_sides(), c.edge_sources(), in_core)?,
-                EdgeSources::open(border, b.edge_sides(), b.edge_sources(), edge_limit).map_err(of_border)?,
+                EdgeSources::open(core, c.edge_sides(), c.edge_sources(), c.segment_ends(), in_core)?,
+                EdgeSources::open(border, b.edge_sides(), b.edge_sources(), b.segment_ends(), edge_limit)
+                    .map_err(of_border)?,
             ],
             regions: Regions::open(id, (core, core_table), (border, border_table), table, triangles)?,
             edges,
@@ -107,11 +109,14 @@ impl Tile {
         }
         let z_count = |z: &Option<Bytes>, expected: usize| z.as_ref().map_or(expected, |z| z.len() / 8);
         let foreign = self.foreign_count();
+        let bytes_of_points = vertices.div_ceil(8);
+        let input_points = self.input_points.as_ref().map_or(bytes_of_points, Bytes::len);
         for (what, found, expected) in [
             ("coordinates", self.coordinates.len(), 16 * vertices),
             ("z", z_count(&self.z, vertices), vertices),
             ("z of foreign vertices", z_count(&self.foreign_z, foreign), foreign),
             ("records", self.records.len(), vertices),
+            ("bytes of input points", input_points, bytes_of_points),
             ("corners of the core", self.triangles.len(), 3 * core),
             ("neighbours of the core", self.neighbours.len(), 3 * core),
             ("vertex sides", self.vertex_sides.len(), vertices),

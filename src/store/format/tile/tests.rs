@@ -12,6 +12,7 @@ use crate::store::format::entry::TileEntry;
 use crate::store::format::extent::Extent;
 use crate::store::format::flat_buffer::verified;
 use crate::store::format::generated::tile as schema;
+use crate::store::format::line_part::LinePart;
 use crate::store::format::table_place::{ShortTable, TablePlace};
 use crate::store::format::tile::*;
 
@@ -57,6 +58,7 @@ fn full_drafts() -> (CoreDraft, BorderDraft) {
     core.constraints = vec![0b110_110 & !(1 << 4), 0b101_101];
     core.components = vec![0, 1];
     core.edge_sources = vec![(2, source(LineKind::Wall, 3)), (2, source(LineKind::Obstacle, 5))];
+    core.input_points = vec![true, false, true, true];
     core.sites = vec![(0, 4), (2, 0), (2, 900)];
     core.site_ids = ["", "pump", "é"].map(str::to_owned).to_vec();
     core.z = vec![1.5, -2.0, 0.0, 4.0];
@@ -65,14 +67,15 @@ fn full_drafts() -> (CoreDraft, BorderDraft) {
     border.components = vec![2];
     border.edge_sources = vec![
         (1, source(LineKind::BreakLine, 0)),
-        (5, source(LineKind::Obstacle, 5).reversed()),
+        (5, source(LineKind::Obstacle, 5).reversed().cut(true, false)),
         (6, source(LineKind::Wall, 3)),
     ];
     (core, border)
 }
 
-fn source(kind: LineKind, number: u64) -> EdgeSource {
-    EdgeSource::new(kind, number)
+/// A part of a line with both its ends.
+fn source(kind: LineKind, number: u64) -> LinePart {
+    LinePart::whole(EdgeSource::new(kind, number))
 }
 
 /// The components of the tile of [`full_drafts`].
@@ -149,19 +152,72 @@ fn a_tile_has_the_constraints_regions_and_sites_of_its_drafts() {
         [true, false, true, false]
     );
     assert_eq!(tile.site_count(), 3);
+    assert_eq!(
+        [0, 1, 2, 3].map(|v| tile.is_input_point(VertexIndex(v))),
+        [true, false, true, true]
+    );
+}
+
+/// Points of the input lie at all vertices of most files, and most segments are one edge.
+#[test]
+fn what_holds_all_vertices_and_all_segments_alike_takes_no_space() {
+    let sizes = |change: fn(&mut CoreDraft, &mut BorderDraft)| {
+        let (mut core, mut border) = full_drafts();
+        change(&mut core, &mut border);
+        let tile = open(&(core.clone(), border.clone())).unwrap();
+        let points = tile.vertex_indices().filter(|&v| tile.is_input_point(v)).count();
+        let parts = (0..9).flat_map(|half_edge| tile.edge_parts(HalfEdge(half_edge)));
+        let whole = parts.filter(|part| part.begins() && part.ends()).count();
+        let buffers = Buffers::default();
+        let bytes = [
+            core.encode(TileId(0), 1, &buffers).len(),
+            border.encode(TileId(0), 1, &buffers).len(),
+        ];
+        (bytes, [points, whole])
+    };
+    let all_whole = |core: &mut CoreDraft, border: &mut BorderDraft| {
+        core.input_points.clear();
+        border.edge_sources[1].1 = source(LineKind::Obstacle, 5).reversed();
+    };
+    let (least, found) = sizes(all_whole);
+    assert_eq!(found, [4, 8]);
+    assert_eq!(
+        sizes(|core, border| {
+            core.input_points = vec![true; 4];
+            border.edge_sources[1].1 = source(LineKind::Obstacle, 5).reversed();
+        }),
+        (least, found)
+    );
+    let (more, found) = sizes(|_, _| ());
+    assert!(more[0] > least[0] && more[1] > least[1]);
+    assert_eq!(found, [3, 7]);
+    let (_, found) = sizes(|core, border| {
+        core.input_points = vec![false; 4];
+        for (_, part) in core.edge_sources.iter_mut().chain(&mut border.edge_sources) {
+            *part = part.cut(false, false);
+        }
+    });
+    assert_eq!(found, [0, 0]);
 }
 
 #[test]
 fn the_half_edges_of_an_edge_see_its_sources_in_opposite_directions() {
     let tile = open(&full_drafts()).unwrap();
-    let of = |half_edge: u32| tile.edge_sources(HalfEdge(half_edge)).collect::<Vec<_>>();
+    let of = |half_edge: u32| {
+        let parts: Vec<LinePart> = tile.edge_parts(HalfEdge(half_edge)).collect();
+        let sources: Vec<EdgeSource> = tile.edge_sources(HalfEdge(half_edge)).collect();
+        assert!(parts.iter().map(|part| part.source()).eq(sources));
+        parts
+    };
     let (wall, obstacle) = (source(LineKind::Wall, 3), source(LineKind::Obstacle, 5));
     assert_eq!(of(2), [wall, obstacle]);
     assert_eq!(of(3), [wall, obstacle.reversed()]);
     for half_edge in [1, 8] {
         assert_eq!(of(half_edge), [source(LineKind::BreakLine, 0)]);
     }
-    assert_eq!((of(5), of(6)), (vec![obstacle.reversed()], vec![wall]));
+    let beginning = obstacle.reversed().cut(true, false);
+    assert_eq!((of(5), of(6)), (vec![beginning], vec![wall]));
+    assert_eq!((beginning.begins(), beginning.ends()), (true, false));
     for half_edge in [0, 4, 7] {
         assert_eq!(of(half_edge), []);
     }
@@ -263,7 +319,7 @@ fn all_corners_have_a_finite_z_or_none_has() {
 #[test]
 fn drafts_that_contradict_themselves_are_rejected() {
     type Fault = fn(&mut CoreDraft, &mut BorderDraft);
-    let faults: [(&str, Fault); 12] = [
+    let faults: [(&str, Fault); 13] = [
         ("a wall is no constraint", |core, _| core.constraints[0] = 0b001_110),
         ("the border: a wall", |_, border| border.constraints[0] = 0b010_101),
         ("have 3 components", |core, _| core.components.push(1)),
@@ -276,6 +332,9 @@ fn drafts_that_contradict_themselves_are_rejected() {
         ("a site", |core, _| core.sites.swap(1, 2)),
         ("the ids of the sites", |core, _| _ = core.site_ids.pop()),
         ("or ids their sites", |core, _| core.sites.clear()),
+        ("2 bytes of input points, not 1", |core, _| {
+            core.input_points.resize(9, true)
+        }),
     ];
     for (reason, fault) in faults {
         let (mut core, mut border) = full_drafts();
@@ -288,12 +347,34 @@ fn drafts_that_contradict_themselves_are_rejected() {
 /// Contradictions that no draft can express.
 #[test]
 fn a_border_with_only_one_of_two_matching_tables_is_rejected() {
-    type Fault = for<'b> fn(&mut schema::BorderArgs<'b>, [flatbuffers::WIPOffset<schema::Packed<'b>>; 2]);
-    let faults: [(&str, Fault); 3] = [
+    /// What a fault may put into the border.
+    struct Offered<'b> {
+        one: flatbuffers::WIPOffset<schema::Packed<'b>>,
+        three: flatbuffers::WIPOffset<schema::Packed<'b>>,
+        largest: flatbuffers::WIPOffset<schema::Packed<'b>>,
+        /// This many bytes.
+        bytes: [flatbuffers::WIPOffset<flatbuffers::Vector<'b, u8>>; 3],
+    }
+    type Fault = for<'b> fn(&mut schema::BorderArgs<'b>, Offered<'b>);
+    let faults: [(&str, Fault); 7] = [
         ("", |_, _| ()),
-        ("edges lack their sources", |args, [one, _]| args.edge_sides = Some(one)),
-        ("1 edges have 3 sources", |args, [one, three]| {
-            (args.edge_sides, args.edge_sources) = (Some(one), Some(three));
+        ("edges lack their sources", |args, it| args.edge_sides = Some(it.one)),
+        ("1 edges have 3 sources", |args, it| {
+            (args.edge_sides, args.edge_sources) = (Some(it.one), Some(it.three));
+        }),
+        ("ends of segments, but no sources", |args, it| {
+            args.segment_ends = Some(it.bytes[1]);
+        }),
+        ("2 bytes of ends of segments, not 1", |args, it| {
+            (args.edge_sides, args.edge_sources) = (Some(it.one), Some(it.one));
+            args.segment_ends = Some(it.bytes[2]);
+        }),
+        ("0 bytes of ends of segments, not 1", |args, it| {
+            (args.edge_sides, args.edge_sources) = (Some(it.one), Some(it.one));
+            args.segment_ends = Some(it.bytes[0]);
+        }),
+        ("the number of a line is too large", |args, it| {
+            (args.edge_sides, args.edge_sources) = (Some(it.one), Some(it.largest));
         }),
     ];
     let (core, border) = drafts();
@@ -320,8 +401,16 @@ fn a_border_with_only_one_of_two_matching_tables_is_rejected() {
             neighbours: Some(write(&[7, 7, 1])),
             ..schema::BorderArgs::default()
         };
-        let offered = [&[0][..], &[0, 1, 2]].map(&mut write);
+        let offered = [&[0][..], &[0, 1, 2], &[1 << 62]].map(&mut write);
+        let [one, three, largest] = offered;
+        let bytes = [&[][..], &[3], &[3, 3]].map(|bytes: &[u8]| builder.create_vector(bytes));
         args.foreign = Some(builder.create_vector(&right.foreign().iter().copied().collect::<Vec<_>>()));
+        let offered = Offered {
+            one,
+            three,
+            largest,
+            bytes,
+        };
         fault(&mut args, offered);
         let root = schema::Border::create(&mut builder, &args);
         builder.finish(root, None);
@@ -367,7 +456,10 @@ fn random_bytes_are_rejected_or_give_a_tile_that_does_not_panic() {
         };
         outcomes[1] += 1;
         for half_edge in (0..3 * tile.triangle_count()).map(HalfEdge) {
-            let sources = tile.edge_sources(half_edge).filter(|source| source.is_wall()).count();
+            let sources = tile
+                .edge_parts(half_edge)
+                .filter(|part| part.is_wall() || part.ends())
+                .count();
             assert!(sources < 1000 && (tile.is_constraint(half_edge) || !tile.is_wall(half_edge)));
         }
         for triangle in tile.triangle_ids() {
@@ -376,6 +468,12 @@ fn random_bytes_are_rejected_or_give_a_tile_that_does_not_panic() {
             assert_eq!(told, (region, depth, is_hole));
         }
         assert!(tile.sites().all(|site| tile.is_site(site.vertex)));
+        assert!(
+            tile.vertex_indices()
+                .filter(|&vertex| tile.is_input_point(vertex))
+                .count()
+                <= 4
+        );
         assert_eq!(tile.sites().count(), tile.site_count() as usize);
         assert!(tile.byte_size() < 100_000);
         let heights = tile

@@ -14,8 +14,8 @@ fn at(step: usize) -> Point {
 fn model(tile_vertices: usize) -> Model {
     let points: Vec<Point> = (0..40).map(at).collect();
     let lines = [
-        ([at(38), at(0)], EdgeSource::new(LineKind::BreakLine, 0)),
-        ([at(10), at(30)], EdgeSource::new(LineKind::Wall, 1)),
+        ([at(38), at(0)], EdgeSource::new(LineKind::BreakLine, 0).into()),
+        ([at(10), at(30)], EdgeSource::new(LineKind::Wall, 1).into()),
     ];
     Model::with_lines(&points, &lines, &[], tile_vertices)
 }

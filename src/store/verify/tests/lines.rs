@@ -4,9 +4,11 @@ use crate::geometry::{Point, VertexIndex};
 use crate::input::{SiteBatch, SiteId};
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::ids::VertexId;
+use crate::store::format::line_part::LinePart;
 use crate::store::pass::Needs;
+use crate::store::verify::edge_entry::count;
 use crate::store::verify::error::VerifyError;
-use crate::store::verify::lines::{LineBatch, count};
+use crate::store::verify::lines::LineBatch;
 use crate::store::verify::tests::grid;
 use crate::store::verify::tests::model::{Model, Sourced, pair, run};
 use LineKind::{BreakLine, Obstacle, Wall};
@@ -23,7 +25,9 @@ fn at((x, y): (f64, f64)) -> Point {
 }
 
 fn chain(source: EdgeSource, corners: &[(f64, f64)]) -> Vec<Sourced> {
-    let segments = corners.windows(2).map(|ends| ([at(ends[0]), at(ends[1])], source));
+    let segments = corners
+        .windows(2)
+        .map(|ends| ([at(ends[0]), at(ends[1])], source.into()));
     segments.collect()
 }
 
@@ -86,7 +90,7 @@ impl Town {
     }
 
     /// Returns the edges and their sources, each with the tile that has them.
-    fn edges(&self) -> Vec<(usize, [VertexId; 2], Vec<EdgeSource>)> {
+    fn edges(&self) -> Vec<(usize, [VertexId; 2], Vec<LinePart>)> {
         let tiles = self.model.tiles.iter().enumerate();
         let edges = tiles.flat_map(|(tile, its)| its.sources.iter().map(move |(e, s)| (tile, *e, s.clone())));
         let mut edges: Vec<_> = edges.collect();
@@ -187,7 +191,7 @@ fn an_edge_without_one_of_its_sources_is_found() {
 #[test]
 fn an_additional_source_is_found() {
     for town in Town::all() {
-        let lines = town.lines.iter().map(|(_, source)| *source);
+        let lines = town.lines.iter().map(|(_, part)| part.source());
         let unknown = [BreakLine, Wall, Obstacle].map(|kind| EdgeSource::new(kind, 99));
         let all: Vec<EdgeSource> = lines
             .chain(unknown)
@@ -199,9 +203,12 @@ fn an_additional_source_is_found() {
             .flat_map(|edge| all.iter().map(move |source| (edge, *source)));
         let (mut repeated, mut others) = (0, 0);
         for ((tile, edge, sources), source) in pairs.step_by(61) {
-            let wrong = town.but(|m| m.tiles[*tile].sources.get_mut(edge).unwrap().push(source));
+            // One more of the same source has the same ends.
+            let same = sources.iter().find(|part| part.source() == source);
+            let part = same.copied().unwrap_or_else(|| LinePart::whole(source));
+            let wrong = town.but(|m| m.tiles[*tile].sources.get_mut(edge).unwrap().push(part));
             let text = complaint(&wrong, &town.lines);
-            if sources.contains(&source) && source.kind() != Obstacle {
+            if same.is_some() && source.kind() != Obstacle {
                 repeated += 1;
                 assert!(text.contains("more than once"), "{text}: {source:?} beside {sources:?}");
             } else {
@@ -241,7 +248,7 @@ fn a_constraint_that_is_not_in_the_input_is_found() {
                         edge[1]
                     };
                     if let Some(source) = source {
-                        m.tiles[owner.tile.0 as usize].sources.insert(edge, vec![source]);
+                        m.tiles[owner.tile.0 as usize].sources.insert(edge, vec![source.into()]);
                     }
                     m.tiles.iter_mut().for_each(|tile| _ = tile.constraints.insert(edge));
                 })
@@ -276,13 +283,17 @@ fn a_segment_missing_from_the_input_is_found() {
         for missing in 0..town.lines.len() {
             let mut lines = town.lines.clone();
             let (ends, _) = lines.remove(missing);
-            // Other segments cover it, or it has no length.
-            if ends == [at((6.0, 6.0)), at((3.0, 3.0))] || ends[0] == ends[1] {
+            if ends[0] == ends[1] {
                 compare(&town.model, &lines).unwrap();
                 continue;
             }
             let text = complaint(&town.model, &lines);
-            assert!(text.contains("but not of the input"), "{missing}: {text}");
+            let expected = match ends == [at((6.0, 6.0)), at((3.0, 3.0))] {
+                // Another segment of the line covers it, but passes its ends.
+                true => "has no end of a segment of its line where the file says so",
+                false => "but not of the input",
+            };
+            assert!(text.contains(expected), "{missing}: {text}");
         }
         assert!(complaint(&town.model, &[]).contains("but not of the input"));
     }
@@ -317,7 +328,7 @@ fn a_segment_that_the_file_does_not_have_is_found() {
         for (segment, &(ends, source)) in segments.step_by(2) {
             for kind in [BreakLine, Wall, Obstacle] {
                 for number in [source.number(), source.number() + 1] {
-                    let other = EdgeSource::new(kind, number);
+                    let other = LinePart::whole(EdgeSource::new(kind, number));
                     if other != source {
                         let mut lines = town.lines.clone();
                         lines[segment] = (ends, other);

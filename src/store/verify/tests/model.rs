@@ -14,10 +14,10 @@ use crate::store::directory_writer::front_end_for;
 use crate::store::format::component_table::{Component, ComponentRecord, encode};
 use crate::store::format::digest::Digest;
 use crate::store::format::directory::Directory;
-use crate::store::format::edge_source::EdgeSource;
 use crate::store::format::encode::{BorderDraft, CoreDraft};
 use crate::store::format::entry::TileEntry;
 use crate::store::format::ids::{TileId, VertexId};
+use crate::store::format::line_part::LinePart;
 use crate::store::format::tile::Tile;
 pub(crate) use crate::store::format::tile::edges::TileEdge;
 use crate::store::reader::{OpenOptions, TileReader};
@@ -29,7 +29,7 @@ use crate::{BuildOptions, Builder, MissingZ};
 pub(super) type Named = [VertexId; 3];
 
 /// A segment, and the source that it gives to the edges along it.
-pub(super) type Sourced = ([Point; 2], EdgeSource);
+pub(super) type Sourced = ([Point; 2], LinePart);
 
 /// A change of what a component table says of a component.
 pub(super) type TableChange = fn(&mut ComponentRecord);
@@ -49,6 +49,8 @@ pub(super) struct Model {
 pub(super) struct ModelTile {
     pub(super) points: Vec<Point>,
     pub(super) z: Vec<f64>,
+    /// Whether a point of the input lies at each vertex.
+    pub(super) input_points: Vec<bool>,
     pub(super) core: Vec<Named>,
     pub(super) border: Vec<Named>,
     /// Points at which the tile stores foreign vertices, if they differ from the real ones.
@@ -60,7 +62,7 @@ pub(super) struct ModelTile {
     /// The constraints that the tile stores as walls.
     pub(super) walls: HashSet<[VertexId; 2]>,
     /// The sources that the tile stores for them, as seen from the first vertex to the second.
-    pub(super) sources: HashMap<[VertexId; 2], Vec<EdgeSource>>,
+    pub(super) sources: HashMap<[VertexId; 2], Vec<LinePart>>,
     /// The components that the tile stores for its triangles.
     pub(super) labels: HashMap<Named, Component>,
     /// Vertices and numbers of its sites.
@@ -100,12 +102,13 @@ impl ModelTile {
         let half_edges = || tile.half_edges().map(TileEdge::HalfEdge);
         let sources = tile.owned_constraints().map(|edge| {
             let is_forward = directed(edge) == unordered(edge);
-            let seen = |source: EdgeSource| if is_forward { source } else { source.reversed() };
-            (unordered(edge), tile.edge_sources(edge).map(seen).collect())
+            let seen = |part: LinePart| if is_forward { part } else { part.reversed() };
+            (unordered(edge), tile.edge_parts(edge).map(seen).collect())
         });
         Self {
             points: tile.points().collect(),
             z: tile.vertex_indices().filter_map(|v| tile.z(v)).collect(),
+            input_points: tile.vertex_indices().map(|v| tile.is_input_point(v)).collect(),
             core: all()
                 .filter(|(t, _)| t.0 < tile.core_triangle_count())
                 .map(|(_, t)| t)
@@ -222,6 +225,10 @@ impl Model {
 
     /// Encodes the model as a file in memory, and opens it.
     pub(super) async fn open(&self) -> TileReader {
+        self.open_with(OpenOptions::default()).await
+    }
+
+    pub(super) async fn open_with(&self, options: OpenOptions) -> TileReader {
         let file = MemoryFile::default();
         let mut writer = TileWriter::new(file.clone(), front_end_for(2));
         let mut entries = Vec::new();
@@ -256,7 +263,7 @@ impl Model {
         let mut metadata = self.directory.metadata.clone();
         metadata.vertices = entries.iter().map(|e| u64::from(e.vertices)).sum();
         metadata.triangles = entries.iter().map(|e| u64::from(e.owned_triangles)).sum();
-        (metadata.points, metadata.duplicates, metadata.ends) = (metadata.vertices, 0, 0);
+        (metadata.points, metadata.duplicates) = (metadata.vertices - metadata.ends, 0);
         metadata.bounds = entries.iter().fold(Rect::EMPTY, |all, e| all.union(e.bounds));
         metadata.tile_vertices = 1000;
         metadata.digest = digest;
@@ -271,9 +278,7 @@ impl Model {
         let (lists, tree) = (self.directory.lists.clone(), self.directory.tree.clone());
         let directory = Directory::new(metadata, lists, tree, entries);
         writer.finish(&directory).await.unwrap();
-        TileReader::open_source(file, "wrong", OpenOptions::default())
-            .await
-            .unwrap()
+        TileReader::open_source(file, "wrong", options).await.unwrap()
     }
 
     /// Returns the records of a tile's components after the model's changes of them.
@@ -351,7 +356,7 @@ impl Model {
             let Some(&key) = forward.into_iter().chain(backward).min() else {
                 continue;
             };
-            let seen = |source: &EdgeSource| {
+            let seen = |source: &LinePart| {
                 if forward == Some(&key) {
                     *source
                 } else {
@@ -366,7 +371,7 @@ impl Model {
         if is_on_line {
             let all = tile.sources.iter().map(|(&[a, b], sources)| {
                 let is_forward = at(a).lex_cmp(at(b)).is_lt();
-                let seen = |source: &EdgeSource| if is_forward { *source } else { source.reversed() };
+                let seen = |source: &LinePart| if is_forward { *source } else { source.reversed() };
                 let ends = if is_forward { [a, b] } else { [b, a] };
                 (ends.map(corner), sources.iter().map(seen).collect::<Vec<_>>())
             });
@@ -411,6 +416,7 @@ impl Model {
             points: tile.points.clone(),
             z: tile.z.clone(),
             records: (0..own.into()).collect(),
+            input_points: tile.input_points.clone(),
             triangles: triangles[..tile.core.len()].to_vec(),
             neighbours: core_neighbours,
             constraints: bits(&tile.core),

@@ -1,6 +1,7 @@
 //! Models in which the obstacles together cover what they should, but one of them does not.
 
 use crate::store::format::edge_source::{EdgeSource, LineKind};
+use crate::store::format::line_part::{LinePart, join_equal};
 use crate::store::format::polygon_lines::PolygonLine;
 use crate::store::verify::error::VerifyError;
 use crate::store::verify::tests::model::Model;
@@ -10,7 +11,14 @@ use crate::store::verify::tests::town::{Town, towns};
 fn change(town: &Town, with: impl Fn(EdgeSource) -> Vec<EdgeSource>) -> Model {
     town.but(|m| {
         for sources in m.tiles.iter_mut().flat_map(|tile| tile.sources.values_mut()) {
-            *sources = sources.iter().flat_map(|source| with(*source)).collect();
+            let others = |part: &LinePart| {
+                let [begins, ends] = part.end_bits();
+                let others = with(part.source()).into_iter();
+                others.map(move |source| LinePart::of(source, begins, ends))
+            };
+            *sources = sources.iter().flat_map(others).collect();
+            sources.sort_unstable();
+            join_equal(sources);
         }
     })
 }

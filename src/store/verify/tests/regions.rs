@@ -65,7 +65,7 @@ fn a_constraint_without_a_source_and_a_source_without_a_constraint_are_found() {
             .map(|[a, b]| pair(a, b));
         for edge in all.filter(|edge| !town.sources.contains_key(edge)).step_by(7) {
             let owner = owner(&town.model, edge);
-            let source = vec![EdgeSource::new(LineKind::BreakLine, 0)];
+            let source = vec![EdgeSource::new(LineKind::BreakLine, 0).into()];
             found(
                 &town.but(|m| _ = m.tiles[owner].sources.insert(edge, source)),
                 "it has sources for edges that are no constraints of its own",

@@ -2,9 +2,9 @@
 
 use super::model::{Model, ModelTile, Named, pair, run, smallest_first};
 use super::town::towns;
-use crate::store::format::edge_source::EdgeSource;
 use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::kd_tree::{KdNode, KdTree};
+use crate::store::format::line_part::LinePart;
 
 /// Numbers the tiles from right to left, by even numbers only.
 fn renumbered(model: &Model) -> Model {
@@ -16,7 +16,7 @@ fn renumbered(model: &Model) -> Model {
     };
     let named = |t: &Named| smallest_first(t.map(vertex));
     let edge = |e: &[VertexId; 2]| pair(vertex(e[0]), vertex(e[1]));
-    let sources = |(e, sources): (&[VertexId; 2], &Vec<EdgeSource>)| {
+    let sources = |(e, sources): (&[VertexId; 2], &Vec<LinePart>)| {
         let is_turned = edge(e) != e.map(vertex);
         let seen = sources.iter().map(|s| if is_turned { s.reversed() } else { *s });
         (edge(e), seen.collect())
@@ -24,6 +24,7 @@ fn renumbered(model: &Model) -> Model {
     let of_tile = |old: &ModelTile| ModelTile {
         points: old.points.clone(),
         z: old.z.clone(),
+        input_points: old.input_points.clone(),
         core: old.core.iter().map(named).collect(),
         border: old.border.iter().map(named).collect(),
         beliefs: old.beliefs.iter().map(|(&v, &p)| (vertex(v), p)).collect(),

@@ -6,6 +6,7 @@ use crate::geometry::Point;
 use crate::store::format::component_table::Component;
 use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::ids::VertexId;
+use crate::store::format::line_part::LinePart;
 use crate::store::format::line_source::LineSource;
 use crate::store::verify::tests::model::{Model, Named, pair};
 use crate::store::verify::tests::{grid, scattered};
@@ -18,7 +19,7 @@ pub(super) struct Town {
     pub(super) model: Model,
     /// The component of each triangle.
     pub(super) labels: HashMap<Named, Component>,
-    pub(super) sources: HashMap<Edge, Vec<EdgeSource>>,
+    pub(super) sources: HashMap<Edge, Vec<LinePart>>,
 }
 
 /// A pseudorandom number generator.
@@ -53,7 +54,7 @@ impl Town {
         edges.sort_unstable();
         edges.dedup();
         let (break_lines, walls) = (BREAK_LINES, edges.len() / 3);
-        let mut sources: HashMap<Edge, Vec<EdgeSource>> = HashMap::new();
+        let mut sources: HashMap<Edge, Vec<LinePart>> = HashMap::new();
         for number in 0..break_lines + walls {
             let kind = if number < break_lines {
                 LineKind::BreakLine
@@ -64,7 +65,7 @@ impl Town {
             sources
                 .entry(edge)
                 .or_default()
-                .push(EdgeSource::new(kind, number as u64));
+                .push(EdgeSource::new(kind, number as u64).into());
         }
         let mut depths: HashMap<Named, i32> = HashMap::new();
         for obstacle in 0..OBSTACLES {
@@ -83,7 +84,7 @@ impl Town {
                     .into_iter()
                     .filter(|&half_edge| neighbour(half_edge).is_none_or(|t| !inside.contains(&t)))
                 {
-                    let source = EdgeSource::new(LineKind::Obstacle, number);
+                    let source = LinePart::whole(EdgeSource::new(LineKind::Obstacle, number));
                     let edge = pair(half_edge[0], half_edge[1]);
                     let seen = if edge == half_edge { source } else { source.reversed() };
                     sources.entry(edge).or_default().push(seen);

@@ -352,9 +352,15 @@ async fn build_points(
 ) -> anyhow::Result<(BuildSummary, InputCounts)> {
     let source = push_points(source, &mut builder, is_filtered, &cancelled).await?;
     let mut read = InputCounts::new(&source, lines);
-    let sources = source.sources().iter().map(|(name, records)| Source {
-        name: name.clone(),
-        records: *records,
+    let mut next_record = 0;
+    let sources = source.sources().iter().map(|(name, records)| {
+        let first = next_record;
+        next_record += records;
+        Source {
+            name: name.clone(),
+            records: *records,
+            first,
+        }
     });
     builder.describe(Description {
         sources: sources.collect(),

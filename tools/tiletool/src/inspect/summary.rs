@@ -76,6 +76,7 @@ struct PartSizes {
 struct InputFile {
     name: String,
     records: u64,
+    first_record: u64,
 }
 
 /// A file that lines came from.
@@ -166,6 +167,7 @@ impl Summary {
         let sources = lists.sources.iter().map(|source| InputFile {
             name: source.name.clone(),
             records: source.records,
+            first_record: source.first,
         });
         Self {
             file: reader.name().to_owned(),

@@ -3,7 +3,7 @@
 use delaunay_tiles::geometry::Rect;
 use delaunay_tiles::geometry::{HalfEdge, TriangleId};
 use delaunay_tiles::mesh::Twin;
-use delaunay_tiles::store::{Directory, Tile};
+use delaunay_tiles::store::{Directory, Tile, TileEdge};
 use serde::Serialize;
 
 use super::numbers::Table;
@@ -18,6 +18,9 @@ pub struct WholeTile {
     cell: Cell,
     vertex_list: Vec<VertexRow>,
     triangle_list: Vec<TriangleRow>,
+    /// The lines along the constraint edges that belong to the tile.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    line_list: Vec<LineRow>,
 }
 
 /// The cell of a tile, which owns its right and top sides. A side at infinity is null.
@@ -37,6 +40,23 @@ struct VertexRow {
     #[serde(skip_serializing_if = "Option::is_none")]
     z: Option<f64>,
     record: u64,
+    /// Whether a point of the input lies at the vertex.
+    input_point: bool,
+}
+
+/// A line along an edge.
+#[derive(Serialize)]
+struct LineRow {
+    /// The tile and the vertex index of the ends of the edge.
+    edge: [(u32, u32); 2],
+    line: u64,
+    kind: String,
+    /// The side on which the interior of an obstacle is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    interior: Option<&'static str>,
+    /// Whether a segment of the line begins at the first end of the edge, and ends at the second.
+    begins: bool,
+    ends: bool,
 }
 
 #[derive(Serialize)]
@@ -72,6 +92,7 @@ impl WholeTile {
             y: tile.point(index).y,
             z: tile.z(index),
             record: tile.record(index),
+            input_point: tile.is_input_point(index),
         });
         Self {
             row: TileRow::new(id.0, &directory.tiles[id.0 as usize]),
@@ -83,6 +104,7 @@ impl WholeTile {
             },
             vertex_list: vertices.collect(),
             triangle_list: tile.triangle_ids().map(|id| triangle(tile, id)).collect(),
+            line_list: tile.owned_constraints().flat_map(|edge| lines(tile, edge)).collect(),
         }
     }
 
@@ -139,27 +161,60 @@ impl WholeTile {
         ] {
             text += &format!("  {name:<11} {value}\n");
         }
-        text + &self.vertex_table() + &self.triangle_table()
+        text + &self.vertex_table() + &self.triangle_table() + &self.line_table()
     }
 
     fn vertex_table(&self) -> String {
         let has_z = self.vertex_list.iter().any(|v| v.z.is_some());
-        let columns: &[&str] = if has_z {
-            &["vertex", "x", "y", "z", "record"]
-        } else {
-            &["vertex", "x", "y", "record"]
-        };
-        let mut table = Table::new(columns);
+        let has_others = self.vertex_list.iter().any(|v| !v.input_point);
+        let columns = [
+            Some("vertex"),
+            Some("x"),
+            Some("y"),
+            has_z.then_some("z"),
+            Some("record"),
+            has_others.then_some("input point"),
+        ];
+        let columns: Vec<&str> = columns.into_iter().flatten().collect();
+        let mut table = Table::new(&columns);
         for v in &self.vertex_list {
             let z = has_z.then(|| v.z.map_or("-".to_owned(), exact));
             let start = [v.index.to_string(), exact(v.x), exact(v.y)].into_iter();
-            table.row(start.chain(z).chain([v.record.to_string()]));
+            let point = has_others.then(|| yes_or_no(v.input_point));
+            table.row(start.chain(z).chain([v.record.to_string()]).chain(point));
         }
         format!("\n{}", table.show(0))
     }
 
+    /// Returns the table of lines, or nothing if there are none.
+    fn line_table(&self) -> String {
+        if self.line_list.is_empty() {
+            return String::new();
+        }
+        let mut table = Table::new(&["from", "to", "line", "kind", "interior", "begins", "ends"]);
+        for row in &self.line_list {
+            let ends = row.edge.map(|vertex| self.corner(vertex));
+            let rest = [
+                row.line.to_string(),
+                row.kind.clone(),
+                row.interior.unwrap_or("-").to_owned(),
+                yes_or_no(row.begins),
+                yes_or_no(row.ends),
+            ];
+            table.row(ends.into_iter().chain(rest));
+        }
+        format!("\n{}", table.show(0))
+    }
+
+    /// Returns a vertex by its index, and by its tile too if that is another one.
+    fn corner(&self, (tile, index): (u32, u32)) -> String {
+        match tile == self.row.id {
+            true => index.to_string(),
+            false => format!("{tile}:{index}"),
+        }
+    }
+
     fn triangle_table(&self) -> String {
-        let id = self.row.id;
         let mut table = Table::new(&[
             "triangle",
             "corner 0",
@@ -172,17 +227,13 @@ impl WholeTile {
             "owned",
         ]);
         for t in &self.triangle_list {
-            let corners = t.corners.map(|(tile, index)| match tile == id {
-                true => index.to_string(),
-                false => format!("{tile}:{index}"),
-            });
+            let corners = t.corners.map(|corner| self.corner(corner));
             let neighbours = t.neighbours.iter().map(|neighbour| match neighbour {
                 Neighbour::Triangle(number) => number.to_string(),
                 Neighbour::None(word) => (*word).to_owned(),
             });
-            let owned = if t.owned { "yes" } else { "no" };
             let start = [t.number.to_string()].into_iter().chain(corners);
-            table.row(start.chain(neighbours).chain([t.part.to_owned(), owned.to_owned()]));
+            table.row(start.chain(neighbours).chain([t.part.to_owned(), yes_or_no(t.owned)]));
         }
         format!("\n{}", table.show(0))
     }
@@ -204,6 +255,26 @@ fn triangle(tile: &Tile, triangle: TriangleId) -> TriangleRow {
         },
         owned: tile.owns(triangle),
     }
+}
+
+/// Returns the lines along an edge.
+fn lines(tile: &Tile, edge: TileEdge) -> impl Iterator<Item = LineRow> {
+    let ends = tile.ends(edge).map(|v| (v.id.tile.0, v.id.index.0));
+    tile.edge_parts(edge).map(move |part| LineRow {
+        edge: ends,
+        line: part.number(),
+        kind: part.kind().to_string(),
+        interior: match part.depth_change() {
+            0 => None,
+            change => Some(if change > 0 { "left" } else { "right" }),
+        },
+        begins: part.begins(),
+        ends: part.ends(),
+    })
+}
+
+fn yes_or_no(value: bool) -> String {
+    if value { "yes" } else { "no" }.to_owned()
 }
 
 /// Formats a number with all its digits, with an exponent instead of many zeros.

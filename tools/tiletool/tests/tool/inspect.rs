@@ -380,3 +380,48 @@ fn a_damaged_file_is_an_error_and_gives_no_map() {
         complaint(case.command(&["--plot", text_of(&map)]), 1);
     }
 }
+
+/// A wall passes vertices of a grid, and begins and ends between them.
+#[test]
+fn tile_prints_what_holds_vertices_and_edges() {
+    let folder = TempDir::new().unwrap();
+    let grid = (0..25).map(|i| format!("{} {}\n", i % 5, i / 5));
+    fs::write(folder.path().join("a.txt"), grid.clone().take(10).collect::<String>()).unwrap();
+    fs::write(folder.path().join("b.txt"), grid.skip(10).collect::<String>()).unwrap();
+    fs::write(folder.path().join("walls.txt"), "0.5 2 3.5 2\n").unwrap();
+    crate::support::run(
+        folder.path(),
+        "build a.txt b.txt --walls walls.txt -o map.tiles --quiet",
+    );
+    let json = crate::support::json(folder.path(), "inspect map.tiles --tile 0 --json");
+    let firsts: Vec<_> = [0, 1].map(|at| json["sources"][at]["first_record"].clone()).to_vec();
+    assert_eq!(firsts, [0, 10]);
+    assert_eq!(json["added_vertices"], 2);
+    let vertices = json["tile"]["vertex_list"].as_array().unwrap();
+    let others = vertices.iter().filter(|vertex| vertex["input_point"] == false);
+    let mut others: Vec<_> = others.map(|vertex| vertex["x"].as_f64().unwrap()).collect();
+    others.sort_by(f64::total_cmp);
+    assert_eq!(others, [0.5, 3.5]);
+    let lines = json["tile"]["line_list"].as_array().unwrap();
+    assert_eq!(lines.len(), 4);
+    for line in lines {
+        assert_eq!((&line["line"], &line["kind"]), (&0.into(), &"wall".into()));
+        let x = |end: usize| {
+            vertices[line["edge"][end][1].as_u64().unwrap() as usize]["x"]
+                .as_f64()
+                .unwrap()
+        };
+        for (key, x) in [("begins", x(0)), ("ends", x(1))] {
+            assert_eq!(line[key].as_bool().unwrap(), x == 0.5 || x == 3.5, "{line}");
+        }
+    }
+    let text = crate::support::run(folder.path(), "inspect map.tiles --tile 0");
+    let blocks: Vec<Vec<_>> = text.split("\n\n").map(|block| block.lines().collect()).collect();
+    assert!(blocks[1][0].ends_with("input point"));
+    assert!(blocks[3][0].contains("begins") && blocks[3].len() == 5);
+    let yes = blocks[3]
+        .iter()
+        .flat_map(|line| line.split_whitespace())
+        .filter(|word| *word == "yes");
+    assert_eq!(yes.count(), 2);
+}
