@@ -102,11 +102,25 @@ struct Workspace {
     cover_changes: Vec<u32>,
 }
 
-/// An entry that contradicts the segments that cover it, and how.
-type Surplus = (TileId, EdgeEntry, &'static str);
+/// How an entry contradicts the segments that cover it. Those that say more come first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Contradiction {
+    TooMany,
+    HiddenEnd,
+}
 
-const TOO_MANY: &str = "is covered by more segments than the file says";
-const HIDDEN_END: &str = "has an end of a segment of its line, but the file does not say so";
+impl Contradiction {
+    fn text(self) -> &'static str {
+        match self {
+            Self::TooMany => "is covered by more segments than the file says",
+            Self::HiddenEnd => "has an end of a segment of its line, but the file does not say so",
+        }
+    }
+}
+
+/// An entry that contradicts the segments that cover it.
+type Surplus = (Contradiction, TileId, EdgeEntry);
+
 const FALSE_END: &str = "has no end of a segment of its line where the file says so";
 
 impl TileReader {
@@ -204,11 +218,14 @@ impl PassReader {
         self.find_lines(part, &mut surplus, plan, &found_bits, &workspaces)
             .await?;
         end.unwrap_or(Ok(()))?;
-        if let Some((_, entry, reason)) = surplus {
-            return Err(wrong(entry.ends, entry.part.source(), reason));
-        }
-        if let Some((tile, number)) = found_bits.first_unset() {
-            return Err(self.not_of_the_input(tile, number).await?);
+        // An edge that is not of the input says more than an end that the input has in its place.
+        let unset = found_bits.first_unset();
+        match (surplus, unset) {
+            (Some((how, _, entry)), None) | (Some((how @ Contradiction::TooMany, _, entry)), _) => {
+                return Err(wrong(entry.ends, entry.part.source(), how.text()));
+            }
+            (_, Some((tile, number))) => return Err(self.not_of_the_input(tile, number).await?),
+            (None, None) => {}
         }
         Ok(VerifyReport {
             tiles: directory.tiles.len() as u64,
@@ -237,12 +254,13 @@ impl PassReader {
         let (of_all, found_bits, workspaces) = (Arc::clone(&part), Arc::clone(found_bits), Arc::clone(workspaces));
         let mut tiles = self.for_some_tiles(groups, plan, move |tile, group| {
             let found = workspaces.with(|workspace| workspace.find(&tile, &of_all, group, &found_bits));
-            found.map(|(entry, reason)| (tile.id(), entry, reason))
+            found.map(|(how, entry)| (how, tile.id(), entry))
         });
         while let Some(found) = tiles.next().await {
             // The first by tile and number does not depend on the parts.
+            let order = |(how, tile, entry): Surplus| (how, tile, entry.number);
             if let Some(found) = found?
-                && surplus.is_none_or(|(tile, entry, _)| (found.0, found.1.number) < (tile, entry.number))
+                && surplus.is_none_or(|first| order(found) < order(first))
             {
                 *surplus = Some(found);
             }
@@ -345,7 +363,7 @@ impl Workspace {
         part: &SegmentPart,
         group: Range<usize>,
         found_bits: &TileBits,
-    ) -> Option<(EdgeEntry, &'static str)> {
+    ) -> Option<(Contradiction, EdgeEntry)> {
         let Self {
             entries,
             sums,
@@ -376,7 +394,7 @@ impl Workspace {
             let fault = find_segment_ends(&entries[start..end], *ends, *part, |number| {
                 found_bits.set(tile.id(), number)
             });
-            surplus = earlier(surplus, fault.map(|entry| (entry, HIDDEN_END)));
+            surplus = earlier(surplus, fault.map(|entry| (Contradiction::HiddenEnd, entry)));
         }
         let mut covers = 0u32;
         for (entry, change) in entries.iter().zip(cover_changes) {
@@ -393,7 +411,7 @@ impl Workspace {
                     true
                 }
             };
-            surplus = earlier(surplus, (!fits).then_some((*entry, TOO_MANY)));
+            surplus = earlier(surplus, (!fits).then_some((Contradiction::TooMany, *entry)));
         }
         surplus
     }
@@ -420,10 +438,13 @@ fn find_segment_ends(
     lacking
 }
 
-/// Returns the contradiction whose entry comes first.
-fn earlier<T>(one: Option<(EdgeEntry, T)>, other: Option<(EdgeEntry, T)>) -> Option<(EdgeEntry, T)> {
+/// Returns the contradiction that says more, or whose entry comes first.
+fn earlier(
+    one: Option<(Contradiction, EdgeEntry)>,
+    other: Option<(Contradiction, EdgeEntry)>,
+) -> Option<(Contradiction, EdgeEntry)> {
     match (one, other) {
-        (Some(one), Some(other)) if other.0.number < one.0.number => Some(other),
+        (Some(one), Some(other)) if (other.0, other.1.number) < (one.0, one.1.number) => Some(other),
         (one, other) => one.or(other),
     }
 }
