@@ -40,8 +40,9 @@ pub(super) struct LinkReport {
     pub(super) ambiguous: Vec<Pair>,
 }
 
-/// Checks the component table of a tile.
-pub(super) fn check(tile: &Tile) -> Result<LinkReport, Fault> {
+/// Checks the component table of a tile. Without regions, there are no constraints, or they are not
+/// known to separate anything.
+pub(super) fn check(tile: &Tile, has_regions: bool) -> Result<LinkReport, Fault> {
     let records = tile.component_records();
     if records.is_empty() {
         return match tile.triangle_count() {
@@ -58,7 +59,9 @@ pub(super) fn check(tile: &Tile) -> Result<LinkReport, Fault> {
         }
     }
     check_content(tile, &records)?;
-    check_connections(tile, &records)?;
+    if has_regions {
+        check_connections(tile, &records)?;
+    }
     links(tile, &records)
 }
 

@@ -1,6 +1,7 @@
 //! Tests that the verifier finds faults. The files are valid ones that were changed consistently,
 //! with right checksums.
 
+mod components;
 mod line;
 mod lines;
 mod model;

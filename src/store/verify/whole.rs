@@ -70,7 +70,10 @@ impl PassReader {
             let cell = cells[tile.id().0 as usize];
             let report = points.with(|points| tile::check(&tile, cell, &shared, points));
             let links = report.and_then(|report| {
-                let links = shared.deep.then(|| components::check(&tile)).transpose()?;
+                let links = shared
+                    .deep
+                    .then(|| components::check(&tile, shared.regions.is_some()))
+                    .transpose()?;
                 Ok((report, links.unwrap_or_default()))
             });
             (tile.id(), links)

@@ -225,6 +225,49 @@ fn refused_edits_change_nothing() {
     });
 }
 
+/// An edit reads the tiles that a line crosses and their neighbours, and writes the former: the
+/// component tables say what it must know of the others.
+#[test]
+fn an_edit_reads_and_writes_only_tiles_near_its_lines() {
+    runtime().block_on(async {
+        let points: Vec<Point> = (0..40_000)
+            .map(|i| Point::new(f64::from(i % 200), f64::from(i / 200)))
+            .collect();
+        let scratch = built(&points, BuildOptions::default().tile_vertices(100)).await.0;
+        let tiles = scratch.open().await.metadata().tiles;
+        assert!(tiles >= 400, "{tiles}");
+        // Lines without and with an obstacle that divides the plane, far apart.
+        let square = [(50.5, 50.5), (57.5, 50.5), (57.5, 57.5), (50.5, 57.5), (50.5, 50.5)];
+        let square = SegmentBatch {
+            ends: square
+                .windows(2)
+                .map(|ends| [ends[0], ends[1]].map(|(x, y)| Point::new(x, y)))
+                .collect(),
+            lines: vec![0; 4],
+            ..SegmentBatch::default()
+        };
+        for (kind, batch) in [
+            (LineKind::Wall, segment((120.0, 130.5), (122.5, 131.0))),
+            (LineKind::Obstacle, square.clone()),
+            (LineKind::BreakLine, segment((10.0, 190.5), (12.5, 191.0))),
+        ] {
+            let mut editor = Editor::open(&scratch.path, ENOUGH).await.unwrap();
+            let before = scratch.open().await.file_length();
+            editor.push(kind, 0, &batch).unwrap();
+            let summary = editor.finish().await.unwrap();
+            // A cell has at most 8 neighbours, and four cells meet where the square is.
+            assert!((1..=9).contains(&summary.tiles_written), "{summary:?}");
+            assert!((1..=40).contains(&summary.tile_reads), "{summary:?}");
+            assert!(summary.file_bytes - before < 200_000, "{summary:?}");
+            let reader = scratch.open().await;
+            reader.verify(true).await.unwrap();
+            assert_eq!(reader.recompute_digest().await.unwrap(), reader.metadata().digest);
+        }
+        let metadata = scratch.open().await.metadata().clone();
+        assert_eq!((metadata.regions, metadata.hole_regions), (2, 1));
+    });
+}
+
 #[test]
 fn tiles_that_are_evicted_repeatedly_do_not_make_the_file_grow() {
     runtime().block_on(async {

@@ -18,28 +18,33 @@ pub(super) struct ModelTable {
 
 /// Returns the components of each tile.
 pub(super) fn tables(model: &Model) -> Vec<ModelTable> {
-    let mut tables: Vec<ModelTable> = model.tiles.iter().map(components).collect();
-    let owners = |t: &Named| {
-        t.iter()
-            .min_by(|a, b| model.point(**a).lex_cmp(model.point(**b)))
-            .unwrap()
-            .tile
+    let has_regions = model.directory.metadata.regions > 0;
+    let of_tile = |tile| {
+        if has_regions {
+            components(tile)
+        } else {
+            one_component(tile)
+        }
     };
+    let mut tables: Vec<ModelTable> = model.tiles.iter().map(of_tile).collect();
     for id in (0..model.tiles.len() as u32).map(TileId) {
         let tile = &model.tiles[id.0 as usize];
         let on_the_left = on_the_left(tile);
         for t in tile.core.iter().chain(&tile.border) {
-            let owner = owners(t);
+            let corners = t.map(|v| (point(model, tile, v), v.tile));
+            let owner = corners.iter().min_by(|a, b| a.0.lex_cmp(b.0)).unwrap().1;
             let number = tables[id.0 as usize].of_triangles[t];
-            let at_owner = tables[owner.0 as usize].of_triangles.get(t).copied();
+            let at_owner = tables.get(owner.0 as usize);
+            let at_owner = at_owner.and_then(|table| table.of_triangles.get(t).copied());
             let record = &mut tables[id.0 as usize].records[number as usize];
+            let points = corners.map(|(point, _)| point);
             if owner == id {
-                record.triangles.add_hash(triangle_hash(t.map(|v| model.point(v))));
+                record.triangles.add_hash(triangle_hash(points));
             } else {
                 let number = at_owner.unwrap_or(0);
                 record.links.push(ComponentId { tile: owner, number });
             }
-            describe(model, id, &on_the_left, t, record);
+            describe(model, id, &on_the_left, (t, points), record);
         }
     }
     for record in tables.iter_mut().flat_map(|table| &mut table.records) {
@@ -47,6 +52,26 @@ pub(super) fn tables(model: &Model) -> Vec<ModelTable> {
         record.links.dedup();
     }
     tables
+}
+
+/// Returns the point at which a tile stores a vertex.
+fn point(model: &Model, tile: &ModelTile, v: VertexId) -> Point {
+    let owner = model.tiles.get(v.tile.0 as usize);
+    let right = owner.and_then(|owner| owner.points.get(v.index.index()));
+    let stored = tile.beliefs.get(&v).or(right);
+    stored.copied().unwrap_or(Point::new(0.0, 0.0))
+}
+
+/// Returns the component of all triangles of a tile in a file without regions.
+fn one_component(tile: &ModelTile) -> ModelTable {
+    let record = ComponentRecord {
+        component: tile.labels.values().next().copied().unwrap_or_default(),
+        ..ComponentRecord::default()
+    };
+    ModelTable {
+        of_triangles: tile.core.iter().chain(&tile.border).map(|t| (*t, 0)).collect(),
+        records: vec![record],
+    }
 }
 
 fn half_edges(t: &Named) -> [[VertexId; 2]; 3] {
@@ -102,17 +127,15 @@ fn describe(
     model: &Model,
     id: TileId,
     on_the_left: &HashMap<[VertexId; 2], Named>,
-    t: &Named,
+    (t, [a, b, c]): (&Named, [Point; 3]),
     record: &mut ComponentRecord,
 ) {
-    let edges = half_edges(t);
     let has_seed = |seed: &Point| {
-        let ends = edges.map(|half_edge| half_edge.map(|v| model.point(v)));
-        ends.iter()
-            .all(|&[a, b]| orient2d(a, b, seed.normalized()) != Orientation::Clockwise)
+        let is_beside = |[from, to]: [Point; 2]| orient2d(from, to, seed.normalized()) == Orientation::Clockwise;
+        ![[a, b], [b, c], [c, a]].into_iter().any(is_beside)
     };
     record.is_seeded |= model.directory.lists.hole_points.iter().any(has_seed);
-    for [a, b] in edges {
+    for [a, b] in half_edges(t) {
         // The other triangle at an edge of a vertex of the tile is in the tile.
         let is_hull = !on_the_left.contains_key(&[b, a]) && (a.tile == id || b.tile == id);
         if is_hull {
