@@ -12,11 +12,11 @@ use tokio::sync::{MappedMutexGuard, Mutex, MutexGuard, oneshot};
 
 use crate::edit::contradiction::Contradiction;
 use crate::edit::error::EditError;
-use crate::edit::parts::TileParts;
 use crate::edit::regions::RegionLabels;
 use crate::edit::target::Target;
 use crate::edit::tile::EditTile;
 use crate::edit::tile::drafts::Counts;
+use crate::edit::tile::parts::TileParts;
 use crate::edit::workers::Workers;
 use crate::io::{Buffers, ReadAt, ThreadsFile};
 use crate::store::{

@@ -25,7 +25,6 @@ mod ends;
 mod error;
 mod exchange;
 mod labelling;
-mod parts;
 mod patch;
 mod region_numbers;
 mod regions;

@@ -18,10 +18,10 @@ use std::collections::BTreeSet;
 use crate::collections::union_find::{UnionFind, WeightedUnionFind};
 use crate::constraints::seeds::{HoleRules, Seeds};
 use crate::edit::error::EditError;
-use crate::edit::parts::TileParts;
 use crate::edit::region_numbers::{NEW, ToNumber, number_regions};
 use crate::edit::shared::SharedTriangles;
 use crate::edit::tile::EditTile;
+use crate::edit::tile::parts::TileParts;
 use crate::geometry::{HalfEdge, TriangleId};
 use crate::mesh::{Topology, Twin};
 use crate::store::{

@@ -5,6 +5,7 @@
 mod digest;
 pub(crate) mod drafts;
 pub(crate) mod hubs;
+pub(crate) mod parts;
 mod replace;
 mod sources;
 mod topology;

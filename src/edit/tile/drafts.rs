@@ -3,8 +3,8 @@
 //! Triangles whose corners are all the tile's own go to the core, the others to the border. So a
 //! triangle that was late when the tile was first written may be in the core now.
 
-use crate::edit::parts::TileParts;
 use crate::edit::tile::EditTile;
+use crate::edit::tile::parts::TileParts;
 use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, Rect, TriangleId};
 use crate::mesh::{Topology, Twin};

@@ -30,6 +30,16 @@ pub struct FilePart {
     crc: usize,
 }
 
+/// Returns, for each page that has a vector in this slot, the bytes of its elements, which have
+/// `size` bytes each.
+fn vectors(bytes: &[u8], pages: &[FilePart], slot: usize, size: usize) -> Vec<Range<usize>> {
+    let found = pages.iter().filter_map(|page| {
+        let (first, count) = Table::root(&bytes[page.at..]).vector(slot)?;
+        Some(page.at + first..page.at + first + count * size)
+    });
+    found.collect()
+}
+
 /// A file whose parts are known.
 #[derive(Clone)]
 pub struct Patient {
@@ -84,13 +94,8 @@ impl Patient {
                 crc: page + 4,
             })
             .collect();
-        let entries: Vec<usize> = pages
-            .iter()
-            .flat_map(|page| {
-                let (first, count) = Table::root(&bytes[page.at..]).vector(ENTRIES).unwrap();
-                (0..count).map(move |i| page.at + first + ENTRY * i)
-            })
-            .collect();
+        let entries = vectors(&bytes, &pages, ENTRIES, ENTRY);
+        let entries: Vec<usize> = entries.into_iter().flat_map(|all| all.step_by(ENTRY)).collect();
         let part = |entry: &usize, which: usize| FilePart {
             at: u64_at(&bytes, entry + 8 * which) as usize,
             length: u32_at(&bytes, entry + 16 + 4 * which) as usize,
@@ -98,13 +103,7 @@ impl Patient {
         };
         let cores = entries.iter().map(|entry| part(entry, 0)).collect();
         let borders = entries.iter().map(|entry| part(entry, 1)).collect();
-        let in_pages = |slot, bytes_each: usize| -> Vec<Range<usize>> {
-            let found = pages.iter().filter_map(|page| {
-                let (first, count) = Table::root(&bytes[page.at..]).vector(slot)?;
-                Some(page.at + first..page.at + first + count * bytes_each)
-            });
-            found.collect()
-        };
+        let in_pages = |slot, size| vectors(&bytes, &pages, slot, size);
         let tables_apart = in_pages(TABLES_APART, PART_EXTENT);
         let tables = tables_apart.iter().flat_map(|all| all.clone().step_by(PART_EXTENT));
         Self {
