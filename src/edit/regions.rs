@@ -174,6 +174,7 @@ impl RegionJoin {
             self.describe(tile, triangle, &mut records[parts.of_triangle(triangle) as usize]);
         }
         self.add_nodes(tile.id, records)?;
+        self.link_within(tile, parts, &order);
         let id = |triangle: TriangleId| ComponentId {
             tile: tile.id,
             number: parts.of_triangle(triangle),
@@ -208,6 +209,39 @@ impl RegionJoin {
             self.deepen([left, right], change, sources.first().map(|part| part.source()))?;
         }
         Ok(())
+    }
+
+    /// Links the parts of a fresh tile that are connected within it. There are such parts if they are
+    /// the components that a build gave to a core.
+    fn link_within(&mut self, tile: &EditTile, parts: &TileParts, order: &[TriangleId]) {
+        let first = self.first[tile.id.0 as usize];
+        let mut linked = UnionFind::new(parts.count());
+        let half_edges = order.iter().flat_map(|&triangle| HalfEdge::of_triangle(triangle));
+        for half_edge in half_edges.filter(|&half_edge| !tile.is_constraint(half_edge)) {
+            let Twin::HalfEdge(twin) = tile.twin(half_edge) else {
+                continue;
+            };
+            let both = [half_edge, twin].map(|half_edge| parts.of_triangle(half_edge.triangle()));
+            if both[0] < both[1] {
+                linked.union(both[0], both[1]);
+                self.regions.union(first + both[0], first + both[1]);
+                self.depths.union(first + both[0], first + both[1], 0);
+            }
+        }
+        let mut of_sets = vec![NONE; parts.count() as usize];
+        for number in 0..parts.count() {
+            let first_linked = &mut of_sets[linked.find(number) as usize];
+            if *first_linked == NONE {
+                *first_linked = number;
+                continue;
+            }
+            let link = ComponentId {
+                tile: tile.id,
+                number: *first_linked,
+            };
+            self.records[tile.id.0 as usize][number as usize].links.push(link);
+            self.links += 1;
+        }
     }
 
     /// Adds what a triangle of a fresh tile says of its component.

@@ -12,8 +12,9 @@ pub(crate) struct SharedTriangles {
 
 /// The components that have a triangle, in the tiles that have come.
 struct Waiting {
-    components: [Option<ComponentId>; 3],
-    /// The number of tiles that are left.
+    components: [ComponentId; 2],
+    /// The number of these that there are, and the number of tiles that are left.
+    came: u8,
     left: u8,
 }
 
@@ -31,16 +32,22 @@ impl SharedTriangles {
         ids.sort_unstable();
         let tiles = 1 + u8::from(ids[0].tile != ids[1].tile) + u8::from(ids[1].tile != ids[2].tile);
         let waiting = self.waiting.entry(ids).or_insert(Waiting {
-            components: [None; 3],
+            components: [component; 2],
+            came: 0,
             left: tiles,
         });
-        if let Some(free) = waiting.components.iter_mut().find(|component| component.is_none()) {
-            *free = Some(component);
-            waiting.left -= 1;
-        }
         let mut all = [None; 3];
-        if waiting.left == 0 {
-            all = waiting.components;
+        waiting.left = waiting.left.saturating_sub(1);
+        if waiting.left > 0 {
+            if let Some(place) = waiting.components.get_mut(usize::from(waiting.came)) {
+                *place = component;
+            }
+            waiting.came += 1;
+        } else {
+            let others = waiting.components.iter().take(waiting.came.into());
+            let came = others.copied().chain([component]);
+            came.zip(&mut all)
+                .for_each(|(component, place)| *place = Some(component));
             self.waiting.remove(&ids);
         }
         let at_owner = all.into_iter().flatten().find(|component| component.tile == owner);
@@ -58,6 +65,6 @@ impl SharedTriangles {
 
     /// Returns the bytes of memory that it takes.
     pub(crate) fn byte_size(&self) -> u64 {
-        128 * self.waiting.len() as u64
+        64 * self.waiting.len() as u64
     }
 }

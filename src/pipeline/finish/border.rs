@@ -72,6 +72,41 @@ pub(crate) fn assemble(
         edge_sources,
         edges,
     };
+    let Labelled {
+        mut of_late,
+        records,
+        closed_holes,
+    } = labelled(tile, state, group, mesh, regions);
+    for record in records.iter().filter(|record| record.component.is_hole) {
+        digest.holes += record.triangles;
+    }
+    if of_late.iter().any(|&component| component > 0) {
+        draft.components.append(&mut of_late);
+    }
+    Border {
+        draft,
+        records,
+        digest,
+        bounds: mesh.bounds,
+        closed_holes,
+    }
+}
+
+/// The components of a tile with their regions.
+struct Labelled {
+    /// The component of each late triangle.
+    of_late: Vec<u32>,
+    records: Vec<ComponentRecord>,
+    closed_holes: u64,
+}
+
+fn labelled(
+    tile: TileId,
+    state: &TileState,
+    group: &GroupBorders,
+    mesh: &BorderMesh,
+    regions: TileRegions<'_>,
+) -> Labelled {
     let components = match regions {
         TileRegions::One => TileComponents::one(mesh),
         _ => TileComponents::of(mesh, state),
@@ -98,20 +133,12 @@ pub(crate) fn assemble(
             for &component in seeded {
                 records[component as usize].is_seeded = true;
             }
-            let in_holes = records.iter().filter(|record| record.component.is_hole);
-            in_holes.for_each(|record| digest.holes += record.triangles);
             (records, closed_holes)
         }
     };
-    draft.components = components.of_late;
-    if draft.components.iter().all(|&component| component == 0) {
-        draft.components.clear();
-    }
-    Border {
-        draft,
+    Labelled {
+        of_late: components.of_late,
         records,
-        digest,
-        bounds: mesh.bounds,
         closed_holes,
     }
 }

@@ -173,8 +173,7 @@ pub(super) fn check(tile: &Tile, claims: &RegionClaims, bounds: Rect) -> Result<
             "it has sources for edges that are no constraints of its own",
         ));
     }
-    mark_seeds(tile, claims, bounds, &mut components);
-    check_seeded(tile, claims, &components)?;
+    mark_seeds(tile, claims, bounds, &mut components)?;
     let regions = joined(components)?;
     // The one component of a tile without triangles has no region.
     let regions: Vec<Region> = regions.into_iter().filter(|r| r.flags.has(RegionFlags::SEEN)).collect();
@@ -298,10 +297,12 @@ fn check_edge(tile: &Tile, half_edge: HalfEdge, claims: &RegionClaims) -> Result
     Ok(EdgeRole::OwnedConstraint(obstacles))
 }
 
-/// Finds the seeds in triangles of the tile, and sets the flags of their components.
-fn mark_seeds(tile: &Tile, claims: &RegionClaims, bounds: Rect, components: &mut [Region]) {
+/// Finds the seeds in triangles of the tile, and sets the flags of their components. Checks that the
+/// component table says the same.
+fn mark_seeds(tile: &Tile, claims: &RegionClaims, bounds: Rect, components: &mut [Region]) -> Result<(), Fault> {
+    check_seeded(tile, claims)?;
     if claims.seeds_within(bounds.min_x, bounds.max_x).is_empty() {
-        return;
+        return Ok(());
     }
     for triangle in tile.owned_triangles() {
         let corners = tile.triangle_points(triangle);
@@ -312,26 +313,26 @@ fn mark_seeds(tile: &Tile, claims: &RegionClaims, bounds: Rect, components: &mut
             }
         }
     }
+    Ok(())
 }
 
 /// Checks that the component table says of a component that there is a seed in it if there is one,
 /// and only if one at least touches it.
-fn check_seeded(tile: &Tile, claims: &RegionClaims, components: &[Region]) -> Result<(), Fault> {
-    let records = tile.component_records();
-    let mut is_touched = vec![false; records.len()];
-    if records.iter().any(|record| record.is_seeded) {
+fn check_seeded(tile: &Tile, claims: &RegionClaims) -> Result<(), Fault> {
+    let mut found = vec![RegionFlags::default(); tile.component_count() as usize];
+    if !claims.seeds.is_empty() {
         for triangle in tile.triangle_ids() {
             let corners = tile.triangle_points(triangle);
             let around = Rect::around(corners);
-            let seeds = claims.seeds_within(around.min_x, around.max_x);
-            is_touched[tile.component_number(triangle) as usize] |= seeds
-                .iter()
-                .any(|&seed| seed_flag(tile, triangle, corners, seed).is_some());
+            let seeds = claims.seeds_within(around.min_x, around.max_x).iter();
+            let flags = seeds.filter_map(|&seed| seed_flag(tile, triangle, corners, seed));
+            let component = &mut found[tile.component_number(triangle) as usize];
+            flags.for_each(|flag| component.add(flag));
         }
     }
-    for (((record, component), is_touched), number) in records.iter().zip(components).zip(is_touched).zip(0..) {
-        let must = component.flags.has(RegionFlags::SEEDED);
-        if record.is_seeded && !is_touched || must && !record.is_seeded {
+    for ((record, found), number) in tile.component_records().iter().zip(found).zip(0..) {
+        let must = found.has(RegionFlags::SEEDED);
+        if record.is_seeded && found == RegionFlags::default() || must && !record.is_seeded {
             return Err(Fault::new(format!(
                 "the component table is wrong on whether there is a seed in component {number}"
             )));

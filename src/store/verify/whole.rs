@@ -15,6 +15,7 @@ use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::tile::Tile;
 use crate::store::pass::{Needs, PassPlan, PassReader, Workspaces};
 use crate::store::reader::TileReader;
+use crate::store::verify::components::{LinkReport, Pair};
 use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
 use crate::store::verify::held::LineRules;
 use crate::store::verify::polygons::ObstacleEdges;
@@ -44,6 +45,21 @@ fn cells_of_tiles(directory: &Directory) -> Vec<Rect> {
     cells
 }
 
+/// Checks a tile, and its component table if the check is deep.
+fn check_tile(
+    tile: &Tile,
+    cell: Rect,
+    expected: &Expected,
+    points: &mut VertexPoints,
+) -> Result<(TileReport, LinkReport), Fault> {
+    let report = tile::check(tile, cell, expected, points)?;
+    let links = match expected.deep {
+        true => components::check(tile, expected.regions.is_some())?,
+        false => LinkReport::default(),
+    };
+    Ok((report, links))
+}
+
 impl PassReader {
     async fn verify(&self, deep: bool) -> Result<VerifyReport, VerifyError> {
         let directory = self.directory();
@@ -56,12 +72,9 @@ impl PassReader {
             regions: (metadata.regions > 0).then(|| regions::RegionClaims::of(directory)),
         });
         let mut needs = Needs {
-            per_vertex: tile::BYTES_PER_VERTEX,
+            per_vertex: tile::BYTES_PER_VERTEX + u64::from(deep) * components::BYTES_PER_VERTEX,
             ..Needs::default()
         };
-        if deep {
-            needs.per_vertex += components::BYTES_PER_VERTEX;
-        }
         let claims = expected.regions.as_ref().filter(|_| deep);
         if claims.is_some() {
             needs.per_vertex += regions::BYTES_PER_VERTEX;
@@ -71,15 +84,8 @@ impl PassReader {
         let shared = Arc::clone(&expected);
         let mut reports = self.for_each_tile(needs, move |tile| {
             let cell = cells[tile.id().0 as usize];
-            let report = points.with(|points| tile::check(&tile, cell, &shared, points));
-            let links = report.and_then(|report| {
-                let links = shared
-                    .deep
-                    .then(|| components::check(&tile, shared.regions.is_some()))
-                    .transpose()?;
-                Ok((report, links.unwrap_or_default()))
-            });
-            (tile.id(), links)
+            let report = points.with(|points| check_tile(&tile, cell, &shared, points));
+            (tile.id(), report)
         })?;
         let mut totals = FileTotals {
             regions: claims.map(regions::RegionTotals::new),
@@ -345,9 +351,9 @@ struct FileTotals {
     ends: u64,
     digest: Digest,
     /// The links between components of different tiles.
-    links: HashMap<components::Pair, u128>,
+    links: HashMap<Pair, u128>,
     /// Pairs of tiles whose links these sums do not check.
-    ambiguous: BTreeSet<components::Pair>,
+    ambiguous: BTreeSet<Pair>,
     /// The sums of regions, if these are checked.
     regions: Option<regions::RegionTotals>,
     obstacle_edges: ObstacleEdges,
@@ -355,7 +361,7 @@ struct FileTotals {
 }
 
 impl FileTotals {
-    fn add_links(&mut self, report: components::LinkReport) {
+    fn add_links(&mut self, report: LinkReport) {
         for (pair, sum) in report.sums {
             let total = self.links.entry(pair).or_default();
             *total = total.wrapping_add(sum);

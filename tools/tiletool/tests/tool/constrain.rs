@@ -98,6 +98,10 @@ fn an_edit_killed_at_any_moment_is_applied_completely_or_not_at_all() {
                 "killed after {moment} of the time: {found}"
             );
             seen[usize::from(found == whole)] += 1;
+            if found == whole {
+                // The second edit would insert the lines once more.
+                break;
+            }
         }
         run(folder, "verify points.tiles");
     }
