@@ -20,8 +20,7 @@ use crate::edit::tile::parts::TileParts;
 use crate::edit::workers::Workers;
 use crate::io::{Buffers, ReadAt, ThreadsFile};
 use crate::store::{
-    BLOCK, Codec, ComponentRecord, Digest, Directory, Extent, Part, PassReader, StoredPart, Tile, TileEntry, TileId,
-    TileWriter, component_table,
+    BLOCK, Codec, Digest, Directory, Extent, Part, PassReader, StoredPart, Tile, TileEntry, TileId, TileWriter,
 };
 
 /// The file, and the current location of each tile in it.
@@ -178,10 +177,10 @@ impl Disk {
         Tile::open(id, &entry, [core, border], table.first()).map_err(|reason| self.reader.damaged(id, reason).into())
     }
 
-    /// Returns the records of the components of a tile that was not changed.
-    pub(crate) async fn records(&self, id: TileId) -> Result<Vec<ComponentRecord>, EditError> {
+    /// Returns the component table of a tile that was not changed, and the number of components.
+    pub(crate) async fn table(&self, id: TileId) -> Result<(Vec<u8>, u32), EditError> {
         let entry = self.written().await?.entries[id.0 as usize];
-        Ok(self.reader.component_records(id, &entry).await?)
+        Ok(self.reader.component_table(id, &entry).await?)
     }
 
     /// Makes the component table of a tile the one that the labels ask for.
@@ -198,9 +197,7 @@ impl Disk {
     /// Returns the component table of a tile; empty if the labels are not known.
     fn table_of(&self, id: TileId) -> Vec<u8> {
         let labels = self.labels.get();
-        labels.map_or_else(Vec::new, |labels| {
-            component_table::encode(id, &labels.records[id.0 as usize])
-        })
+        labels.map_or_else(Vec::new, |labels| labels.tables[id.0 as usize].clone())
     }
 
     pub(crate) async fn load(self: Arc<Self>, id: TileId) -> Result<Arc<EditTile>, EditError> {

@@ -59,7 +59,8 @@ pub(crate) fn join(
     let mut joining = RegionJoin::new(directory, is_fresh);
     let (fresh, known): (Vec<TileId>, Vec<TileId>) = ids.into_iter().partition(|&id| joining.is_fresh(id));
     for id in known {
-        joining.know(id, tiles.records(id)?)?;
+        let (table, components) = tiles.table(id)?;
+        joining.know(id, components, table)?;
         check(&joining)?;
     }
     joining.join_known().map_err(|tile| contradiction(tiles, tile))?;

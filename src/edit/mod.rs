@@ -25,6 +25,7 @@ mod ends;
 mod error;
 mod exchange;
 mod labelling;
+mod new_links;
 mod patch;
 mod region_numbers;
 mod regions;

@@ -18,6 +18,7 @@ use std::collections::BTreeSet;
 use crate::collections::union_find::{UnionFind, WeightedUnionFind};
 use crate::constraints::seeds::{HoleRules, Seeds};
 use crate::edit::error::EditError;
+use crate::edit::new_links::NewLinks;
 use crate::edit::region_numbers::{NEW, ToNumber, number_regions};
 use crate::edit::shared::SharedTriangles;
 use crate::edit::tile::EditTile;
@@ -26,7 +27,7 @@ use crate::geometry::{HalfEdge, TriangleId};
 use crate::mesh::{Topology, Twin};
 use crate::store::{
     Component, ComponentId, ComponentRecord, DigestSum, Directory, EdgeSource, Metadata, Tile, TileId, Vertex,
-    triangle_hash,
+    component_table, triangle_hash,
 };
 
 /// The node of the plane outside the hull.
@@ -38,17 +39,22 @@ const MAX_DEPTH: u32 = 1 << 24;
 pub(crate) struct RegionJoin {
     regions: UnionFind,
     depths: WeightedUnionFind,
-    /// The records of the components of each tile, by its number. In fresh tiles, the number of the
-    /// region is [`NEW`].
-    records: Vec<Vec<ComponentRecord>>,
+    /// The component table of each tile, by its number. In those of fresh tiles, regions and links
+    /// are not known.
+    tables: Vec<Vec<u8>>,
     /// The node of the first component of each tile, by its number.
     first: Vec<u32>,
+    /// The number of components of each tile.
+    counts: Vec<u32>,
     /// The tiles in the order of their nodes.
     order: Vec<TileId>,
     nodes: u32,
-    links: u64,
+    /// Bytes of all tables.
+    table_bytes: u64,
     is_fresh: Vec<bool>,
     shared: SharedTriangles,
+    /// Links from and to components of fresh tiles.
+    links: NewLinks,
     neighbours: BTreeSet<TileId>,
     seeds: Seeds,
     rules: HoleRules,
@@ -61,13 +67,15 @@ impl RegionJoin {
         Self {
             regions: UnionFind::new(1),
             depths: WeightedUnionFind::new(1),
-            records: vec![Vec::new(); tiles],
-            first: vec![0; tiles],
+            tables: vec![Vec::new(); tiles],
+            first: vec![OUTSIDE; tiles],
+            counts: vec![0; tiles],
             order: Vec::new(),
             nodes: 1,
-            links: 0,
+            table_bytes: 0,
             is_fresh,
             shared: SharedTriangles::default(),
+            links: NewLinks::default(),
             neighbours: BTreeSet::new(),
             seeds: Seeds::new(directory.lists.hole_points.clone()),
             rules: HoleRules {
@@ -79,9 +87,9 @@ impl RegionJoin {
 
     /// Returns the bytes of memory that it takes.
     pub(crate) fn byte_size(&self) -> u64 {
-        let of_node = size_of::<ComponentRecord>() + size_of::<[u32; 3]>();
-        let of_links = size_of::<ComponentId>() as u64 * self.links;
-        u64::from(self.nodes) * of_node as u64 + of_links + self.shared.byte_size()
+        let of_nodes = size_of::<[u32; 5]>() as u64 * u64::from(self.nodes);
+        let of_tables = self.table_bytes + size_of::<Vec<u8>>() as u64 * self.tables.len() as u64;
+        of_nodes + of_tables + self.shared.byte_size() + self.links.byte_size()
     }
 
     /// Returns whether a tile is fresh.
@@ -93,22 +101,23 @@ impl RegionJoin {
         self.first[id.tile.0 as usize] + id.number
     }
 
-    fn add_nodes(&mut self, tile: TileId, records: Vec<ComponentRecord>) -> Result<(), EditError> {
-        let count = records.len() as u32;
+    fn add_nodes(&mut self, tile: TileId, count: u32, table: Vec<u8>) -> Result<(), EditError> {
         let next = self.nodes.checked_add(count);
         let next = next.ok_or_else(|| EditError::Internal("too many components".to_owned()))?;
         self.first[tile.0 as usize] = std::mem::replace(&mut self.nodes, next);
+        self.counts[tile.0 as usize] = count;
         self.regions.grow(count);
         self.depths.grow(count);
-        self.links += records.iter().map(|record| record.links.len() as u64).sum::<u64>();
-        self.records[tile.0 as usize] = records;
+        self.table_bytes += table.len() as u64;
+        self.tables[tile.0 as usize] = table;
         self.order.push(tile);
         Ok(())
     }
 
-    /// Adds the records of a tile that is as it was. All such tiles come before the fresh ones.
-    pub(crate) fn know(&mut self, tile: TileId, records: Vec<ComponentRecord>) -> Result<(), EditError> {
-        self.add_nodes(tile, records)
+    /// Adds a tile that is as it was, with its component table. All such tiles come before the fresh
+    /// ones.
+    pub(crate) fn know(&mut self, tile: TileId, components: u32, table: Vec<u8>) -> Result<(), EditError> {
+        self.add_nodes(tile, components, table)
     }
 
     /// Joins the components of all tiles that are as they were, once they are known.
@@ -118,20 +127,19 @@ impl RegionJoin {
     pub(crate) fn join_known(&mut self) -> Result<(), TileId> {
         for place in 0..self.order.len() {
             let tile = self.order[place];
-            let mut records = std::mem::take(&mut self.records[tile.0 as usize]);
-            let joined = self.join_table(tile, &records);
-            for record in &mut records {
-                record.links.retain(|link| !self.is_fresh(link.tile));
-            }
-            self.records[tile.0 as usize] = records;
-            joined.ok_or(tile)?;
+            self.join_table(tile).ok_or(tile)?;
         }
         Ok(())
     }
 
-    /// Joins the components of a table, which is not among `records` meanwhile. Returns `None` if
-    /// it contradicts itself or others.
-    fn join_table(&mut self, tile: TileId, records: &[ComponentRecord]) -> Option<()> {
+    /// Returns the records of a tile's table.
+    fn records(&self, tile: TileId) -> Option<Vec<ComponentRecord>> {
+        component_table::decode(tile, &self.tables[tile.0 as usize]).ok()
+    }
+
+    /// Joins the components of a table. Returns `None` if it contradicts itself or others.
+    fn join_table(&mut self, tile: TileId) -> Option<()> {
+        let records = self.records(tile)?;
         let base = records.first()?.component.depth;
         let first = self.first[tile.0 as usize];
         for (record, node) in records.iter().zip(first..) {
@@ -146,14 +154,7 @@ impl RegionJoin {
                 if self.is_fresh(link.tile) {
                     continue;
                 }
-                let of_tile = match link.tile == tile {
-                    true => records,
-                    false => self.records.get(link.tile.0 as usize)?,
-                };
-                if of_tile.get(link.number as usize)?.component != record.component {
-                    return None;
-                }
-                let other = self.node(link);
+                let other = self.known_node(link)?;
                 self.regions.union(node, other);
                 if !self.depths.union(node, other, 0) {
                     return None;
@@ -161,6 +162,14 @@ impl RegionJoin {
             }
         }
         Some(())
+    }
+
+    /// Returns the node that a link in a table leads to, if there is one.
+    fn known_node(&self, link: ComponentId) -> Option<u32> {
+        let place = link.tile.0 as usize;
+        let first = self.first.get(place).copied().filter(|&first| first != OUTSIDE)?;
+        let count = self.counts[place];
+        (link.number < count).then(|| first + link.number)
     }
 
     /// Adds a fresh tile and its parts.
@@ -173,7 +182,7 @@ impl RegionJoin {
         for &triangle in &order {
             self.describe(tile, triangle, &mut records[parts.of_triangle(triangle) as usize]);
         }
-        self.add_nodes(tile.id, records)?;
+        self.add_nodes(tile.id, parts.count(), component_table::encode(tile.id, &records))?;
         self.link_within(tile, parts, &order);
         let id = |triangle: TriangleId| ComponentId {
             tile: tile.id,
@@ -235,18 +244,13 @@ impl RegionJoin {
                 *first_linked = number;
                 continue;
             }
-            let link = ComponentId {
-                tile: tile.id,
-                number: *first_linked,
-            };
-            self.records[tile.id.0 as usize][number as usize].links.push(link);
-            self.links += 1;
+            let link = [number, *first_linked].map(|number| ComponentId { tile: tile.id, number });
+            self.links.add(link);
         }
     }
 
     /// Adds what a triangle of a fresh tile says of its component.
     fn describe(&self, tile: &EditTile, triangle: TriangleId, record: &mut ComponentRecord) {
-        record.component.region = NEW;
         let (corners, _) = tile.triangle(HalfEdge::new(triangle, 0));
         let points = corners.map(|vertex| vertex.point);
         if tile.owns(triangle) {
@@ -296,12 +300,9 @@ impl RegionJoin {
             self.regions.union(nodes[0], nodes[1]);
             // Both are parts of one region.
             self.depths.union(nodes[0], nodes[1], 0);
-            let links = &mut self.records[other.tile.0 as usize][other.number as usize].links;
             // Tables between tiles that are as they were have these links.
-            let is_new = self.is_fresh[other.tile.0 as usize] || self.is_fresh[at_owner.tile.0 as usize];
-            if is_new && links.last() != Some(&at_owner) {
-                links.push(at_owner);
-                self.links += 1;
+            if self.is_fresh(other.tile) || self.is_fresh(at_owner.tile) {
+                self.links.add([other, at_owner]);
             }
         }
     }
@@ -315,10 +316,7 @@ impl RegionJoin {
         if let Some(tile) = self.shared.incomplete() {
             return Err(tile);
         }
-        for record in self.records.iter_mut().flatten() {
-            record.links.sort_unstable();
-            record.links.dedup();
-        }
+        self.links.finish();
         let regions = self.joined();
         let to_number: Vec<ToNumber> = regions.all.iter().map(|region| region.to_number).collect();
         let numbers = number_regions(&to_number, metadata);
@@ -334,17 +332,22 @@ impl RegionJoin {
         }
         let mut holes = DigestSum::default();
         let mut of_nodes = regions.of_nodes.iter();
-        for tile in &self.order {
-            for record in &mut self.records[tile.0 as usize] {
+        for &tile in &self.order {
+            let mut records = self.records(tile).ok_or(tile)?;
+            for (record, number) in records.iter_mut().zip(0..) {
                 let Some(&region) = of_nodes.next() else { break };
                 record.component = components[region as usize];
                 if record.component.is_hole {
                     holes += record.triangles;
                 }
+                record.links.retain(|link| !self.is_fresh(link.tile));
+                record.links.extend(self.links.of(ComponentId { tile, number }));
+                record.links.sort_unstable();
             }
+            self.tables[tile.0 as usize] = component_table::encode(tile, &records);
         }
         Ok(RegionLabels {
-            records: self.records,
+            tables: self.tables,
             regions: components.len() as u64,
             spanning: numbers.spanning,
             hole_regions: components.iter().filter(|component| component.is_hole).count() as u64,
@@ -360,8 +363,8 @@ impl RegionJoin {
         };
         let mut of_roots = vec![NONE; self.nodes as usize];
         let mut node = OUTSIDE;
-        for tile in &self.order {
-            for record in &self.records[tile.0 as usize] {
+        for &tile in &self.order {
+            for record in self.records(tile).into_iter().flatten() {
                 node += 1;
                 let of_root = &mut of_roots[self.regions.find(node) as usize];
                 if *of_root == NONE {
@@ -373,9 +376,15 @@ impl RegionJoin {
                 region.is_seeded |= record.is_seeded;
                 region.is_open |= record.is_open;
                 let ToNumber { previous, is_spanning } = &mut region.to_number;
-                *previous = record.component.region.min(*previous);
-                *is_spanning |= record.links.iter().any(|link| link.tile != *tile);
+                if !self.is_fresh(tile) {
+                    *previous = record.component.region.min(*previous);
+                }
+                *is_spanning |= record.links.iter().any(|link| link.tile != tile);
             }
+        }
+        for [from, _] in self.links.all().iter().filter(|[from, to]| from.tile != to.tile) {
+            let root = self.regions.find(self.node(*from));
+            regions.all[of_roots[root as usize] as usize].to_number.is_spanning = true;
         }
         regions
     }
@@ -416,8 +425,8 @@ impl JoinedRegion {
 
 /// The regions of all triangles.
 pub(crate) struct RegionLabels {
-    /// The records of the components of each tile, by its number.
-    pub(crate) records: Vec<Vec<ComponentRecord>>,
+    /// The component table of each tile, by its number.
+    pub(crate) tables: Vec<Vec<u8>>,
     pub(crate) regions: u64,
     pub(crate) spanning: u64,
     pub(crate) hole_regions: u64,

@@ -23,9 +23,7 @@ use crate::edit::tile::parts::TileParts;
 use crate::geometry::HalfEdge;
 use crate::memory::EditShares;
 use crate::mesh::{Topology, Twin};
-use crate::store::{
-    ComponentRecord, Digest, DigestSum, Directory, EditCache, EditLease, EditPin, Metadata, Tile, TileId,
-};
+use crate::store::{Digest, DigestSum, Directory, EditCache, EditLease, EditPin, Metadata, Tile, TileId};
 
 /// The tiles of a file, changed by one thread that may block, which must not be one of the
 /// runtime's.
@@ -147,9 +145,9 @@ impl Tiles {
         }
     }
 
-    /// Returns the records of the components of a tile that was not changed.
-    pub(crate) fn records(&self, id: TileId) -> Result<Vec<ComponentRecord>, EditError> {
-        self.runtime.block_on(self.disk.records(id))
+    /// Returns the component table of a tile that was not changed, and the number of components.
+    pub(crate) fn table(&self, id: TileId) -> Result<(Vec<u8>, u32), EditError> {
+        self.runtime.block_on(self.disk.table(id))
     }
 
     /// Makes the component table of a tile that was not changed the one that the labels ask for.

@@ -12,7 +12,7 @@ use crate::memory::FileShares;
 use crate::store::borders_ahead::BorderAhead;
 use crate::store::cache::{Cache, PinnedTile, TileKey};
 use crate::store::error::ReadError;
-use crate::store::format::component_table::{ComponentRecord, decode};
+use crate::store::format::component_table::decode;
 use crate::store::format::damage::Damage;
 use crate::store::format::directory::Directory;
 use crate::store::format::entry::TileEntry;
@@ -353,20 +353,17 @@ impl TileReader {
         read.map_err(|error| self.inner.unreadable(id, entry, error))
     }
 
-    /// Reads what the component table of a tile says.
-    pub(crate) async fn component_records(
-        &self,
-        id: TileId,
-        entry: &TileEntry,
-    ) -> Result<Vec<ComponentRecord>, ReadError> {
+    /// Reads the component table of a tile. Also returns the number of components.
+    pub(crate) async fn component_table(&self, id: TileId, entry: &TileEntry) -> Result<(Vec<u8>, u32), ReadError> {
         let damaged = |damage: Damage| self.damaged(id, damage);
-        let bytes = match entry.table {
+        let table = match entry.table {
             TablePlace::Nowhere => return Err(self.damaged(id, "it has no component table")),
-            TablePlace::InPage(table) => return decode(id, table.bytes()).map_err(damaged),
-            TablePlace::Apart(extent) => self.read_extent(id, entry, extent).await?,
+            TablePlace::InPage(table) => table.bytes().to_vec(),
+            TablePlace::Apart(extent) => self.read_extent(id, entry, extent).await?.into(),
         };
-        check_crc("the component table", &bytes, entry.table.crc()).map_err(damaged)?;
-        decode(id, &bytes).map_err(damaged)
+        check_crc("the component table", &table, entry.table.crc()).map_err(damaged)?;
+        let components = decode(id, &table).map_err(damaged)?.len() as u32;
+        Ok((table, components))
     }
 
     /// Returns the error for a tile that contradicts its neighbours.
