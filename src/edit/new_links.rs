@@ -18,7 +18,7 @@ impl NewLinks {
         }
         self.all.push(link);
         // Most links are found many times.
-        if self.all.len() > 2 * self.tidy + 1024 {
+        if self.all.len() > 2 * self.tidy + 64 {
             self.finish();
         }
     }

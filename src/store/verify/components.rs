@@ -107,6 +107,7 @@ fn check_connections(tile: &Tile, records: &[ComponentRecord]) -> Result<(), Fau
             linked.union(number, link.number);
         }
     }
+    check_first(tile, records, &mut linked)?;
     let mut connected = UnionFind::new(tile.triangle_count());
     let mut has_constraints = false;
     for half_edge in tile.half_edges() {
@@ -146,6 +147,23 @@ fn check_connections(tile: &Tile, records: &[ComponentRecord]) -> Result<(), Fau
                     tile.component_number(triangle)
                 ),
             ));
+        }
+    }
+    Ok(())
+}
+
+/// Checks that each component has a link within the tile to the first of those that it is `linked`
+/// with, unless it is that one.
+fn check_first(tile: &Tile, records: &[ComponentRecord], linked: &mut UnionFind) -> Result<(), Fault> {
+    let mut first_of: HashMap<u32, u32> = HashMap::new();
+    for (record, number) in records.iter().zip(0..) {
+        let first = *first_of.entry(linked.find(number)).or_insert(number);
+        let within = record.links.iter().filter(|link| link.tile == tile.id());
+        let expected = (first != number).then_some(first);
+        if !within.map(|link| link.number).eq(expected) {
+            return Err(Fault::new(format!(
+                "component {number} is not linked to the first one that it is connected with within the tile, or to others too"
+            )));
         }
     }
     Ok(())
