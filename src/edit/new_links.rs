@@ -1,18 +1,17 @@
 //! The links of components that an edit finds.
 
-use crate::store::ComponentId;
-
-/// Pairs of linked components: the one whose table has the link, and the one that it leads to.
+/// Pairs of linked components, by their nodes: the one whose table has the link, and the one that it
+/// leads to.
 #[derive(Default)]
 pub(crate) struct NewLinks {
-    all: Vec<[ComponentId; 2]>,
+    all: Vec<[u32; 2]>,
     /// The number of pairs, sorted and without repetitions, when the list was last tidied.
     tidy: usize,
 }
 
 impl NewLinks {
     /// Adds a link, which may be there already.
-    pub(crate) fn add(&mut self, link: [ComponentId; 2]) {
+    pub(crate) fn add(&mut self, link: [u32; 2]) {
         if self.all.last() == Some(&link) {
             return;
         }
@@ -31,15 +30,15 @@ impl NewLinks {
     }
 
     /// Returns all links.
-    pub(crate) fn all(&self) -> &[[ComponentId; 2]] {
+    pub(crate) fn all(&self) -> &[[u32; 2]] {
         &self.all
     }
 
     /// Returns what a component is linked to, once the links are sorted.
-    pub(crate) fn of(&self, component: ComponentId) -> impl Iterator<Item = ComponentId> {
-        let start = self.all.partition_point(|[from, _]| *from < component);
+    pub(crate) fn of(&self, node: u32) -> impl Iterator<Item = u32> {
+        let start = self.all.partition_point(|[from, _]| *from < node);
         let links = self.all[start..].iter();
-        links.take_while(move |[from, _]| *from == component).map(|[_, to]| *to)
+        links.take_while(move |[from, _]| *from == node).map(|[_, to]| *to)
     }
 
     /// Returns the bytes of memory that it takes.

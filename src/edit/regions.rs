@@ -87,7 +87,7 @@ impl RegionJoin {
 
     /// Returns the bytes of memory that it takes.
     pub(crate) fn byte_size(&self) -> u64 {
-        let of_nodes = size_of::<[u32; 5]>() as u64 * u64::from(self.nodes);
+        let of_nodes = size_of::<[u32; 3]>() as u64 * u64::from(self.nodes);
         let of_tables = self.table_bytes + size_of::<Vec<u8>>() as u64 * self.tables.len() as u64;
         of_nodes + of_tables + self.shared.byte_size() + self.links.byte_size()
     }
@@ -99,6 +99,17 @@ impl RegionJoin {
 
     fn node(&self, id: ComponentId) -> u32 {
         self.first[id.tile.0 as usize] + id.number
+    }
+
+    /// Returns the component that a node stands for.
+    fn component(&self, node: u32) -> ComponentId {
+        let place = self.order.partition_point(|tile| self.first[tile.0 as usize] <= node);
+        // Nodes follow the outside, so there is a tile before.
+        let tile = self.order[place - 1];
+        ComponentId {
+            tile,
+            number: node - self.first[tile.0 as usize],
+        }
     }
 
     fn add_nodes(&mut self, tile: TileId, count: u32, table: Vec<u8>) -> Result<(), EditError> {
@@ -244,8 +255,7 @@ impl RegionJoin {
                 *first_linked = number;
                 continue;
             }
-            let link = [number, *first_linked].map(|number| ComponentId { tile: tile.id, number });
-            self.links.add(link);
+            self.links.add([first + number, first + *first_linked]);
         }
     }
 
@@ -302,7 +312,7 @@ impl RegionJoin {
             self.depths.union(nodes[0], nodes[1], 0);
             // Tables between tiles that are as they were have these links.
             if self.is_fresh(other.tile) || self.is_fresh(at_owner.tile) {
-                self.links.add([other, at_owner]);
+                self.links.add(nodes);
             }
         }
     }
@@ -341,7 +351,8 @@ impl RegionJoin {
                     holes += record.triangles;
                 }
                 record.links.retain(|link| !self.is_fresh(link.tile));
-                record.links.extend(self.links.of(ComponentId { tile, number }));
+                let node = self.first[tile.0 as usize] + number;
+                record.links.extend(self.links.of(node).map(|to| self.component(to)));
                 record.links.sort_unstable();
             }
             self.tables[tile.0 as usize] = component_table::encode(tile, &records);
@@ -382,9 +393,11 @@ impl RegionJoin {
                 *is_spanning |= record.links.iter().any(|link| link.tile != tile);
             }
         }
-        for [from, _] in self.links.all().iter().filter(|[from, to]| from.tile != to.tile) {
-            let root = self.regions.find(self.node(*from));
-            regions.all[of_roots[root as usize] as usize].to_number.is_spanning = true;
+        for &[from, to] in self.links.all() {
+            if self.component(from).tile != self.component(to).tile {
+                let region = of_roots[self.regions.find(from) as usize];
+                regions.all[region as usize].to_number.is_spanning = true;
+            }
         }
         regions
     }

@@ -7,7 +7,8 @@ use crate::store::{ComponentId, TileId, Vertex, VertexId};
 /// Triangles of several tiles some of which have not come.
 #[derive(Default)]
 pub(crate) struct SharedTriangles {
-    waiting: HashMap<[VertexId; 3], Waiting>,
+    /// By the first half-edge of the triangle, from its smallest corner on.
+    waiting: HashMap<[VertexId; 2], Waiting>,
 }
 
 /// The components that have a triangle, in the tiles that have come.
@@ -28,10 +29,11 @@ impl SharedTriangles {
     ) -> impl Iterator<Item = [ComponentId; 2]> + use<> {
         let owner = corners.iter().min_by(|a, b| a.point.lex_cmp(b.point));
         let owner = owner.map_or(component.tile, |vertex| vertex.id.tile);
-        let mut ids = corners.map(|vertex| vertex.id);
-        ids.sort_unstable();
-        let tiles = 1 + u8::from(ids[0].tile != ids[1].tile) + u8::from(ids[1].tile != ids[2].tile);
-        let waiting = self.waiting.entry(ids).or_insert(Waiting {
+        let [a, b, c] = corners.map(|vertex| vertex.id);
+        let key = [[a, b], [b, c], [c, a]].into_iter().min().unwrap_or([a, b]);
+        let others = u8::from(b.tile != a.tile) + u8::from(c.tile != a.tile && c.tile != b.tile);
+        let tiles = 1 + others;
+        let waiting = self.waiting.entry(key).or_insert(Waiting {
             components: [component; 2],
             came: 0,
             left: tiles,
@@ -48,7 +50,7 @@ impl SharedTriangles {
             let came = others.copied().chain([component]);
             came.zip(&mut all)
                 .for_each(|(component, place)| *place = Some(component));
-            self.waiting.remove(&ids);
+            self.waiting.remove(&key);
         }
         let at_owner = all.into_iter().flatten().find(|component| component.tile == owner);
         let others = all
@@ -65,6 +67,6 @@ impl SharedTriangles {
 
     /// Returns the bytes of memory that it takes.
     pub(crate) fn byte_size(&self) -> u64 {
-        64 * self.waiting.len() as u64
+        56 * self.waiting.len() as u64
     }
 }
