@@ -19,14 +19,20 @@ fn wait<T>(future: impl Future<Output = T>) -> T {
 
 /// Builds a tile file of several tiles.
 fn town() -> Vec<u8> {
+    grid(30, 64)
+}
+
+/// Builds a tile file of `width` times `width` points.
+fn grid(width: u32, tile_vertices: usize) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("town.tiles");
-    let points: Vec<Point> = (0..900)
-        .map(|i| Point::new(f64::from(i % 30), f64::from(i / 30)))
+    let count = width * width;
+    let points: Vec<Point> = (0..count)
+        .map(|i| Point::new(f64::from(i % width), f64::from(i / width)))
         .collect();
-    let (records, z) = ((0..900).collect(), Vec::new());
+    let (records, z) = ((0..count.into()).collect(), Vec::new());
     wait(async {
-        let options = BuildOptions::default().tile_vertices(64);
+        let options = BuildOptions::default().tile_vertices(tile_vertices);
         let mut builder = Builder::new(&path, options).unwrap();
         builder.push(&PointBatch { records, points, z }).await.unwrap();
         builder.finish().await.unwrap();
@@ -99,6 +105,23 @@ fn opening_and_reading_one_tile_take_at_most_four_requests() {
     assert!(server.requests() <= 4);
     let none = Server::start(town(), Fault::NoTags);
     assert!(open(&none).unwrap().backend_note().unwrap().contains("no version tags"));
+}
+
+#[test]
+fn a_tile_of_thousands_takes_at_most_four_requests_at_any_place() {
+    let server = Server::start(grid(200, 8), Fault::None);
+    assert!(open(&server).unwrap().metadata().tiles >= 5000);
+    for place in 0..20 {
+        let before = server.requests();
+        let reader = open(&server).unwrap();
+        let at = Point::new(f64::from(place * 73 % 199) + 0.5, f64::from(place * 31 % 199) + 0.25);
+        wait(async {
+            let id = reader.tile_at(at).await.unwrap().unwrap();
+            reader.tile(id).await.unwrap();
+        });
+        let requests = server.requests() - before;
+        assert!(requests <= 4, "{requests} requests for the tile at {at:?}");
+    }
 }
 
 #[test]
