@@ -1,7 +1,6 @@
 //! Search for the regions of an edited file, and writing of the component tables that state them.
 
 use crate::edit::contradiction::Contradiction;
-use crate::edit::crossed::crossed_tiles;
 use crate::edit::error::EditError;
 use crate::edit::regions::{RegionJoin, RegionLabels};
 use crate::edit::tiles::{TileWithParts, Tiles};
@@ -11,6 +10,10 @@ use crate::store::TileId;
 
 /// Marks all tiles whose cells are crossed by a line as changed: their components may not be those
 /// in their tables any more.
+///
+/// A tile whose cell no constraint crosses is connected within its cell, which is convex, even if
+/// its triangles are not connected within the tile. So its table stays valid as long as no line
+/// crosses the cell.
 pub(crate) fn touch_crossed(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> Result<(), EditError> {
     if work.is_draft {
         // There are no tables yet.
@@ -23,14 +26,10 @@ pub(crate) fn touch_crossed(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn(
         let ends = work.piece(number).ends.map(|end| work.point(end));
         let mut crossed: Vec<TileId> = Vec::new();
         let directory = tiles.directory();
-        crossed_tiles(&directory.tree, directory.metadata.bounds, ends, |tile| {
-            crossed.push(tile)
-        });
-        for tile in crossed
-            .into_iter()
-            .filter(|&tile| !tiles.is_changed(tile))
-            .collect::<Vec<_>>()
-        {
+        let take = |tile| crossed.push(tile);
+        directory.tree.tiles_along(directory.metadata.bounds, ends, take);
+        crossed.retain(|&tile| !tiles.is_changed(tile));
+        for tile in crossed {
             drop(tiles.change(tile)?);
         }
     }

@@ -18,7 +18,6 @@
 //! sees its former state.
 
 mod contradiction;
-mod crossed;
 mod disk;
 mod editor;
 mod ends;
