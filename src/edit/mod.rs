@@ -29,7 +29,7 @@ mod patch;
 mod region_numbers;
 mod regions;
 mod run;
-mod shared;
+mod shared_triangles;
 mod strip;
 mod summary;
 mod target;

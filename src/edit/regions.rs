@@ -20,7 +20,7 @@ use crate::constraints::seeds::{HoleRules, Seeds};
 use crate::edit::error::EditError;
 use crate::edit::new_links::NewLinks;
 use crate::edit::region_numbers::{NEW, ToNumber, number_regions};
-use crate::edit::shared::SharedTriangles;
+use crate::edit::shared_triangles::SharedTriangles;
 use crate::edit::tile::EditTile;
 use crate::edit::tile::parts::TileParts;
 use crate::geometry::{HalfEdge, TriangleId};
