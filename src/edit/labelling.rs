@@ -48,7 +48,6 @@ pub(crate) fn join(
         true => Err(EditError::Cancelled),
         false => EditShares::check_regions(memory, joining.byte_size()).map_err(EditError::from),
     };
-    let contradiction = |tiles: &Tiles, tile| tiles.damaged(tile, Contradiction::Components);
     let directory = tiles.directory();
     let mut is_fresh = vec![is_draft; directory.tiles.len()];
     let ids: Vec<TileId> = directory.tile_ids().collect();
@@ -62,7 +61,8 @@ pub(crate) fn join(
         joining.know(id, components, table)?;
         check(&joining)?;
     }
-    joining.join_known().map_err(|tile| contradiction(tiles, tile))?;
+    let joined = joining.join_known();
+    joined.map_err(|tile| tiles.damaged(tile, Contradiction::Components))?;
     let mut read = tiles.with_parts(fresh);
     while let Some(TileWithParts { tile, parts }) = read.next()? {
         joining.take(&tile, &parts)?;

@@ -1,7 +1,8 @@
 //! The regions of an edited file.
 //!
 //! In: the component tables of the tiles that are as they were, and the *fresh* tiles themselves:
-//! those that were changed. Out: the component tables of all tiles.
+//! those that were changed, and in a draft, which has no tables yet, all. Out: the component tables
+//! of all tiles.
 //!
 //! The nodes that are joined are the components of all tiles. Components of one region are linked
 //! within a tile, and between tiles by the triangles that both store. Links between tiles that are
