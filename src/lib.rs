@@ -198,6 +198,9 @@
 //! | `spade` (default) | crate `spade` as a second in-core engine |
 //! | `text` | the reader of text separated by commas, blanks or tabs, and gzip |
 //! | `geojson` | the reader of GeoJSON |
+//! | `flatgeobuf` | the reader of FlatGeobuf |
+//! | `shapefile` | the reader of shapefiles |
+//! | `geopackage` | the reader of GeoPackage, with SQLite compiled in; it needs a C compiler |
 //! | `las` | the reader of LAS and LAZ |
 //! | `object-store` | tile files on web servers and in S3 |
 //! | `serde` | `serde::Serialize` for answers and summaries |

@@ -19,6 +19,8 @@ pub enum Location {
     Byte(u64),
     /// A point of a LAS file, counted from 0 in that file.
     Point(u64),
+    /// A feature of a file of vector data, counted from 0 in that file.
+    Feature(u64),
 }
 
 impl Location {
@@ -38,6 +40,7 @@ impl fmt::Display for Location {
             Self::Line(n) => write!(f, "line {n}"),
             Self::Byte(n) => write!(f, "byte {n}"),
             Self::Point(n) => write!(f, "point {n}"),
+            Self::Feature(n) => write!(f, "feature {n}"),
         }
     }
 }
@@ -79,20 +82,22 @@ impl RecordKind {
     fn naming(self) -> &'static str {
         match self {
             Self::Point => {
-                "the name does not tell the format; set the option `format`, or use one of the suffixes .csv .tsv .txt \
-                 .xyz .f64 .node .poly .geojson .json .geojsonl .las .laz (and .gz after any but the last two)"
+                "neither the name nor the content tells the format; set the option `format`, or use one of the suffixes .csv .tsv .txt \
+                 .xyz .f64 .node .poly .geojson .json .geojsonl .fgb .shp .gpkg .las .laz (and .gz after any but the \
+                 last three)"
             }
             Self::Segment => {
-                "the name does not tell how segments are written in it; use one of the suffixes .geojson .json \
-                 .geojsonl .csv .tsv .txt (and .gz after any of these), .u32 .u64"
+                "neither the name nor the content tells how segments are written in it; use one of the suffixes \
+                 .geojson .json .geojsonl .fgb .shp .csv .tsv .txt (and .gz after any of these), .gpkg .u32 .u64"
             }
             Self::Obstacle => {
-                "obstacles are read from GeoJSON, and the name does not tell that this is some; use one of the \
-                 suffixes .geojson .json .geojsonl (and .gz after any of these)"
+                "obstacles are read from GeoJSON, FlatGeobuf, Shapefile and GeoPackage, and neither the name nor the \
+                 content tells that this is one; use one of the suffixes .geojson .json .geojsonl .fgb .shp (and .gz \
+                 after any of these), .gpkg"
             }
             Self::Site => {
-                "the name does not tell how sites are written in it; use one of the suffixes .geojson .json .geojsonl \
-                 .csv .tsv .txt .xyz (and .gz after any of these)"
+                "neither the name nor the content tells how sites are written in it; use one of the suffixes .geojson \
+                 .json .geojsonl .fgb .shp .csv .tsv .txt .xyz (and .gz after any of these), .gpkg"
             }
         }
     }
@@ -103,7 +108,7 @@ impl RecordKind {
 /// ```
 /// use delaunay_tiles::input::{InputError, RecordKind, SegmentSource};
 ///
-/// let unknown = SegmentSource::open(&["walls.shp".into()]).map(|_| ());
+/// let unknown = SegmentSource::open(&["walls.dwg".into()]).map(|_| ());
 /// let kind = RecordKind::Segment;
 /// assert!(matches!(unknown, Err(InputError::UnknownFormat { kind: found, .. }) if found == kind));
 /// ```

@@ -118,7 +118,6 @@ impl Sink<'_, SegmentBatch> {
     }
 
     /// Takes a segment of the polygon `polygon` of the file, which belongs to the line `line`.
-    #[cfg(feature = "geojson")]
     pub fn polygon_edge(&mut self, ends: [PointZ; 2], line: u64, polygon: u64) {
         self.segment(ends, line);
         self.batch.polygons.push(self.totals.first_polygon + polygon);
@@ -131,7 +130,6 @@ impl Sink<'_, SegmentBatch> {
     }
 
     /// Returns the number over all files of line `line` of the file.
-    #[cfg(feature = "geojson")]
     pub fn line(&self, line: u64) -> u64 {
         self.totals.first_line + line
     }

@@ -3,11 +3,14 @@
 //! | what | from | type |
 //! |---|---|---|
 //! | points | the formats below | [`PointSource`] |
-//! | lines: break lines, walls | GeoJSON, rows `x1,y1,x2,y2`, raw pairs of record numbers | [`SegmentSource::open`] |
-//! | obstacles | GeoJSON's polygons, directed | [`SegmentSource::open_obstacles`] |
+//! | lines: break lines, walls | vector data, rows `x1,y1,x2,y2`, raw pairs of record numbers | [`SegmentSource::open`] |
+//! | obstacles | polygons of vector data, directed | [`SegmentSource::open_obstacles`] |
 //! | segments and hole points | Triangle's `.poly` | [`PolySource`] |
-//! | sites: points with an id | GeoJSON's points, rows `x,y,id` | [`SiteSource`] |
+//! | sites: points with an id | points of vector data, rows `x,y,id` | [`SiteSource`] |
 //! | rows of text of any kind | lines | [`RowFile`] |
+//!
+//! Vector data is GeoJSON, FlatGeobuf, Shapefile and GeoPackage. The same features give the same
+//! records in each of these formats.
 //!
 //! The rest of this page describes points. The pages of the other sources say what they read, count
 //! and keep.
@@ -30,9 +33,11 @@
 //!
 //! | module | contents |
 //! |---|---|
+//! | `layer` | the names of layers of a GeoPackage |
 //! | `watch`, `bytes` | bytes of files and streams: counted, stopped, unzipped |
 //! | `reader` | the reader of a format, and the sink for its records |
 //! | `points`, `lines`, `sites` | batches, and the sinks of their records |
+//! | `content` | what a file is by its first bytes |
 //! | `formats` | a folder or file per format, with a reader per kind of record |
 //! | `source` | the stream of batches, and the formats from which each kind is read |
 //!
@@ -43,10 +48,17 @@
 //! | Triangle's and TetGen's `.node` | `node` | yes | |
 //! | the points of Triangle's `.poly` | `node`; `poly` has the rest | yes, unless a `.node` file beside it has the points | |
 //! | GeoJSON, also newline-delimited | `geojson` | yes | `geojson` |
+//! | FlatGeobuf | `flatgeobuf` | yes | `flatgeobuf` |
+//! | Shapefile | `shapefile` | yes | `shapefile` |
+//! | GeoPackage | `geopackage` | no: needs a file | `geopackage` |
 //! | LAS, LAZ, COPC | `las` | no: needs a file | `las` |
 //!
+//! Vector data goes through `formats::shapes`, which makes points, segments, rings and sites of
+//! geometries, whatever the format.
+//!
 //! **Memory** is bounded for every file: a read buffer of 256 KiB and a batch; for text one row of
-//! at most 1 MiB with the ends of its fields; for GeoJSON one name of at most 2 MiB; for LAZ the
+//! at most 1 MiB with the ends of its fields; for GeoJSON one name of at most 2 MiB; for FlatGeobuf, Shapefile and
+//! GeoPackage one feature of at most 512 MiB, which they have as a whole; for LAZ the
 //! decompressor's state for one chunk; for a sample of the points 4 MiB. No length or count in a
 //! file is trusted before it is compared with the file's size. Every file is treated as hostile:
 //! whatever is wrong with it becomes an [`InputError`], never a panic.
@@ -60,8 +72,8 @@
 //! **Record numbers** are u64 positions, counted from 0 over all inputs in order. Every record
 //! counts, including skipped, withheld and filtered ones, so that a number identifies its record
 //! whatever the options. The records are: text rows (not header, comment and blank lines), pairs or
-//! triples of f64, points of `.node` and `.poly`, GeoJSON positions in document order (including
-//! the closing one of a ring), LAS points.
+//! triples of f64, points of `.node` and `.poly`, positions of vector data in the order of the
+//! file (including the closing one of a ring), LAS points.
 //!
 //! **z**: [`PointSource::has_z`] is known at open, since every file's header or first record is
 //! examined. If any input has z, then every batch has z for all of its points. A point without z is
@@ -71,6 +83,7 @@
 
 mod bytes;
 mod caught;
+mod content;
 mod error;
 #[cfg_attr(
     not(all(feature = "text", feature = "geojson")),
@@ -78,6 +91,7 @@ mod error;
 )]
 mod flaw;
 mod formats;
+mod layer;
 mod lines;
 mod options;
 mod point_z;

@@ -1,6 +1,7 @@
 //! The options of reading: formats, columns, filters.
 
 use crate::input::error::InputError;
+use crate::input::layer;
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
@@ -30,13 +31,22 @@ pub enum Format {
     GeoJson,
     /// LAS, LAZ and COPC.
     Las,
+    /// FlatGeobuf.
+    FlatGeobuf,
+    /// The `.shp` file of a shapefile.
+    Shapefile,
+    /// A feature table of a GeoPackage: `FILE.gpkg`, or `FILE.gpkg:LAYER` where there are several.
+    GeoPackage,
 }
 
 impl Format {
     /// Returns the format that the suffix of a file name indicates, ignoring case and a trailing
-    /// `.gz`.
+    /// `.gz` or `.gpkg:LAYER`.
     #[must_use]
     pub fn from_path(path: &Path) -> Option<Self> {
+        if layer::split(path).is_some() {
+            return Some(Self::GeoPackage);
+        }
         let name = path.file_name()?.to_str()?.to_ascii_lowercase();
         let name = name.strip_suffix(".gz").unwrap_or(&name);
         let (stem, suffix) = name.rsplit_once('.')?;
@@ -50,12 +60,22 @@ impl Format {
             "poly" => Some(Self::Poly),
             "geojson" | "json" | "geojsonl" | "geojsons" | "ndjson" => Some(Self::GeoJson),
             "las" | "laz" => Some(Self::Las),
+            "fgb" => Some(Self::FlatGeobuf),
+            "shp" => Some(Self::Shapefile),
+            "gpkg" => Some(Self::GeoPackage),
             _ => None,
         }
     }
 }
 
-#[cfg(not(all(feature = "text", feature = "geojson", feature = "las")))]
+#[cfg(not(all(
+    feature = "text",
+    feature = "geojson",
+    feature = "las",
+    feature = "flatgeobuf",
+    feature = "shapefile",
+    feature = "geopackage"
+)))]
 impl Format {
     /// Returns the error of a file in a format that the library was built without.
     pub(super) fn missing(self, path: &Path) -> InputError {
@@ -65,6 +85,9 @@ impl Format {
             feature: match self {
                 Self::Las => "las",
                 Self::GeoJson => "geojson",
+                Self::FlatGeobuf => "flatgeobuf",
+                Self::Shapefile => "shapefile",
+                Self::GeoPackage => "geopackage",
                 _ => "text",
             },
         }
@@ -82,10 +105,14 @@ impl FromStr for Format {
             "poly" => Ok(Self::Poly),
             "geojson" | "json" => Ok(Self::GeoJson),
             "las" | "laz" => Ok(Self::Las),
+            "flatgeobuf" | "fgb" => Ok(Self::FlatGeobuf),
+            "shapefile" | "shp" => Ok(Self::Shapefile),
+            "geopackage" | "gpkg" => Ok(Self::GeoPackage),
             _ => Err(InputError::Option {
                 option: "format",
                 value: text.to_owned(),
-                expected: "expected one of text, f64, node, poly, geojson, las".to_owned(),
+                expected: "expected one of text, f64, node, poly, geojson, las, flatgeobuf, shapefile, geopackage"
+                    .to_owned(),
             }),
         }
     }
@@ -100,6 +127,9 @@ impl fmt::Display for Format {
             Self::Poly => "poly",
             Self::GeoJson => "geojson",
             Self::Las => "las",
+            Self::FlatGeobuf => "flatgeobuf",
+            Self::Shapefile => "shapefile",
+            Self::GeoPackage => "geopackage",
         })
     }
 }

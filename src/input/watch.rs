@@ -10,10 +10,11 @@
 //! length, so nothing is compared.
 
 use crate::input::error::InputError;
+use crate::input::layer;
 use std::fs::{File, Metadata};
 use std::io;
 use std::io::{Read, Seek, SeekFrom};
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::fs::{FileExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -182,6 +183,16 @@ impl Watched<Arc<File>> {
     }
 }
 
+impl Watched<Arc<File>> {
+    /// Returns the first bytes of a regular file, without reading on; none if that fails.
+    pub fn head(&self) -> Vec<u8> {
+        let mut head = vec![0; 512];
+        let read = self.watch.size().and_then(|_| self.inner.read_at(&mut head, 0).ok());
+        head.truncate(read.unwrap_or(0));
+        head
+    }
+}
+
 impl<R> Watched<R> {
     /// Wraps a stream; messages use `name` as its name.
     pub fn stream(inner: R, name: &Path, reading: &Reading) -> Self {
@@ -283,9 +294,10 @@ pub fn note(stamps: &mut Vec<(PathBuf, FileStamp)>, watch: &Watch) {
 }
 
 /// Opens a file, and returns its metadata if it is a regular file: pipes and devices have no size.
+/// Where the path names a layer, the file that has it is opened.
 pub fn open_file(path: &Path) -> Result<(File, Option<Metadata>), InputError> {
     let open = || {
-        let file = File::open(path)?;
+        let file = File::open(layer::file(path))?;
         let metadata = file.metadata()?;
         Ok((file, metadata.is_file().then_some(metadata)))
     };

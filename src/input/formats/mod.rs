@@ -1,12 +1,29 @@
 //! The formats: their layout in files, and a reader for each kind of record that a format has.
 
+#[cfg(feature = "flatgeobuf")]
+pub mod flatgeobuf;
 #[cfg(feature = "geojson")]
 pub mod geojson;
+#[cfg(feature = "geopackage")]
+pub mod geopackage;
 #[cfg(feature = "las")]
 pub mod las;
 pub mod node;
 pub mod poly;
 pub mod raw;
+#[cfg(feature = "shapefile")]
+pub mod shapefile;
+#[cfg_attr(
+    not(any(
+        feature = "geojson",
+        feature = "flatgeobuf",
+        feature = "shapefile",
+        feature = "geopackage"
+    )),
+    allow(dead_code, reason = "no format has shapes")
+)]
+pub mod shapes;
 #[cfg(feature = "text")]
 pub mod text;
 pub mod text_lines;
+pub mod vector;

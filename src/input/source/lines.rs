@@ -3,37 +3,42 @@
 //! One source serves all three. They differ only in their purpose, which the code that builds
 //! knows, and in that polygons have an interior.
 //!
-//! **Memory**: a batch. For GeoJSON also the vertices of one geometry, since its type is certain
-//! only at its end; for obstacles those of one ring.
+//! **Memory**: a batch. For vector data also the vertices of one geometry, since in GeoJSON its type
+//! is certain only at its end; for obstacles those of one ring.
 
 use crate::input::bytes::ByteInput;
+use crate::input::content;
 use crate::input::error::{InputError, RecordKind};
-#[cfg(feature = "geojson")]
-use crate::input::formats::geojson;
 use crate::input::formats::raw::pairs::Pairs;
+use crate::input::formats::shapes::{Lines, Rings};
 #[cfg(feature = "text")]
 use crate::input::formats::text;
+use crate::input::formats::vector::Vector;
 use crate::input::lines::SegmentBatch;
 use crate::input::options::Format;
 use crate::input::reader::Started;
-use crate::input::source::stream::{Records, Source};
+use crate::input::source::stream::{Records, Source, start_stream};
+use crate::input::watch::Watched;
 use crate::shown;
 use std::fmt;
+use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A blocking stream of the segments of several files: lines ([`Self::open`]) or polygons
 /// ([`Self::open_obstacles`]).
 ///
 /// | suffix | lines | polygons |
 /// |---|---|---|
-/// | `.geojson` and the like | a segment between consecutive positions of lines and of the rings of polygons; points are skipped | Polygon and MultiPolygon; any other geometry but null is an error |
+/// | `.geojson` and the like, `.fgb`, `.shp`, `.gpkg` | a segment between consecutive positions of lines and of the rings of polygons; points are skipped | Polygon and MultiPolygon; any other geometry but null is an error |
 /// | `.csv` and the like | rows `x1,y1,x2,y2`, with or without a header; further columns are not read | |
 /// | `.u32`, `.u64` | pairs of record numbers of points, raw and little-endian | |
 ///
-/// All but the last may be compressed with gzip. Segments are numbered from 0 over all files.
+/// All but `.gpkg` and the last may be compressed with gzip. `FILE.gpkg:LAYER` names one of several
+/// layers. A file with another suffix is recognised by its content, if that is vector data. Segments are numbered from 0 over all files.
 ///
-/// **Lines** are the units that a person finds in the file: GeoJSON's features (or geometries
-/// outside of any feature), rows, pairs. They are numbered from 0 over all files of the source,
+/// **Lines** are the units that a person finds in the file: features (or geometries
+/// outside of any feature, in GeoJSON), rows, pairs. They are numbered from 0 over all files of the source,
 /// including those that give no segment. [`Self::origin`] turns a number back into a file and a
 /// number in that file. A line may have any number of segments.
 ///
@@ -53,7 +58,7 @@ use std::path::{Path, PathBuf};
 ///   but when the triangulation is built. [`SegmentBatch::polygons`] tells which rings belong
 ///   together.
 ///
-/// **z** is kept from GeoJSON. The first position of each file tells whether the file has z. If any
+/// **z** is kept from vector data. The first position of each file tells whether the file has z. If any
 /// file has z, ends without z have NaN. If no file has z, z that appears later is dropped. Notes
 /// report both.
 ///
@@ -104,27 +109,28 @@ pub enum LineFormat {
         bytes: usize,
     },
     Text,
-    GeoJson,
-    /// Polygons in GeoJSON.
-    Rings,
+    Lines(Vector),
+    /// Polygons.
+    Rings(Vector),
 }
 
 impl LineFormat {
-    /// Returns the format of a file with lines, by its name.
+    /// Returns the format of a file with lines, by its name or else its content.
     fn of_lines(path: &Path) -> Option<Self> {
         let suffix = path.extension().and_then(|suffix| suffix.to_str());
-        match (suffix.map(str::to_ascii_lowercase).as_deref(), Format::from_path(path)) {
-            (Some("u32"), _) => Some(Self::Pairs { bytes: 4 }),
-            (Some("u64"), _) => Some(Self::Pairs { bytes: 8 }),
-            (_, Some(Format::Text)) => Some(Self::Text),
-            (_, Some(Format::GeoJson)) => Some(Self::GeoJson),
-            _ => None,
+        match suffix.map(str::to_ascii_lowercase).as_deref() {
+            Some("u32") => Some(Self::Pairs { bytes: 4 }),
+            Some("u64") => Some(Self::Pairs { bytes: 8 }),
+            _ => match content::format_of(path)? {
+                Format::Text => Some(Self::Text),
+                format => Vector::of(format).map(Self::Lines),
+            },
         }
     }
 
-    /// Returns the format of a file with polygons, by its name.
+    /// Returns the format of a file with polygons, by its name or else its content.
     fn of_polygons(path: &Path) -> Option<Self> {
-        (Format::from_path(path) == Some(Format::GeoJson)).then_some(Self::Rings)
+        content::format_of(path).and_then(Vector::of).map(Self::Rings)
     }
 
     /// Returns the word for a line.
@@ -132,7 +138,7 @@ impl LineFormat {
         match self {
             Self::Pairs { .. } => "pair",
             Self::Text => "row",
-            Self::GeoJson | Self::Rings => "feature",
+            Self::Lines(_) | Self::Rings(_) => "feature",
         }
     }
 }
@@ -144,6 +150,14 @@ impl Records for SegmentBatch {
     // be lost.
     const SPANS_FILES: bool = false;
 
+    fn content(format: LineFormat) -> Option<Format> {
+        match format {
+            LineFormat::Pairs { .. } => None,
+            LineFormat::Text => Some(Format::Text),
+            LineFormat::Lines(vector) | LineFormat::Rings(vector) => Some(vector.format()),
+        }
+    }
+
     fn may_be_gzip(format: LineFormat) -> bool {
         !matches!(format, LineFormat::Pairs { .. })
     }
@@ -153,14 +167,24 @@ impl Records for SegmentBatch {
             LineFormat::Pairs { bytes } => Ok(Box::new(Pairs::new(input, bytes))),
             #[cfg(feature = "text")]
             LineFormat::Text => Ok(Box::new(text::Segments::new(input)?)),
-            #[cfg(feature = "geojson")]
-            LineFormat::GeoJson => Ok(Box::new(geojson::Lines::new(input)?)),
-            #[cfg(feature = "geojson")]
-            LineFormat::Rings => Ok(Box::new(geojson::Rings::new(input)?)),
             #[cfg(not(feature = "text"))]
             LineFormat::Text => Err(Format::Text.missing(&input.path)),
-            #[cfg(not(feature = "geojson"))]
-            LineFormat::GeoJson | LineFormat::Rings => Err(Format::GeoJson.missing(&input.path)),
+            LineFormat::Lines(vector) => Ok(Box::new(Lines::new(vector.start(input)?)?)),
+            LineFormat::Rings(vector) => {
+                let path = Arc::clone(&input.path);
+                Ok(Box::new(Rings::new(vector.start(input)?, &path)?))
+            }
+        }
+    }
+
+    fn start_file(format: LineFormat, file: Watched<Arc<File>>, (): &()) -> Started<Self> {
+        match format {
+            LineFormat::Lines(vector) => Ok(Box::new(Lines::new(vector.start_file(file)?)?)),
+            LineFormat::Rings(vector) => {
+                let path = Arc::clone(&file.watch.path);
+                Ok(Box::new(Rings::new(vector.start_file(file)?, &path)?))
+            }
+            _ => start_stream(format, file, &()),
         }
     }
 }

@@ -3,16 +3,17 @@
 
 use crate::geometry::Point;
 use crate::input::bytes::ByteInput;
+use crate::input::content;
 use crate::input::error::{InputError, RecordKind};
-#[cfg(feature = "geojson")]
-use crate::input::formats::geojson;
 #[cfg(feature = "las")]
 use crate::input::formats::las;
 use crate::input::formats::node::Node;
 use crate::input::formats::poly::{no_points, open_node_beside};
 use crate::input::formats::raw;
+use crate::input::formats::shapes;
 #[cfg(feature = "text")]
 use crate::input::formats::text;
+use crate::input::formats::vector::Vector;
 use crate::input::options::{Format, InputOptions};
 use crate::input::points::{InputCounts, PointBatch};
 use crate::input::reader::Started;
@@ -54,22 +55,31 @@ impl Records for PointBatch {
 
     const SPANS_FILES: bool = true;
 
+    fn content(format: Option<Format>) -> Option<Format> {
+        format.filter(|format| *format != Format::F64)
+    }
+
     fn may_be_gzip(format: Option<Format>) -> bool {
         format != Some(Format::F64)
     }
 
     fn start(format: Option<Format>, input: ByteInput, options: &InputOptions) -> Started<Self> {
-        match format.unwrap_or_else(|| sniff(&input.head)) {
+        match format
+            .or_else(|| content::recognise(&input.head))
+            .unwrap_or(Format::Text)
+        {
             Format::F64 => Ok(Box::new(raw::Points::new(input, options)?)),
             Format::Node => Ok(Box::new(Node::new(input)?)),
             Format::Poly => Ok(Box::new(Node::of_poly(input)?)),
             #[cfg(feature = "text")]
             Format::Text => Ok(Box::new(text::Points::new(input, options.columns.as_ref())?)),
-            #[cfg(feature = "geojson")]
-            Format::GeoJson => Ok(Box::new(geojson::Points::new(input)?)),
+            Format::GeoJson => start_vector(Vector::GeoJson, input),
+            Format::FlatGeobuf => start_vector(Vector::FlatGeobuf, input),
+            Format::Shapefile => start_vector(Vector::Shapefile, input),
+            Format::GeoPackage => start_vector(Vector::GeoPackage, input),
             #[cfg(feature = "las")]
             Format::Las => Err(las::no_stream(&input.path)),
-            #[cfg(not(all(feature = "text", feature = "geojson", feature = "las")))]
+            #[cfg(not(all(feature = "text", feature = "las")))]
             absent => Err(absent.missing(&input.path)),
         }
     }
@@ -80,20 +90,19 @@ impl Records for PointBatch {
             (Some(Format::Las), Some(size)) => las::open(file, size, options),
             #[cfg(not(feature = "las"))]
             (Some(Format::Las), Some(_)) => Err(Format::Las.missing(&file.watch.path)),
+            (Some(Format::GeoPackage), Some(_)) => {
+                let path = Arc::clone(&file.watch.path);
+                let shapes = Vector::GeoPackage.start_file(file)?;
+                Ok(Box::new(shapes::Points::new(shapes, &path)?))
+            }
             _ => start_stream(format, file, options),
         }
     }
 }
 
-/// Guesses the format of a stream without a name from its first bytes.
-fn sniff(head: &[u8]) -> Format {
-    if head.starts_with(b"LASF") {
-        Format::Las
-    } else if head.trim_ascii_start().starts_with(b"{") {
-        Format::GeoJson
-    } else {
-        Format::Text
-    }
+fn start_vector(vector: Vector, input: ByteInput) -> Started<PointBatch> {
+    let path = Arc::clone(&input.path);
+    Ok(Box::new(shapes::Points::new(vector.start(input)?, &path)?))
 }
 
 /// Returns whether this is a `.poly` file that refers to the file with points beside it.
@@ -105,8 +114,9 @@ impl Source<PointBatch> {
     /// Opens the inputs in this order and examines the beginning of each. A path `-` means standard
     /// input.
     ///
-    /// The format of standard input is [`InputOptions::format`]. If that is not set, the format is
-    /// GeoJSON if the input begins with a brace, otherwise text.
+    /// The format of an input is [`InputOptions::format`], otherwise the one that its name
+    /// indicates, otherwise the one of its first bytes. Standard input whose first bytes indicate
+    /// none is text.
     ///
     /// # Errors
     /// Fails if an input does not exist, has no known format or is broken at its beginning, or if
@@ -154,7 +164,7 @@ impl Source<PointBatch> {
     }
 
     fn add_points(&mut self, path: &Path) -> Result<(), InputError> {
-        let Some(format) = self.options.format.or_else(|| Format::from_path(path)) else {
+        let Some(format) = self.options.format.or_else(|| content::format_of(path)) else {
             return Err(InputError::UnknownFormat {
                 path: path.to_owned(),
                 kind: RecordKind::Point,

@@ -5,7 +5,9 @@
 //! reading, the state is one reader and the remaining inputs. An error ends the stream.
 
 use crate::input::bytes::ByteInput;
+use crate::input::content;
 use crate::input::error::{InputError, RecordKind};
+use crate::input::options::Format;
 use crate::input::reader::{Batch, Reader, Sink, Started, Totals};
 use crate::input::sample::RandomAccess;
 use crate::input::watch::{FileStamp, Reading, Watch, Watched, note};
@@ -23,6 +25,10 @@ pub trait Records: Batch {
 
     /// Whether a batch may contain records of several files.
     const SPANS_FILES: bool;
+
+    /// Returns the format that the content of a file must not contradict; `None` if any bytes may
+    /// begin a file of this format.
+    fn content(format: Self::Format) -> Option<Format>;
 
     /// Returns whether a file of this format that begins with gzip's magic number is gzip. Only
     /// files of raw numbers can begin so without being gzip.
@@ -85,6 +91,9 @@ impl<B: Records> Input<B> {
         let file = Watched::open(&self.path, reading, self.stamp)?;
         let watch = Arc::clone(&file.watch);
         self.stamp = watch.stamp();
+        if let Some(format) = B::content(self.format) {
+            content::check(&self.path, format, &file.head())?;
+        }
         match B::start_file(self.format, file, options) {
             Ok(reader) => Ok(Opened { reader, watch }),
             Err(error) => Err(watch.explain(error)),
@@ -119,6 +128,8 @@ pub struct Source<B: Records> {
     pub(super) records: u64,
     has_z: bool,
     pub(super) crs: Option<String>,
+    /// The coordinate reference system of each of `all`, if it is known.
+    crs_of_files: Vec<Option<String>>,
     notes: Vec<String>,
     /// The sum of the file sizes, if all inputs are regular files.
     pub(super) total_bytes: Option<u64>,
@@ -145,6 +156,7 @@ impl<B: Records> Source<B> {
             records: 0,
             has_z: false,
             crs: None,
+            crs_of_files: Vec::new(),
             notes: Vec::new(),
             total_bytes: Some(0),
             random_access: Some(Vec::new()),
@@ -193,7 +205,8 @@ impl<B: Records> Source<B> {
         self.has_z |= opened.reader.has_z();
         self.total_bytes = self.total_bytes.zip(input.size()).map(|(sum, size)| sum + size);
         self.note_stamp(&opened);
-        self.take_crs(&opened);
+        self.crs_of_files.push(None);
+        self.take_crs(&opened, self.all.len());
         match (&mut self.random_access, opened.reader.random_access()) {
             (Some(files), Some(access)) => files.push((input.path.clone(), access)),
             _ => self.random_access = None,
@@ -211,9 +224,14 @@ impl<B: Records> Source<B> {
         note(&mut self.stamps, &opened.watch);
     }
 
-    fn take_crs(&mut self, opened: &Opened<B>) {
+    /// Takes the coordinate reference system of the input with this number.
+    fn take_crs(&mut self, opened: &Opened<B>, number: usize) {
+        let crs = opened.reader.crs();
         if self.crs.is_none() {
-            self.crs = opened.reader.crs().map(str::to_owned);
+            self.crs = crs.map(str::to_owned);
+        }
+        if let Some(known @ None) = self.crs_of_files.get_mut(number) {
+            *known = crs.map(str::to_owned);
         }
     }
 
@@ -273,7 +291,7 @@ impl<B: Records> Source<B> {
     fn end_file(&mut self, input: &Input<B>, opened: &Opened<B>, in_batch: usize) {
         self.done_bytes += input.size().unwrap_or(opened.watch.taken());
         self.bytes_read = self.done_bytes;
-        self.take_crs(opened);
+        self.take_crs(opened, self.done.len());
         let before = self.done_records;
         let by_now = self.records + in_batch as u64;
         self.done_records = self.totals.end_file(&opened.reader.tally(), by_now);
@@ -308,6 +326,14 @@ impl<B: Records> Source<B> {
     #[must_use]
     pub fn sources(&self) -> &[(String, u64)] {
         &self.done
+    }
+
+    /// Returns each input with its coordinate reference system, if it names one: `EPSG:…`, WKT, or
+    /// the name in the former member `crs` of GeoJSON. Some formats may have it at the end of the
+    /// file, so that it is known only once the file was read. The library does not interpret it.
+    pub fn crs_of_files(&self) -> impl Iterator<Item = (&Path, Option<&str>)> {
+        let files = self.all.iter().zip(&self.crs_of_files);
+        files.map(|((path, _), crs)| (&**path, crs.as_deref()))
     }
 
     /// Returns notes for the user about the inputs that have ended, for instance which columns were

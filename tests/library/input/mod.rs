@@ -14,6 +14,8 @@ mod source;
 mod geojson;
 #[cfg(all(feature = "geojson", feature = "text"))]
 mod hostile_lines;
+#[cfg(all(feature = "geojson", feature = "text"))]
+mod hostile_vector;
 #[cfg(feature = "las")]
 mod las;
 #[cfg(all(feature = "geojson", feature = "text"))]
@@ -26,6 +28,8 @@ mod rings;
 mod sites;
 #[cfg(feature = "text")]
 mod text;
+#[cfg(all(feature = "geojson", feature = "text"))]
+mod vector;
 
 use crate::support::test_data::{data, shared};
 use delaunay_tiles::input::{Format, InputError, InputOptions, PointBatch, PointSource};

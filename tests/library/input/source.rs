@@ -62,7 +62,12 @@ fn the_file_name_decides_the_format() {
         ("a.poly.gz", Some(Format::Poly)),
         ("a.geojsonl", Some(Format::GeoJson)),
         ("a.copc.laz", Some(Format::Las)),
-        ("a.shp", None),
+        ("a.fgb.gz", Some(Format::FlatGeobuf)),
+        ("a.shp", Some(Format::Shapefile)),
+        ("a.gpkg", Some(Format::GeoPackage)),
+        ("dir/a.GPKG:lines of 2.5 m", Some(Format::GeoPackage)),
+        ("a.gpkg:", None),
+        ("a.dwg", None),
         ("csv", None),
         (".csv", None),
         ("a.gz", None),
@@ -76,15 +81,18 @@ fn the_file_name_decides_the_format() {
         Format::Poly,
         Format::GeoJson,
         Format::Las,
+        Format::FlatGeobuf,
+        Format::Shapefile,
+        Format::GeoPackage,
     ] {
         assert_eq!(format.to_string().parse::<Format>().unwrap(), format);
     }
     assert!(
-        "shp"
+        "dwg"
             .parse::<Format>()
             .unwrap_err()
             .to_string()
-            .contains("invalid format `shp`")
+            .contains("invalid format `dwg`")
     );
     assert_eq!("last".parse::<Returns>().unwrap(), Returns::Last);
     assert!("second".parse::<Returns>().is_err());
@@ -95,9 +103,9 @@ fn inputs_that_cannot_be_opened_are_named_in_the_error() {
     let open = |path: &str| PointSource::open(&[PathBuf::from(path)], &InputOptions::default()).and_then(drain);
     assert_says(open("no/such.f64"), &["no/such.f64: cannot be opened"]);
     assert_says(
-        open("points.shp"),
+        open("points.dwg"),
         &[
-            "points.shp: the name does not tell the format",
+            "points.dwg: neither the name nor the content tells the format",
             "option `format`",
             ".geojson",
         ],

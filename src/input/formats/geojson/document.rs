@@ -14,10 +14,10 @@
 
 use crate::input::bytes::ByteInput;
 use crate::input::error::{InputError, Location};
-use crate::input::formats::geojson::event::{Event, Kind, Position};
-use crate::input::formats::geojson::ids::{FoundId, read_id, read_property};
+use crate::input::formats::geojson::ids::{read_id, read_property};
 use crate::input::formats::geojson::json::{Json, ValueType};
-use crate::shown;
+use crate::input::formats::geojson::kinds::{kind_of, level_of};
+use crate::input::formats::shapes::{Event, FoundId, Kind, Position, Shapes};
 use crate::shown::excerpt;
 
 const HINT: &str = "expected GeoJSON (RFC 7946)";
@@ -33,9 +33,6 @@ pub struct GeoJson {
     /// The position being read.
     position: Position,
     crs: Option<String>,
-    polygons: Tally,
-    lines: Tally,
-    name: String,
     /// The member of a feature that is its id.
     id_field: Option<Box<str>>,
     /// The id of the feature that has just ended.
@@ -73,115 +70,16 @@ struct Object {
     geometries: bool,
     /// The level of the positions, if there are any.
     level: Option<usize>,
-    /// The number of arrays that ended, by level: `arrays[2]` counts the rings of a polygon.
-    arrays: [u64; LEVELS + 1],
-    /// The same counts, restricted to the enclosing array.
+    /// The number of arrays that ended within the enclosing array, by level: `siblings[2]` counts
+    /// the rings of a polygon.
     siblings: [u64; LEVELS + 1],
     /// The wanted property, and the member `id`.
     property: Option<FoundId>,
     id: Option<FoundId>,
 }
 
-/// The number of geometries of a kind, and of their vertices.
-#[derive(Default)]
-struct Tally {
-    geometries: u64,
-    vertices: u64,
-}
-
-impl GeoJson {
-    pub fn new(input: ByteInput) -> Result<Self, InputError> {
-        let name = shown::path(&input.path);
-        let mut this = Self {
-            json: Json::new(input),
-            open: Vec::new(),
-            level: 0,
-            position: Position::default(),
-            crs: None,
-            polygons: Tally::default(),
-            lines: Tally::default(),
-            name,
-            id_field: None,
-            id: None,
-            record: None,
-        };
-        if this.json.is_blank() {
-            return Err(this.json.malformed("the file is empty".to_owned(), HINT));
-        }
-        this.enter(Role::Root)?;
-        Ok(this)
-    }
-
-    /// Returns the type of the geometry whose coordinates come next, if it is already known.
-    pub fn kind(&self) -> Option<Kind> {
-        match self.open.last() {
-            Some(Frame::Object(object)) => object.kind,
-            _ => None,
-        }
-    }
-
-    /// From now on, keeps the id of every feature: its property `field`, or its member `id` if
-    /// `field` is `id` and the feature has no such property.
-    pub fn keep_ids(&mut self, field: &str) {
-        self.id_field = Some(field.into());
-    }
-
-    /// Takes the id of the feature that has just ended.
-    pub fn take_id(&mut self) -> Option<FoundId> {
-        self.id.take()
-    }
-
-    /// Returns the coordinate reference system, if the part of the document that was read contains
-    /// one.
-    pub fn crs(&self) -> Option<&str> {
-        self.crs.as_deref()
-    }
-
-    /// Returns notes about geometries other than points that gave vertices.
-    pub fn notes(&self) -> Vec<String> {
-        [("polygons give", &self.polygons), ("lines give", &self.lines)]
-            .into_iter()
-            .filter(|(_, tally)| tally.geometries > 0)
-            .map(|(what, tally)| {
-                format!(
-                    "{}: {} {what} their {} vertices",
-                    self.name, tally.geometries, tally.vertices
-                )
-            })
-            .collect()
-    }
-
-    /// Begins an object, which must come next.
-    fn enter(&mut self, role: Role) -> Result<(), InputError> {
-        self.need(ValueType::Object, "this is not an object")?;
-        self.json.begin_object()?;
-        self.open.push(Frame::Object(Object {
-            role,
-            kind: None,
-            location: Location::Byte(self.json.offset()),
-            features: false,
-            geometry: false,
-            coordinates: false,
-            geometries: false,
-            level: None,
-            arrays: [0; LEVELS + 1],
-            siblings: [0; LEVELS + 1],
-            property: None,
-            id: None,
-        }));
-        Ok(())
-    }
-
-    /// Fails if the next value is not of the type `wanted`.
-    fn need(&mut self, wanted: ValueType, problem: &str) -> Result<(), InputError> {
-        if self.json.peek()? == wanted {
-            return Ok(());
-        }
-        Err(self.json.malformed(problem, HINT))
-    }
-
-    /// Returns the next event; `None` at the end of the file.
-    pub fn next_event(&mut self) -> Result<Option<Event>, InputError> {
+impl Shapes for GeoJson {
+    fn next_event(&mut self) -> Result<Option<Event>, InputError> {
         loop {
             if self.level > 0 {
                 if let Some(event) = self.coordinate()? {
@@ -220,6 +118,75 @@ impl GeoJson {
         }
     }
 
+    fn kind(&self) -> Option<Kind> {
+        match self.open.last() {
+            Some(Frame::Object(object)) => object.kind,
+            _ => None,
+        }
+    }
+
+    /// The id is the property `field`, or the member `id` if `field` is `id` and the feature has no
+    /// such property.
+    fn keep_ids(&mut self, field: &str) {
+        self.id_field = Some(field.into());
+    }
+
+    fn take_id(&mut self) -> Option<FoundId> {
+        self.id.take()
+    }
+
+    fn crs(&self) -> Option<&str> {
+        self.crs.as_deref()
+    }
+}
+
+impl GeoJson {
+    pub fn new(input: ByteInput) -> Result<Self, InputError> {
+        let mut this = Self {
+            json: Json::new(input),
+            open: Vec::new(),
+            level: 0,
+            position: no_position(0),
+            crs: None,
+            id_field: None,
+            id: None,
+            record: None,
+        };
+        if this.json.is_blank() {
+            return Err(this.json.malformed("the file is empty".to_owned(), HINT));
+        }
+        this.enter(Role::Root)?;
+        Ok(this)
+    }
+
+    /// Begins an object, which must come next.
+    fn enter(&mut self, role: Role) -> Result<(), InputError> {
+        self.need(ValueType::Object, "this is not an object")?;
+        self.json.begin_object()?;
+        self.open.push(Frame::Object(Object {
+            role,
+            kind: None,
+            location: Location::Byte(self.json.offset()),
+            features: false,
+            geometry: false,
+            coordinates: false,
+            geometries: false,
+            level: None,
+            siblings: [0; LEVELS + 1],
+            property: None,
+            id: None,
+        }));
+        Ok(())
+    }
+
+    /// Fails if the next value is not of the type `wanted`.
+    fn need(&mut self, wanted: ValueType, problem: &str) -> Result<(), InputError> {
+        if self.json.peek()? == wanted {
+            return Ok(());
+        }
+        Err(self.json.malformed(problem, HINT))
+    }
+
     /// Records that a record has ended, if `object` is one.
     fn end_record(&mut self, object: Object) {
         let is_feature = object.kind == Some(Kind::Feature);
@@ -240,7 +207,7 @@ impl GeoJson {
             "type" => {
                 self.need(ValueType::String, "`type` is not a string")?;
                 let name = self.json.string()?;
-                let kind = Kind::from_name(name);
+                let kind = kind_of(name);
                 if kind.is_none() {
                     let problem = format!("the type `{}` is not a GeoJSON type", excerpt(name.as_bytes()));
                     return Err(self.json.malformed(problem, HINT));
@@ -315,10 +282,7 @@ impl GeoJson {
         {
             *inside = 0;
         }
-        self.position = Position {
-            offset: self.json.offset(),
-            ..Position::default()
-        };
+        self.position = no_position(self.json.offset());
         self.json.begin_array()
     }
 
@@ -329,7 +293,6 @@ impl GeoJson {
         };
         let in_position = object.level == Some(self.level);
         if !self.json.has_next()? {
-            object.arrays[self.level] += 1;
             let line = object.siblings[self.level];
             object.siblings[self.level] += 1;
             let ends_line = object.level == Some(self.level + 1);
@@ -384,21 +347,22 @@ impl GeoJson {
             // Some writers omit a null geometry.
             Kind::Feature => matches!(seen, (false, _, false, false)),
             Kind::GeometryCollection => seen == (false, false, true, false),
-            _ => seen == (false, false, false, true) && object.level.is_none_or(|level| level == kind.level()),
+            _ => seen == (false, false, false, true) && object.level.is_none_or(|level| level == level_of(kind)),
         };
         if !role_ok || !members_ok {
             let problem = format!("an object of type {kind:?} has wrong members, or is in the wrong position");
             return Err(self.json.malformed(problem, HINT));
         }
-        let (tally, geometries) = match kind {
-            Kind::LineString => (&mut self.lines, 1),
-            Kind::MultiLineString => (&mut self.lines, object.arrays[2]),
-            Kind::Polygon => (&mut self.polygons, 1),
-            Kind::MultiPolygon => (&mut self.polygons, object.arrays[2]),
-            _ => return Ok(()),
-        };
-        tally.geometries += geometries;
-        tally.vertices += object.arrays[kind.level()];
         Ok(())
+    }
+}
+
+/// Returns a position without elements at this offset.
+fn no_position(offset: u64) -> Position {
+    Position {
+        values: [0.0; 3],
+        length: 0,
+        has_non_number: false,
+        location: Location::Byte(offset),
     }
 }

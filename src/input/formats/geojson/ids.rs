@@ -3,10 +3,8 @@
 use crate::input::error::InputError;
 use crate::input::flaw::Flaw;
 use crate::input::formats::geojson::json::{Json, ValueType};
+use crate::input::formats::shapes::FoundId;
 use crate::input::sites::SiteId;
-
-/// An id, or what is wrong with it.
-pub type FoundId = Result<SiteId, Flaw>;
 
 /// Skips `properties`, except the wanted one. Returns the last value that it has there;
 /// `Some(None)` if that is null.

@@ -1,16 +1,8 @@
-//! GeoJSON (RFC 7946): points, lines, the rings of polygons, and sites.
+//! GeoJSON (RFC 7946): its geometries as events.
 
 mod document;
-mod event;
-mod features;
 mod ids;
 mod json;
-mod lines;
-mod points;
-mod rings;
-mod sites;
+mod kinds;
 
-pub use lines::Lines;
-pub use points::Points;
-pub use rings::Rings;
-pub use sites::Sites;
+pub use document::GeoJson;

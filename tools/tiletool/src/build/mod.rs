@@ -28,17 +28,20 @@ use report::{BuildReport, InputCounts, report};
 /// Build a tile file from points and lines
 ///
 /// Points come from LAS and LAZ, text (.csv, .xyz, .txt, also .gz), raw little-endian f64 (.f64),
-/// Triangle's .node and .poly, and GeoJSON. Several inputs are joined to one set of points.
+/// Triangle's .node and .poly, GeoJSON, FlatGeobuf (.fgb), shapefiles (.shp) and GeoPackage (.gpkg,
+/// or FILE.gpkg:LAYER where there are several layers). Several inputs are joined to one set of
+/// points.
 ///
-/// Lines come from GeoJSON, text (x1,y1,x2,y2), and raw pairs of record numbers (.u32, .u64). They
-/// become chains of edges, and must not cross unless --crossings split is given. The segments of a
+/// Lines come from GeoJSON, FlatGeobuf, shapefiles, GeoPackage, text (x1,y1,x2,y2), and raw pairs of
+/// record numbers (.u32, .u64). They become chains of edges, and must not cross unless --crossings split is given. The segments of a
 /// .poly file are walls, and its hole points make holes.
 ///
 /// The file appears under its name when it is complete.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
   tiletool build survey.laz -o ground.tiles --class 2
-  tiletool build survey.laz --segments breaklines.geojson -o ground.tiles
+  tiletool build survey.laz --segments breaklines.shp -o ground.tiles
+  tiletool build survey.laz --segments survey.gpkg:ridges -o ground.tiles
   tiletool build --obstacles houses.geojson --walls fences.geojson --sites shops.csv -o town.tiles
   tiletool build --obstacles islands.geojson -o islands.tiles --plot islands.png
   zcat points.csv.gz | tiletool build - -o points.tiles --columns lon,lat,height")]

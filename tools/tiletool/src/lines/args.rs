@@ -19,8 +19,8 @@ pub struct LineFiles {
     /// File of walls, which block paths; may be repeated
     #[arg(long, value_name = "FILE", help_heading = "Lines and sites")]
     walls: Vec<PathBuf>,
-    /// GeoJSON file of polygons whose interiors are holes and whose rings block paths; may be
-    /// repeated
+    /// File of polygons (GeoJSON, FlatGeobuf, Shapefile, GeoPackage) whose interiors are holes and
+    /// whose rings block paths; may be repeated
     #[arg(long, value_name = "FILE", help_heading = "Lines and sites")]
     obstacles: Vec<PathBuf>,
 }
@@ -30,8 +30,8 @@ pub struct LineFiles {
 pub struct LineArgs {
     #[command(flatten)]
     files: LineFiles,
-    /// File of sites, which are points with an id, as GeoJSON or as text with rows x,y[,id]; may be
-    /// repeated
+    /// File of sites, which are points with an id, as GeoJSON, FlatGeobuf, Shapefile, GeoPackage, or
+    /// as text with rows x,y[,id]; may be repeated
     #[arg(long, value_name = "FILE", help_heading = "Lines and sites")]
     sites: Vec<PathBuf>,
     /// Column or property that holds a site's id [default: third column of text, otherwise the

@@ -28,6 +28,7 @@ mod refusals;
 mod resume;
 mod sites;
 mod town;
+mod vector;
 
 /// The program that the tests run.
 const PROGRAM: &str = env!("CARGO_BIN_EXE_tiletool");

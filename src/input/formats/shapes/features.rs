@@ -1,14 +1,12 @@
-//! GeoJSON feature by feature, with the number of features and a look-ahead to the first position.
+//! A file feature by feature, with the number of features and a look-ahead to the first position.
 
-use crate::input::bytes::ByteInput;
 use crate::input::error::InputError;
-use crate::input::formats::geojson::document::GeoJson;
-use crate::input::formats::geojson::event::{Event, Kind};
-use crate::input::formats::geojson::ids::FoundId;
+use crate::input::formats::shapes::event::{Event, Kind};
+use crate::input::formats::shapes::{FoundId, Shapes};
 
 /// The events of a file, with the number of the feature that they belong to.
 pub struct Features {
-    json: GeoJson,
+    shapes: Box<dyn Shapes>,
     /// The event that the look-ahead found.
     first: Option<Event>,
     has_z: bool,
@@ -19,15 +17,15 @@ pub struct Features {
 impl Features {
     /// Skips events up to the first position, but stops at a geometry without positions whose kind
     /// `passes` rejects. Keeps ids if `id_field` is given.
-    pub fn new(input: ByteInput, id_field: Option<&str>, passes: fn(Kind) -> bool) -> Result<Self, InputError> {
+    pub fn new(shapes: Box<dyn Shapes>, id_field: Option<&str>, passes: fn(Kind) -> bool) -> Result<Self, InputError> {
         let mut this = Self {
-            json: GeoJson::new(input)?,
+            shapes,
             first: None,
             has_z: false,
             ended: 0,
         };
         if let Some(field) = id_field {
-            this.json.keep_ids(field);
+            this.shapes.keep_ids(field);
         }
         while let Some(event) = this.next_event()? {
             match event {
@@ -48,7 +46,7 @@ impl Features {
         if let Some(first) = self.first.take() {
             return Ok(Some(first));
         }
-        let event = self.json.next_event()?;
+        let event = self.shapes.next_event()?;
         self.ended += u64::from(matches!(event, Some(Event::Record(_))));
         Ok(event)
     }
@@ -64,13 +62,18 @@ impl Features {
         self.has_z
     }
 
-    /// Returns the document, which has what is known so far of the current feature.
-    pub fn json(&self) -> &GeoJson {
-        &self.json
+    /// Returns the type of the geometry whose positions come next, if it is already known.
+    pub fn kind(&self) -> Option<Kind> {
+        self.shapes.kind()
+    }
+
+    /// Returns the coordinate reference system, if the part of the file that was read has one.
+    pub fn crs(&self) -> Option<&str> {
+        self.shapes.crs()
     }
 
     /// Takes the id of the feature that has just ended.
     pub fn take_id(&mut self) -> Option<FoundId> {
-        self.json.take_id()
+        self.shapes.take_id()
     }
 }

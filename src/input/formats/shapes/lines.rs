@@ -1,9 +1,9 @@
-//! The segments of GeoJSON's lines and of the rings of its polygons.
+//! The segments of lines and of the rings of polygons.
 
-use crate::input::bytes::ByteInput;
 use crate::input::error::{InputError, RecordKind};
-use crate::input::formats::geojson::event::{Event, Kind};
-use crate::input::formats::geojson::features::Features;
+use crate::input::formats::shapes::Shapes;
+use crate::input::formats::shapes::event::{Event, Kind};
+use crate::input::formats::shapes::features::Features;
 use crate::input::lines::{LineTally, SegmentBatch};
 use crate::input::point_z::PointZ;
 use crate::input::reader::{Reader, Sink};
@@ -30,9 +30,9 @@ struct Vertex {
 }
 
 impl Lines {
-    pub fn new(input: ByteInput) -> Result<Self, InputError> {
+    pub fn new(shapes: Box<dyn Shapes>) -> Result<Self, InputError> {
         Ok(Self {
-            features: Features::new(input, None, |_| true)?,
+            features: Features::new(shapes, None, |_| true)?,
             vertices: Vec::new(),
             is_ended: false,
             emitted: 0,
@@ -65,6 +65,10 @@ impl Reader<SegmentBatch> for Lines {
         self.features.has_z()
     }
 
+    fn crs(&self) -> Option<&str> {
+        self.features.crs()
+    }
+
     fn tally(&self) -> LineTally {
         LineTally {
             lines: self.features.ended(),
@@ -84,8 +88,7 @@ impl Reader<SegmentBatch> for Lines {
                 Some(Event::Position(position)) => {
                     let number = sink.next() + self.segments;
                     let end = position.point_z();
-                    let end =
-                        end.map_err(|flaw| sink.wrong(RecordKind::Segment, number, position.location(), &flaw))?;
+                    let end = end.map_err(|flaw| sink.wrong(RecordKind::Segment, number, position.location, &flaw))?;
                     let is_joined = std::mem::replace(&mut self.in_line, true);
                     self.segments += u64::from(is_joined);
                     self.vertices.push(Vertex { end, is_joined });

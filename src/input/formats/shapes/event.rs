@@ -1,4 +1,4 @@
-//! The events of a GeoJSON document.
+//! The events that the geometries of a file give, whatever its format.
 
 use crate::input::error::Location;
 use crate::input::flaw::Flaw;
@@ -6,6 +6,7 @@ use crate::input::point_z::PointZ;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
+    /// Only in GeoJSON, as are features and collections.
     FeatureCollection,
     Feature,
     GeometryCollection,
@@ -17,36 +18,7 @@ pub enum Kind {
     MultiPolygon,
 }
 
-impl Kind {
-    pub fn from_name(name: &str) -> Option<Self> {
-        Some(match name {
-            "FeatureCollection" => Self::FeatureCollection,
-            "Feature" => Self::Feature,
-            "GeometryCollection" => Self::GeometryCollection,
-            "Point" => Self::Point,
-            "MultiPoint" => Self::MultiPoint,
-            "LineString" => Self::LineString,
-            "MultiLineString" => Self::MultiLineString,
-            "Polygon" => Self::Polygon,
-            "MultiPolygon" => Self::MultiPolygon,
-            _ => return None,
-        })
-    }
-
-    /// Returns the level of the positions: the number of arrays from `coordinates` down to a
-    /// position's.
-    pub fn level(self) -> usize {
-        match self {
-            Self::FeatureCollection | Self::Feature | Self::GeometryCollection => 0,
-            Self::Point => 1,
-            Self::MultiPoint | Self::LineString => 2,
-            Self::MultiLineString | Self::Polygon => 3,
-            Self::MultiPolygon => 4,
-        }
-    }
-}
-
-/// The next event in a document.
+/// The next event of a file.
 #[derive(Clone, Copy)]
 pub enum Event {
     Position(Position),
@@ -61,14 +33,15 @@ pub enum Event {
 }
 
 /// A position, valid or not.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub struct Position {
     pub values: [f64; 3],
     /// The number of elements; may be more than three.
     pub length: usize,
     /// Whether an element is not a number.
     pub has_non_number: bool,
-    pub offset: u64,
+    /// Where the position is in the file.
+    pub location: Location,
 }
 
 impl Position {
@@ -88,10 +61,5 @@ impl Position {
     pub fn point_z(self) -> Result<PointZ, Flaw> {
         let (x, y, z) = self.coordinates()?;
         PointZ::new(x, y, z)
-    }
-
-    /// Returns where the position is in the file.
-    pub fn location(self) -> Location {
-        Location::Byte(self.offset)
     }
 }

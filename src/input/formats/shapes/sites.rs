@@ -1,14 +1,15 @@
-//! The points of GeoJSON as sites.
+//! Points as sites.
 
-use crate::input::bytes::ByteInput;
 use crate::input::error::{InputError, Location, RecordKind};
 use crate::input::flaw::Flaw;
-use crate::input::formats::geojson::event::{Event, Kind};
-use crate::input::formats::geojson::features::Features;
+use crate::input::formats::shapes::Shapes;
+use crate::input::formats::shapes::event::{Event, Kind};
+use crate::input::formats::shapes::features::Features;
 use crate::input::point_z::PointZ;
 use crate::input::reader::{Reader, Sink};
 use crate::input::sites::{SiteBatch, SiteId};
 use crate::shown;
+use std::path::Path;
 
 pub struct Sites {
     features: Features,
@@ -38,10 +39,10 @@ fn is_point(kind: Kind) -> bool {
 }
 
 impl Sites {
-    pub fn new(input: ByteInput, id_field: Option<&str>) -> Result<Self, InputError> {
-        let name = shown::path(&input.path);
+    pub fn new(shapes: Box<dyn Shapes>, path: &Path, id_field: Option<&str>) -> Result<Self, InputError> {
+        let name = shown::path(path);
         Ok(Self {
-            features: Features::new(input, id_field, is_point)?,
+            features: Features::new(shapes, id_field, is_point)?,
             id_field: id_field.map(Into::into),
             points: Vec::new(),
             certain_count: 0,
@@ -87,6 +88,10 @@ impl Reader<SiteBatch> for Sites {
         self.features.has_z()
     }
 
+    fn crs(&self) -> Option<&str> {
+        self.features.crs()
+    }
+
     fn fill(&mut self, sink: &mut Sink<'_, SiteBatch>) -> Result<bool, InputError> {
         while !sink.is_full() {
             if let Some(pending) = self.pending.take() {
@@ -96,13 +101,13 @@ impl Reader<SiteBatch> for Sites {
             match self.features.next_event()? {
                 None => return Ok(false),
                 Some(Event::Position(position)) => {
-                    if self.features.json().kind().is_some_and(|kind| !is_point(kind)) {
+                    if self.features.kind().is_some_and(|kind| !is_point(kind)) {
                         continue;
                     }
                     let number = sink.next() + self.points.len() as u64;
                     let point_z = position.point_z();
                     let point_z =
-                        point_z.map_err(|flaw| sink.wrong(RecordKind::Site, number, position.location(), &flaw))?;
+                        point_z.map_err(|flaw| sink.wrong(RecordKind::Site, number, position.location, &flaw))?;
                     self.points.push(point_z);
                 }
                 Some(Event::Geometry(kind, _)) if is_point(kind) => self.certain_count = self.points.len(),

@@ -1,4 +1,4 @@
-//! The rings of GeoJSON's polygons, directed so that the polygon is on the left of every segment.
+//! The rings of polygons, directed so that the polygon is on the left of every segment.
 //!
 //! In: polygons of either winding, their rings closed or not. Out: outer rings counter-clockwise,
 //! inner ones clockwise, by the exact sign of their area. That sign is sufficient: parts of a ring
@@ -9,13 +9,14 @@
 //! directions, so that neither side of it is the inside.
 
 use std::cmp::Ordering;
+use std::path::Path;
 
 use crate::geometry::{Orientation, Point, area_sign, orient2d};
-use crate::input::bytes::ByteInput;
 use crate::input::error::{InputError, RecordKind};
 use crate::input::flaw::Flaw;
-use crate::input::formats::geojson::event::{Event, Kind};
-use crate::input::formats::geojson::features::Features;
+use crate::input::formats::shapes::Shapes;
+use crate::input::formats::shapes::event::{Event, Kind};
+use crate::input::formats::shapes::features::Features;
 use crate::input::lines::{LineTally, SegmentBatch};
 use crate::input::point_z::PointZ;
 use crate::input::reader::{Reader, Sink};
@@ -81,10 +82,10 @@ fn is_flat(ring: &[PointZ]) -> bool {
 }
 
 impl Rings {
-    pub fn new(input: ByteInput) -> Result<Self, InputError> {
-        let name = shown::path(&input.path);
+    pub fn new(shapes: Box<dyn Shapes>, path: &Path) -> Result<Self, InputError> {
+        let name = shown::path(path);
         Ok(Self {
-            features: Features::new(input, None, is_polygon)?,
+            features: Features::new(shapes, None, is_polygon)?,
             ring: Vec::new(),
             pending: None,
             has_area: false,
@@ -161,6 +162,10 @@ impl Reader<SegmentBatch> for Rings {
         self.features.has_z()
     }
 
+    fn crs(&self) -> Option<&str> {
+        self.features.crs()
+    }
+
     fn tally(&self) -> LineTally {
         LineTally {
             lines: self.features.ended(),
@@ -179,11 +184,11 @@ impl Reader<SegmentBatch> for Rings {
             match self.features.next_event()? {
                 None => return Ok(false),
                 Some(Event::Position(position)) => {
-                    let end = match self.features.json().kind() {
+                    let end = match self.features.kind() {
                         Some(kind) if !is_polygon(kind) => Err(no_polygon(kind)),
                         _ => position.point_z(),
                     };
-                    let end = end.map_err(|flaw| wrong(position.location(), &flaw))?;
+                    let end = end.map_err(|flaw| wrong(position.location, &flaw))?;
                     if self.ring.last().is_none_or(|last| last.point != end.point) {
                         self.ring.push(end);
                     }

@@ -1,0 +1,113 @@
+//! The layers of a file, which are its feature tables, and their coordinate reference systems.
+
+use crate::input::error::{InputError, Location};
+use crate::input::formats::geopackage::database::damaged;
+use crate::input::layer;
+use crate::shown;
+use rusqlite::{Connection, OptionalExtension};
+use std::path::Path;
+
+/// The limit on the number of layers that are read, and of those that a message lists.
+const MOST: u32 = 1000;
+const MOST_SHOWN: usize = 20;
+
+/// A feature table.
+pub struct Layer {
+    pub table: String,
+    /// The column of the geometries.
+    pub column: String,
+    srs: Option<i64>,
+}
+
+/// Returns the layer that `path` names, or the only one.
+pub fn find_layer(connection: &Connection, path: &Path) -> Result<Layer, InputError> {
+    let mut layers = layers(connection).map_err(|error| damaged(path, "its layers cannot be read", error))?;
+    let (problem, hint) = match layer::split(path) {
+        Some((_, name)) => match layers.iter().position(|layer| layer.table == name) {
+            Some(at) => return check_table(connection, path, layers.swap_remove(at)),
+            None => (
+                format!("there is no layer `{}`", shown::text(name)),
+                "give one of these",
+            ),
+        },
+        None if layers.len() == 1 => return check_table(connection, path, layers.swap_remove(0)),
+        None if layers.is_empty() => (
+            "there are no layers with features".to_owned(),
+            "add one, or give another file",
+        ),
+        None => (
+            format!("there are {} layers", layers.len()),
+            "give the one to read as FILE.gpkg:LAYER",
+        ),
+    };
+    let names = layers
+        .iter()
+        .take(MOST_SHOWN)
+        .map(|layer| shown::text(&layer.table).to_string());
+    let mut names: Vec<String> = names.collect();
+    if layers.len() > MOST_SHOWN {
+        names.push("…".to_owned());
+    }
+    let problem = match names.is_empty() {
+        true => problem,
+        false => format!("{problem}: {}", names.join(", ")),
+    };
+    Err(InputError::malformed(path, Location::File, problem, hint))
+}
+
+/// Returns all feature tables, in the order of the list in the file.
+fn layers(connection: &Connection) -> rusqlite::Result<Vec<Layer>> {
+    let mut statement = connection.prepare(
+        "SELECT c.table_name, g.column_name, g.srs_id FROM gpkg_contents AS c JOIN gpkg_geometry_columns AS g \
+         ON g.table_name = c.table_name WHERE c.data_type = 'features' ORDER BY c.rowid LIMIT ?1",
+    )?;
+    let rows = statement.query_map([MOST], |row| {
+        Ok(Layer {
+            table: row.get(0)?,
+            column: row.get(1)?,
+            srs: row.get(2)?,
+        })
+    })?;
+    rows.collect()
+}
+
+/// Fails if a layer is not a table.
+fn check_table(connection: &Connection, path: &Path, layer: Layer) -> Result<Layer, InputError> {
+    let sql = "SELECT type FROM sqlite_schema WHERE name = ?1 COLLATE NOCASE";
+    let kind = connection.query_row(sql, [&layer.table], |row| row.get::<_, String>(0));
+    let kind = kind.optional();
+    match kind
+        .map_err(|error| damaged(path, "its tables cannot be read", error))?
+        .as_deref()
+    {
+        Some("table") => Ok(layer),
+        kind => {
+            let kind = kind.map_or("not in the file", |_| "a view");
+            let problem = format!("the layer `{}` is {kind}", shown::text(&layer.table));
+            let hint = "copy it to a table, and give that";
+            Err(InputError::malformed(path, Location::File, problem, hint))
+        }
+    }
+}
+
+/// Returns the coordinate reference system of a layer: `EPSG:…`, or else WKT. Errors are ignored,
+/// since this is only metadata.
+pub fn crs(connection: &Connection, layer: &Layer) -> Option<String> {
+    // 0 and -1 mean that it is not known.
+    let srs = layer.srs.filter(|srs| *srs > 0)?;
+    let sql = "SELECT organization, organization_coordsys_id, definition FROM gpkg_spatial_ref_sys WHERE srs_id = ?1";
+    let (organization, code, definition) = connection
+        .query_row(sql, [srs], |row| {
+            Ok((
+                row.get::<_, String>(0)?,
+                row.get::<_, i64>(1)?,
+                row.get::<_, Option<String>>(2)?,
+            ))
+        })
+        .ok()?;
+    if organization.eq_ignore_ascii_case("EPSG") && code > 0 {
+        return Some(format!("EPSG:{code}"));
+    }
+    let definition = definition?.trim().to_owned();
+    (!definition.is_empty() && definition != "undefined").then_some(definition)
+}
