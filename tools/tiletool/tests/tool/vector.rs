@@ -43,38 +43,29 @@ fn the_same_features_in_all_formats_give_the_same_digest() {
             let expected = digest(folder, &format!("{option} {geojson}"));
             for other in others(layer) {
                 assert_eq!(digest(folder, &format!("{option} {other}")), expected, "{other}");
-                // The input may be in another format than that of the build.
-                run(folder, &format!("verify --deep t.tiles {option} {geojson}"));
+                run(folder, &format!("verify --deep t.tiles {option} {other}"));
             }
         }
     }
 }
 
+/// A spatial index gives the features, and so the lines, another order.
 #[cfg(feature = "flatgeobuf")]
 #[test]
-fn the_order_of_a_spatial_index_changes_only_the_numbers_of_lines() {
+fn the_order_of_a_spatial_index_does_not_matter() {
     let scratch = tempfile::tempdir().unwrap();
-    let folder = scratch.path();
-    let sums = |name: &str| {
-        let digest = digest(folder, &format!("--segments {}", data(name)));
-        let lines: Vec<String> = digest.lines().map(str::to_owned).collect();
-        lines
-    };
-    let (plain, indexed) = (sums("formats/lines.fgb"), sums("formats/lines_indexed.fgb"));
-    assert_eq!(plain.len(), indexed.len());
-    for (one, other) in plain.iter().zip(&indexed) {
-        // Only the sources of the edges have the numbers of lines.
-        assert_eq!(one == other, !one.contains("source"), "{one}\n{other}");
-    }
+    let of_file = |name: &str| digest(scratch.path(), &format!("--segments {}", data(name)));
+    assert_eq!(of_file("formats/lines_indexed.fgb"), of_file("formats/lines.geojson"));
 }
 
 #[test]
 fn lines_of_any_format_are_added_to_a_file() {
     let scratch = tempfile::tempdir().unwrap();
     let folder = scratch.path();
-    let sites = data("formats/sites.geojson");
+    let corners = "399900,5799900\n400500,5799900\n400500,5800500\n399900,5800500\n";
+    std::fs::write(folder.join("corners.csv"), corners).unwrap();
     let constrained = |file: &str| {
-        run(folder, &format!("build {sites} -o t.tiles --quiet --force"));
+        run(folder, &format!("build corners.csv -o t.tiles --quiet --force"));
         run(folder, &format!("constrain t.tiles --segments {file} --missing-z zero"));
         run(folder, "digest --recompute t.tiles")
     };
