@@ -65,7 +65,7 @@ fn lines_of_any_format_are_added_to_a_file() {
     let corners = "399900,5799900\n400500,5799900\n400500,5800500\n399900,5800500\n";
     std::fs::write(folder.join("corners.csv"), corners).unwrap();
     let constrained = |file: &str| {
-        run(folder, &format!("build corners.csv -o t.tiles --quiet --force"));
+        run(folder, "build corners.csv -o t.tiles --quiet --force");
         run(folder, &format!("constrain t.tiles --segments {file} --missing-z zero"));
         run(folder, "digest --recompute t.tiles")
     };
