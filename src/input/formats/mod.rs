@@ -20,7 +20,7 @@ pub mod shapefile;
         feature = "shapefile",
         feature = "geopackage"
     )),
-    allow(dead_code, reason = "no format has shapes")
+    allow(dead_code, unused_imports, reason = "no format has shapes")
 )]
 pub mod shapes;
 #[cfg(feature = "text")]

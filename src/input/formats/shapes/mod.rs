@@ -5,7 +5,9 @@
 //! the same records as the same features in another: lines are numbered by feature, polygons by
 //! their outer rings, and the first position of a file tells whether it has z.
 
+#[cfg(any(feature = "flatgeobuf", feature = "shapefile", feature = "geopackage"))]
 mod blocks;
+#[cfg(any(feature = "flatgeobuf", feature = "shapefile", feature = "geopackage"))]
 mod decoded;
 mod event;
 mod features;
@@ -18,7 +20,11 @@ use crate::input::error::InputError;
 use crate::input::flaw::Flaw;
 use crate::input::sites::SiteId;
 
-pub use blocks::{Blocks, LONGEST};
+#[cfg(any(feature = "flatgeobuf", feature = "shapefile"))]
+pub use blocks::Blocks;
+#[cfg(feature = "geopackage")]
+pub use blocks::LONGEST;
+#[cfg(any(feature = "flatgeobuf", feature = "shapefile", feature = "geopackage"))]
 pub use decoded::{Decoded, Decoder, Feature};
 pub use event::{Event, Kind, Position};
 pub use lines::Lines;
