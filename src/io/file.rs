@@ -9,9 +9,9 @@ use bytes::Bytes;
 use futures::future::{BoxFuture, FutureExt, try_join_all};
 
 /// The number of bytes at the start of a file that are read first, if it has so many. In a new tile
-/// file, they contain the superblocks, the root of the directory, and the lists of up to a thousand
-/// pages.
-pub(crate) const FIRST_READ: u64 = 42 << 10;
+/// file, they contain the superblocks, the root of the directory, short lists, and the lists of up
+/// to a thousand pages.
+pub(crate) const FIRST_READ: u64 = 44 << 10;
 
 /// A file that is read by byte range, from any thread.
 pub trait ReadAt: Send + Sync {

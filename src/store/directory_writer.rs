@@ -1,7 +1,7 @@
 //! Writes the directory of a tile file, and then the superblocks.
 //!
 //! ```text
-//! new file      superblocks | root, lists of pages | cores | borders | lists, pages
+//! new file      superblocks | root, short lists, lists of pages | cores | borders | lists, pages
 //! edited file   … what was there …                 | changed tiles | changed lists and pages,
 //!                                                    changed lists of pages, root
 //! ```
@@ -18,24 +18,29 @@ use crate::io::WriteAt;
 use crate::store::format::directory::Directory;
 use crate::store::format::extent::Extent;
 use crate::store::format::limits::{BLOCK, FIRST_EXTENT, MAX_PAGE, PAGE_TILES};
+use crate::store::format::lists::OfLists;
 use crate::store::format::metadata::Metadata;
 use crate::store::format::page::PageRef;
 use crate::store::format::page_list::PageList;
-use crate::store::format::root::{PageListRef, Root};
+use crate::store::format::root::Root;
 use crate::store::format::superblock::{FileId, InForce, Superblock};
 use crate::store::writer::TileWriter;
 
 /// The number of bytes of the root, without its references to lists of pages.
 const ROOT_BYTES: u64 = 1024;
+/// The maximum number of bytes of the lists behind the root, so that they are in the first read.
+const SHORT_LISTS_BYTES: u64 = 2560;
+/// The alignment of the lists that are no lists of pages.
+const LIST_ALIGNMENT: u64 = 8;
 /// The number of bytes for a page in a list of pages.
 const PAGE_REF_BYTES: u64 = 34;
 
 /// Returns where the extents of a new file start, given the expected number of tiles, so that the
-/// root and the lists of pages have room before them.
+/// root, short lists and the lists of pages have room before them.
 pub(crate) fn front_end_for(tiles: u64) -> u64 {
     // Subtrees fill pages at least by half, unless the tree is out of balance.
     let pages = (2 * tiles).div_ceil(PAGE_TILES.into());
-    FIRST_EXTENT + (ROOT_BYTES + PAGE_REF_BYTES * pages).next_multiple_of(BLOCK)
+    FIRST_EXTENT + (ROOT_BYTES + SHORT_LISTS_BYTES + PAGE_REF_BYTES * pages).next_multiple_of(BLOCK)
 }
 
 /// What the file is, apart from its content.
@@ -97,20 +102,7 @@ impl<W: WriteAt> TileWriter<W> {
     /// that refers to it.
     async fn write_directory(&mut self, directory: &Directory, identity: Identity) -> io::Result<Superblock> {
         let mut hash = Xxh3::new();
-        let mut lists = directory.layout.lists;
-        for (list, bytes) in lists.iter_mut().zip(directory.lists.encode()) {
-            let Some(bytes) = bytes else {
-                *list = None;
-                continue;
-            };
-            hash.update(&bytes);
-            // A list that is as before is in the file already.
-            let is_same =
-                |before: Extent| (before.length as usize, before.crc) == (bytes.len(), crc32c::crc32c(&bytes));
-            if !list.is_some_and(is_same) {
-                *list = Some(self.append((&Bytes::from(bytes)).into(), 8).await?);
-            }
-        }
+        let (lists, short) = self.write_lists(directory, &mut hash).await?;
         let mut pages: Vec<PageRef> = Vec::with_capacity(directory.layout.pages.len());
         for (number, layout) in directory.layout.pages.iter().enumerate() {
             let page = directory.page(number);
@@ -135,7 +127,7 @@ impl<W: WriteAt> TileWriter<W> {
             page_lists: Vec::new(),
             tree: directory.layout.top.clone(),
         };
-        let root = self.write_root(directory, root, &pages, &mut hash).await?;
+        let (root, end) = self.write_root(directory, root, short, &pages, &mut hash).await?;
         self.flush().await?;
         self.sync().await?;
         Ok(Superblock {
@@ -143,69 +135,129 @@ impl<W: WriteAt> TileWriter<W> {
             generation: identity.generation,
             // Without tiles, nothing may lie behind the room for the root.
             file_length: match self.length() == self.front_end {
-                true => root.range().end,
+                true => end,
                 false => self.length(),
             },
             root,
         })
     }
 
-    /// Writes the root and the lists of pages that are not in the file: behind the superblocks, if
-    /// there is room for them.
+    /// Writes the lists that are not in the file, except for short ones of a new file. Returns where
+    /// the lists are, and the short ones, which belong behind the root.
+    async fn write_lists(
+        &mut self,
+        directory: &Directory,
+        hash: &mut Xxh3,
+    ) -> io::Result<(OfLists<Option<Extent>>, OfLists<Option<Bytes>>)> {
+        let mut lists = directory.layout.lists;
+        let mut short = OfLists::default();
+        let mut room = match self.front_end {
+            FIRST_EXTENT => 0,
+            _ => SHORT_LISTS_BYTES,
+        };
+        for ((list, bytes), short) in lists.iter_mut().zip(directory.lists.encode()).zip(&mut short) {
+            let Some(bytes) = bytes.map(Bytes::from) else {
+                *list = None;
+                continue;
+            };
+            hash.update(&bytes);
+            // A list that is as before is in the file already.
+            let is_same =
+                |before: Extent| (before.length as usize, before.crc) == (bytes.len(), crc32c::crc32c(&bytes));
+            if list.is_some_and(is_same) {
+                continue;
+            }
+            let taken = (bytes.len() as u64).next_multiple_of(LIST_ALIGNMENT);
+            if taken <= room {
+                room -= taken;
+                *short = Some(bytes);
+            } else {
+                *list = Some(self.append((&bytes).into(), LIST_ALIGNMENT).await?);
+            }
+        }
+        Ok((lists, short))
+    }
+
+    /// Writes the root, `short` lists, and the lists of pages that are not in the file: behind the
+    /// superblocks, if there is room for them. Returns the extent of the root, and where all this
+    /// ends.
     async fn write_root(
         &mut self,
         directory: &Directory,
         mut root: Root,
+        short: OfLists<Option<Bytes>>,
         pages: &[PageRef],
         hash: &mut Xxh3,
-    ) -> io::Result<Extent> {
+    ) -> io::Result<(Extent, u64)> {
         let layouts = directory.layout.page_lists.iter().enumerate();
-        let lists: Vec<(PageList, Option<Extent>)> = layouts
-            .map(|(place, layout)| (directory.page_list(place, pages), layout.extent))
-            .collect();
-        let new: Vec<Option<Bytes>> = lists
-            .iter()
-            .map(|(list, extent)| extent.is_none().then(|| within_limit(list.encode())).transpose())
-            .collect::<io::Result<_>>()?;
+        let page_lists = layouts.map(|(place, layout)| {
+            let list = directory.page_list(place, pages);
+            let new = layout
+                .extent
+                .is_none()
+                .then(|| within_limit(list.encode()))
+                .transpose()?;
+            Ok((list, layout.extent, new))
+        });
+        let page_lists: Vec<(PageList, Option<Extent>, Option<Bytes>)> = page_lists.collect::<io::Result<_>>()?;
         // The length of the root does not depend on where the lists are.
-        let refs = |extents: &[Extent]| -> Vec<PageListRef> {
-            lists
-                .iter()
-                .zip(extents)
-                .map(|((list, _), &extent)| list.at(extent))
-                .collect()
+        let mut encoded_at = |start: u64, root_length: u64| {
+            let mut behind = Behind::new(start + root_length);
+            for (list, short) in root.lists.iter_mut().zip(&short) {
+                if let Some(bytes) = short {
+                    *list = Some(behind.place(bytes, LIST_ALIGNMENT));
+                }
+            }
+            let refs = page_lists.iter().map(|(list, before, new)| match (new, before) {
+                (Some(bytes), _) => list.at(behind.place(bytes, 1)),
+                (None, before) => list.at(before.expect("a list of pages is new or in the file")),
+            });
+            root.page_lists = refs.collect();
+            within_limit(root.encode()).map(|root| (root, behind))
         };
-        let nowhere = Extent::raw(0, 0, 0);
-        root.page_lists = refs(&vec![nowhere; lists.len()]);
-        let length = root.encode().len() as u64 + new.iter().flatten().map(|list| list.len() as u64).sum::<u64>();
-        let is_in_front = FIRST_EXTENT + length <= self.front_end;
+        let (encoded, behind) = encoded_at(FIRST_EXTENT, 0)?;
+        let root_length = encoded.len() as u64;
+        let is_in_front = behind.end + root_length + LIST_ALIGNMENT <= self.front_end;
         let start = match is_in_front {
             true => FIRST_EXTENT,
             false => self.length().next_multiple_of(BLOCK),
         };
-        let mut end = start + root.encode().len() as u64;
-        let mut place = |bytes: &Bytes| {
-            let offset = end;
-            end += bytes.len() as u64;
-            extent_of(offset, bytes)
-        };
-        let extents = lists.iter().zip(&new).map(|((_, before), new)| match (new, before) {
-            (Some(bytes), _) => place(bytes),
-            (None, before) => before.unwrap_or(nowhere),
-        });
-        let extents: Vec<Extent> = extents.collect();
-        root.page_lists = refs(&extents);
-        let bytes = within_limit(root.encode())?;
-        let extent = extent_of(start, &bytes);
-        let all = [&[bytes][..], &new.into_iter().flatten().collect::<Vec<_>>()]
-            .concat()
-            .concat();
-        hash.update(&all);
-        match is_in_front {
-            true => self.file.write_at(start, all.into()).await?,
-            false => drop(self.append((&Bytes::from(all)).into(), BLOCK).await?),
+        let (encoded, behind) = encoded_at(start, root_length)?;
+        hash.update(&encoded);
+        for list in page_lists.iter().filter_map(|(_, _, new)| new.as_ref()) {
+            hash.update(list);
         }
-        Ok(extent)
+        let all: Bytes = [&encoded[..], &behind.bytes].concat().into();
+        match is_in_front {
+            true => self.file.write_at(start, all).await?,
+            false => drop(self.append((&all).into(), BLOCK).await?),
+        }
+        Ok((extent_of(start, &encoded), behind.end))
+    }
+}
+
+/// What lies directly behind the root.
+struct Behind {
+    end: u64,
+    bytes: Vec<u8>,
+}
+
+impl Behind {
+    fn new(start: u64) -> Self {
+        Self {
+            end: start,
+            bytes: Vec::new(),
+        }
+    }
+
+    /// Places a part behind the others, at a multiple of `alignment`.
+    fn place(&mut self, part: &[u8], alignment: u64) -> Extent {
+        let offset = self.end.next_multiple_of(alignment);
+        let padding = (offset - self.end) as usize;
+        self.bytes.resize(self.bytes.len() + padding, 0);
+        self.bytes.extend_from_slice(part);
+        self.end = offset + part.len() as u64;
+        extent_of(offset, part)
     }
 }
 

@@ -21,7 +21,7 @@ use crate::store::format::extent::Extent;
 use crate::store::format::flat_buffer::{check_crc, within};
 use crate::store::format::ids::TileId;
 use crate::store::format::limits::{BLOCK, FIRST_EXTENT};
-use crate::store::format::lists::{LIST_NAMES, Lists, OfLists};
+use crate::store::format::lists::{CRS, LIST_NAMES, Lists, OfLists, SOURCES, Source, decode_crs, decode_sources};
 use crate::store::format::page::Page;
 use crate::store::format::page_list::PageList;
 use crate::store::format::root::Root;
@@ -37,6 +37,8 @@ pub(super) struct Pages {
     pub(super) in_force: InForce,
     pub(super) root: Root,
     page_lists: Vec<OnceCell<Arc<PageList>>>,
+    /// The bytes of the lists that were in the first read.
+    first_lists: OfLists<Option<Bytes>>,
     lists: OnceCell<Arc<Lists>>,
     pub(super) cache: Cache,
 }
@@ -75,10 +77,13 @@ impl Pages {
                 .map_err(of_directory)?;
             page_lists.push(OnceCell::new_with(list.map(Arc::new)));
         }
+        let first_lists = root.lists.map(|list| within(&head, 0, list?));
         Ok(Self {
             name,
             source,
             in_force,
+            // A slice would keep all bytes of the first read in memory.
+            first_lists: first_lists.map(|list| list.map(|bytes| Bytes::copy_from_slice(&bytes))),
             root,
             page_lists,
             lists: OnceCell::new(),
@@ -167,22 +172,44 @@ impl Pages {
         page.entry(id).copied()
     }
 
+    /// Returns the bytes of a list, by its place in the order of [`Lists`].
+    async fn list(&self, place: usize) -> Result<Option<Bytes>, ReadError> {
+        let Some(extent) = self.root.lists[place] else {
+            return Ok(None);
+        };
+        let name = LIST_NAMES[place];
+        let bytes = match &self.first_lists[place] {
+            Some(bytes) => bytes.clone(),
+            None => self.read(name, extent).await?,
+        };
+        let checked = check_crc(name, &bytes, extent.crc);
+        checked.map(|()| Some(bytes)).map_err(|damage| self.damaged(damage))
+    }
+
     /// Returns the lists of the file.
     pub(super) async fn lists(&self) -> Result<Arc<Lists>, ReadError> {
         let lists = self.lists.get_or_try_init(|| async {
-            let read = self.root.lists.iter().zip(LIST_NAMES).map(|(list, name)| async move {
-                let Some(extent) = *list else { return Ok(None) };
-                let bytes = self.read(name, extent).await?;
-                let checked = check_crc(name, &bytes, extent.crc);
-                checked.map(|()| Some(bytes)).map_err(|damage| self.damaged(damage))
-            });
-            let read: OfLists<_> = future::try_join_all(read)
+            let read: OfLists<_> = future::try_join_all((0..LIST_NAMES.len()).map(|place| self.list(place)))
                 .await?
                 .try_into()
                 .expect("an answer for each list");
             Lists::decode(read).map(Arc::new).map_err(|damage| self.damaged(damage))
         });
         Ok(Arc::clone(lists.await?))
+    }
+
+    /// Returns the sources of points, without the other lists.
+    pub(super) async fn sources(&self) -> Result<Vec<Source>, ReadError> {
+        match self.list(SOURCES).await? {
+            Some(bytes) => decode_sources(&bytes).map_err(|damage| self.damaged(damage)),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// Returns the coordinate reference system, without the other lists.
+    pub(super) async fn crs(&self) -> Result<Option<String>, ReadError> {
+        let crs = self.list(CRS).await?.map(|bytes| decode_crs(&bytes));
+        crs.transpose().map_err(|damage| self.damaged(damage))
     }
 
     /// Reads the whole directory.

@@ -19,7 +19,7 @@ use crate::store::format::entry::TileEntry;
 use crate::store::format::extent::Extent;
 use crate::store::format::flat_buffer::{check_crc, within};
 use crate::store::format::ids::TileId;
-use crate::store::format::lists::Lists;
+use crate::store::format::lists::{Lists, Source};
 use crate::store::format::metadata::Metadata;
 use crate::store::format::superblock::{FileId, InForce};
 use crate::store::format::table_place::TablePlace;
@@ -164,6 +164,26 @@ impl TileReader {
     /// Returns an error if a list cannot be read or is damaged.
     pub async fn lists(&self) -> Result<Arc<Lists>, ReadError> {
         self.inner.pages.lists().await
+    }
+
+    /// Returns the coordinate reference system, as [`Lists::crs`] has it, without reading the other
+    /// lists.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if it cannot be read or is damaged.
+    pub async fn crs(&self) -> Result<Option<String>, ReadError> {
+        self.inner.pages.crs().await
+    }
+
+    /// Returns the files from which the points were read, as [`Lists::sources`] has them, without
+    /// reading the other lists.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the list cannot be read or is damaged.
+    pub async fn sources(&self) -> Result<Vec<Source>, ReadError> {
+        self.inner.pages.sources().await
     }
 
     /// Reads the whole directory: the metadata, the lists, the k-d tree and the entry of every

@@ -44,6 +44,11 @@ pub struct Lists {
 /// One value for each of the lists, in the order of [`Lists`].
 pub(crate) type OfLists<T> = [T; 6];
 
+/// The place of [`Lists::sources`] among the lists.
+pub(crate) const SOURCES: usize = 0;
+/// The place of [`Lists::crs`] among the lists.
+pub(crate) const CRS: usize = 1;
+
 /// The names of the lists, for errors.
 pub(crate) const LIST_NAMES: OfLists<&str> = [
     "the sources of points",
@@ -117,7 +122,7 @@ fn encode_sources(sources: &[Source]) -> Vec<u8> {
     finished(builder, root)
 }
 
-fn decode_sources(bytes: &[u8]) -> Result<Vec<Source>, Damage> {
+pub(crate) fn decode_sources(bytes: &[u8]) -> Result<Vec<Source>, Damage> {
     let sources: schema::Sources<'_> = verified(bytes, "the list of sources of points")?;
     let sources = sources.list().iter().map(|source| Source {
         name: source.name().to_owned(),
@@ -134,7 +139,7 @@ fn encode_crs(crs: &str) -> Vec<u8> {
     finished(builder, root)
 }
 
-fn decode_crs(bytes: &[u8]) -> Result<String, Damage> {
+pub(crate) fn decode_crs(bytes: &[u8]) -> Result<String, Damage> {
     let crs: schema::Crs<'_> = verified(bytes, "the coordinate reference system")?;
     Ok(crs.text().to_owned())
 }

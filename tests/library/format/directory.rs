@@ -274,27 +274,6 @@ pub fn read_directory<'b>(page: &Page, file: &'b [u8], root: Part) -> WithTiles<
     let table = Table::root(root_bytes);
     let slot = |field: &str| page.slot("Directory", field);
     let whole = ["min_x", "min_y", "max_x", "max_y"].map(|f| table.f64(slot(f)));
-    let mut pages = Pages::default();
-    let (mut trees, mut list_bytes) = (Vec::new(), Vec::<u8>::new());
-    let (mut end, mut all) = (root.end(), NOWHERE);
-    for reference in structs(page, "PageListRef", table, slot("page_lists")) {
-        let part = part_of(&reference);
-        assert_eq!(part.offset, end, "lists of pages follow the root");
-        end = part.end();
-        assert_eq!(reference.u32("first_page") as usize, pages.trees.len());
-        assert_eq!(reference.u32("first_tile") as usize, pages.entries.len());
-        let (tree, bounds) = pages.read_list(page, file, part.read(file), whole);
-        check_bounds(&reference, bounds, whole);
-        all = around(all, bounds);
-        trees.push(tree);
-        list_bytes.extend(part.read(file));
-    }
-    assert_eq!(whole, all);
-    let numbers = ["tiles", "next_tile", "pages"].map(|f| table.u32(slot(f)) as usize);
-    assert_eq!(numbers, [pages.entries.len(), pages.entries.len(), pages.trees.len()]);
-    let above = grafted(&cells(page, table.table(slot("cells")).unwrap(), 0), &trees);
-    let nodes = with_right_children(grafted(&above, &pages.trees));
-
     let list_part = |field: &str| {
         table.field(slot(field)).map(|at| {
             part_of(&Fields {
@@ -313,6 +292,39 @@ pub fn read_directory<'b>(page: &Page, file: &'b [u8], root: Part) -> WithTiles<
         "polygon_lines",
     ];
     let lists = names.map(list_part);
+    // Each list that fits into what is left of 2560 bytes follows the root.
+    let (mut end, mut room) = (root.end(), 2560);
+    let mut behind = None;
+    for list in lists.iter().flatten() {
+        if list.length <= room {
+            assert_eq!(list.offset, end, "short lists follow the root");
+            room -= list.length;
+            end = list.end();
+        } else {
+            behind = behind.or(Some(list.offset as usize));
+        }
+    }
+    let mut pages = Pages::default();
+    let (mut trees, mut list_bytes) = (Vec::new(), Vec::<u8>::new());
+    let mut all = NOWHERE;
+    for reference in structs(page, "PageListRef", table, slot("page_lists")) {
+        let part = part_of(&reference);
+        assert_eq!(part.offset, end, "lists of pages follow the short lists");
+        end = part.end();
+        assert_eq!(reference.u32("first_page") as usize, pages.trees.len());
+        assert_eq!(reference.u32("first_tile") as usize, pages.entries.len());
+        let (tree, bounds) = pages.read_list(page, file, part.read(file), whole);
+        check_bounds(&reference, bounds, whole);
+        all = around(all, bounds);
+        trees.push(tree);
+        list_bytes.extend(part.read(file));
+    }
+    assert_eq!(whole, all);
+    let numbers = ["tiles", "next_tile", "pages"].map(|f| table.u32(slot(f)) as usize);
+    assert_eq!(numbers, [pages.entries.len(), pages.entries.len(), pages.trees.len()]);
+    let above = grafted(&cells(page, table.table(slot("cells")).unwrap(), 0), &trees);
+    let nodes = with_right_children(grafted(&above, &pages.trees));
+
     let mut hashed: Vec<u8> = lists
         .iter()
         .flatten()
@@ -323,7 +335,6 @@ pub fn read_directory<'b>(page: &Page, file: &'b [u8], root: Part) -> WithTiles<
     hashed.extend(root_bytes);
     hashed.extend(list_bytes);
     assert!(lists[0].is_none() && lists[1].is_none());
-    let first_list = lists.iter().flatten().map(|list| list.offset).min();
     let directory = of_root(
         page,
         table,
@@ -334,7 +345,7 @@ pub fn read_directory<'b>(page: &Page, file: &'b [u8], root: Part) -> WithTiles<
     let places = |wanted: fn(&TablePlace<'_>) -> bool| pages.tables.iter().filter(|place| wanted(place)).count();
     let directory = Directory {
         front_end: end as usize,
-        behind: first_list.map(|offset| offset as usize),
+        behind,
         table_counts: [
             places(|place| matches!(place, TablePlace::InPage(_))),
             places(|place| matches!(place, TablePlace::Apart(_))),

@@ -6,8 +6,9 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
+use delaunay_tiles::geometry::Rect;
 use delaunay_tiles::input::Format;
-use delaunay_tiles::store::{Lists, Metadata};
+use delaunay_tiles::store::{ReadError, TileReader};
 
 /// The unit of the coordinates of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,12 +24,32 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// Returns the unit of the coordinates of a file.
-    pub fn of(metadata: &Metadata, lists: &Lists) -> Self {
-        let unit = match &lists.crs {
-            Some(crs) if crs.contains(['[', '(']) => of_wkt(crs),
-            Some(crs) => of_name(crs),
-            None => is_plain_geojson(metadata, lists).then_some(Self::Degree),
+    /// Returns the unit of the coordinates of a file. Reads no list that is not needed for it.
+    ///
+    /// # Errors
+    /// Fails if a list of the file cannot be read.
+    pub async fn of_file(reader: &TileReader) -> Result<Self, ReadError> {
+        if let Some(crs) = reader.crs().await? {
+            return Ok(Self::of(&crs));
+        }
+        let bounds = reader.metadata().bounds;
+        let sources = reader.sources().await?;
+        if !sources.iter().all(|source| may_be_degrees(&source.name, bounds)) {
+            return Ok(Self::Unknown);
+        }
+        let lists = reader.lists().await?;
+        let is_plain = lists.lines.iter().all(|lines| may_be_degrees(&lines.name, bounds));
+        Ok(match is_plain && !(sources.is_empty() && lists.lines.is_empty()) {
+            true => Self::Degree,
+            false => Self::Unknown,
+        })
+    }
+
+    /// Returns the unit of a coordinate reference system.
+    pub fn of(crs: &str) -> Self {
+        let unit = match crs.contains(['[', '(']) {
+            true => of_wkt(crs),
+            false => of_name(crs),
         };
         unit.unwrap_or(Self::Unknown)
     }
@@ -101,14 +122,10 @@ fn without_zeros(text: &str) -> &str {
     }
 }
 
-/// Returns whether all points and lines come from GeoJSON that names no reference system, with
-/// coordinates that can be degrees. RFC 7946 says that they are.
-fn is_plain_geojson(metadata: &Metadata, lists: &Lists) -> bool {
-    let points = lists.sources.iter().map(|source| &source.name);
-    let mut names = points.chain(lists.lines.iter().map(|lines| &lines.name)).peekable();
-    let bounds = metadata.bounds;
-    names.peek().is_some()
-        && names.all(|name| Format::from_path(Path::new(name)) == Some(Format::GeoJson))
+/// Returns whether a file that names no reference system has degrees: GeoJSON whose coordinates can
+/// be degrees. RFC 7946 says that they are.
+fn may_be_degrees(name: &str, bounds: Rect) -> bool {
+    Format::from_path(Path::new(name)) == Some(Format::GeoJson)
         && (-180.0..=180.0).contains(&bounds.min_x)
         && (-180.0..=180.0).contains(&bounds.max_x)
         && (-90.0..=90.0).contains(&bounds.min_y)
@@ -202,40 +219,11 @@ fn of_angle(factor: f64) -> Option<Unit> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use delaunay_tiles::geometry::Rect;
-    use delaunay_tiles::store::Source;
 
     const UTM: &str = r#"PROJCS["WGS 84 / UTM zone 32N",GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],PARAMETER["false_easting",500000],UNIT["metre",1,AUTHORITY["EPSG","9001"]],AXIS["Easting",EAST]]"#;
 
-    fn file(crs: Option<&str>, sources: &[&str], max_x: f64) -> (Metadata, Lists) {
-        let sources = sources.iter().map(|&name| Source {
-            name: name.to_owned(),
-            records: 1,
-            first: 0,
-        });
-        let lists = Lists {
-            crs: crs.map(str::to_owned),
-            sources: sources.collect(),
-            ..Lists::default()
-        };
-        let metadata = Metadata {
-            bounds: Rect {
-                min_x: 0.0,
-                min_y: 0.0,
-                max_x,
-                max_y: 1.0,
-            },
-            ..Metadata::default()
-        };
-        (metadata, lists)
-    }
-
-    fn unit_of((metadata, lists): (Metadata, Lists)) -> Unit {
-        Unit::of(&metadata, &lists)
-    }
-
     fn unit(crs: &str) -> Unit {
-        unit_of(file(Some(crs), &["a.las"], 1.0))
+        Unit::of(crs)
     }
 
     #[test]
@@ -324,16 +312,15 @@ mod tests {
 
     #[test]
     fn geojson_without_a_reference_system_has_degrees() {
-        for (sources, max_x, expected) in [
-            (&["a.geojson"][..], 1.0, Unit::Degree),
-            (&["a.geojson", "b.json.gz"], 180.0, Unit::Degree),
-            (&["a.geojson"], 180.5, Unit::Unknown),
-            (&["a.geojson", "b.csv"], 1.0, Unit::Unknown),
-            (&["-"], 1.0, Unit::Unknown),
-            (&[], 1.0, Unit::Unknown),
+        let bounds = |max_x| Rect::new(0.0, 0.0, max_x, 1.0);
+        for (name, max_x, expected) in [
+            ("a.geojson", 1.0, true),
+            ("b.json.gz", 180.0, true),
+            ("a.geojson", 180.5, false),
+            ("b.csv", 1.0, false),
+            ("-", 1.0, false),
         ] {
-            assert_eq!(unit_of(file(None, sources, max_x)), expected, "{sources:?} {max_x}");
+            assert_eq!(may_be_degrees(name, bounds(max_x)), expected, "{name} {max_x}");
         }
-        assert_eq!(unit_of(file(Some("EPSG:32733"), &["a.geojson"], 1.0)), Unit::Metre);
     }
 }

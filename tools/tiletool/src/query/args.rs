@@ -152,7 +152,7 @@ impl ReadingArgs {
     /// # Errors
     /// Fails if a list of the file cannot be read.
     pub async fn unit(&self, reader: &TileReader, distances: bool) -> anyhow::Result<Unit> {
-        let unit = Unit::of(reader.metadata(), &*reader.lists().await?);
+        let unit = Unit::of_file(reader).await?;
         if let Some(warning) = unit.warning().filter(|_| distances) {
             common::say(format_args!("note: {}: {warning}", common::shown(&self.file)));
         }

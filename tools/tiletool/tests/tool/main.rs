@@ -29,6 +29,13 @@ mod resume;
 mod sites;
 mod town;
 mod vector;
+#[cfg(feature = "object-store")]
+mod web;
+
+/// The web server of the library's tests.
+#[cfg(feature = "object-store")]
+#[path = "../../../../tests/object_store/server.rs"]
+mod server;
 
 /// The program that the tests run.
 const PROGRAM: &str = env!("CARGO_BIN_EXE_tiletool");
