@@ -199,6 +199,7 @@
 //! | `text` | the reader of text separated by commas, blanks or tabs, and gzip |
 //! | `geojson` | the reader of GeoJSON |
 //! | `las` | the reader of LAS and LAZ |
+//! | `epsg` | the definitions of EPSG codes |
 //! | `object-store` | tile files on web servers and in S3 |
 //! | `serde` | `serde::Serialize` for answers and summaries |
 //! | `baselines` | other methods for the same queries, for comparison |
@@ -224,6 +225,7 @@ mod pages {
 
 mod collections;
 pub mod constraints;
+pub mod crs;
 pub mod edit;
 pub mod export;
 pub mod geometry;

@@ -118,7 +118,8 @@ pub struct Source<B: Records> {
     /// The number of records handed out.
     pub(super) records: u64,
     has_z: bool,
-    pub(super) crs: Option<String>,
+    /// The coordinate reference system of each file that names one, as far as it is known.
+    crs: Vec<(PathBuf, String)>,
     notes: Vec<String>,
     /// The sum of the file sizes, if all inputs are regular files.
     pub(super) total_bytes: Option<u64>,
@@ -144,7 +145,7 @@ impl<B: Records> Source<B> {
             totals: B::Totals::default(),
             records: 0,
             has_z: false,
-            crs: None,
+            crs: Vec::new(),
             notes: Vec::new(),
             total_bytes: Some(0),
             random_access: Some(Vec::new()),
@@ -193,7 +194,7 @@ impl<B: Records> Source<B> {
         self.has_z |= opened.reader.has_z();
         self.total_bytes = self.total_bytes.zip(input.size()).map(|(sum, size)| sum + size);
         self.note_stamp(&opened);
-        self.take_crs(&opened);
+        self.take_crs(&input.path, &opened);
         match (&mut self.random_access, opened.reader.random_access()) {
             (Some(files), Some(access)) => files.push((input.path.clone(), access)),
             _ => self.random_access = None,
@@ -211,9 +212,10 @@ impl<B: Records> Source<B> {
         note(&mut self.stamps, &opened.watch);
     }
 
-    fn take_crs(&mut self, opened: &Opened<B>) {
-        if self.crs.is_none() {
-            self.crs = opened.reader.crs().map(str::to_owned);
+    fn take_crs(&mut self, path: &Path, opened: &Opened<B>) {
+        let is_known = self.crs.iter().any(|(of, _)| of == path);
+        if let Some(crs) = opened.reader.crs().filter(|_| !is_known) {
+            self.crs.push((path.to_owned(), crs.to_owned()));
         }
     }
 
@@ -273,7 +275,7 @@ impl<B: Records> Source<B> {
     fn end_file(&mut self, input: &Input<B>, opened: &Opened<B>, in_batch: usize) {
         self.done_bytes += input.size().unwrap_or(opened.watch.taken());
         self.bytes_read = self.done_bytes;
-        self.take_crs(opened);
+        self.take_crs(&input.path, opened);
         let before = self.done_records;
         let by_now = self.records + in_batch as u64;
         self.done_records = self.totals.end_file(&opened.reader.tally(), by_now);
@@ -308,6 +310,14 @@ impl<B: Records> Source<B> {
     #[must_use]
     pub fn sources(&self) -> &[(String, u64)] {
         &self.done
+    }
+
+    /// Returns the files that name a coordinate reference system, with the text that names it; see
+    /// [`Crs`](crate::crs::Crs). A GeoJSON file that names it behind its features is listed when the
+    /// file has ended, all others from the start.
+    #[must_use]
+    pub fn crs_of_files(&self) -> &[(PathBuf, String)] {
+        &self.crs
     }
 
     /// Returns notes for the user about the inputs that have ended, for instance which columns were
