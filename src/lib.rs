@@ -202,6 +202,7 @@
 //! | `shapefile` | the reader of shapefiles |
 //! | `geopackage` | the reader of GeoPackage, with SQLite compiled in; it needs a C compiler |
 //! | `las` | the reader of LAS and LAZ |
+//! | `epsg` | the definitions of EPSG codes |
 //! | `object-store` | tile files on web servers and in S3 |
 //! | `serde` | `serde::Serialize` for answers and summaries |
 //! | `baselines` | other methods for the same queries, for comparison |
@@ -227,6 +228,7 @@ mod pages {
 
 mod collections;
 pub mod constraints;
+pub mod crs;
 pub mod edit;
 pub mod export;
 pub mod geometry;

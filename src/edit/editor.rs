@@ -32,6 +32,7 @@ pub struct Editor {
     first_line: u64,
     /// The number of this edit, from 1.
     number: u32,
+    crs: Option<String>,
     lines: Vec<LineSource>,
     segments: Vec<Segment>,
     /// z at the ends of segments, as far as any have z.
@@ -57,6 +58,7 @@ impl Editor {
         }
         Ok(Self {
             first_line: metadata.next_line,
+            crs: lists.crs.clone(),
             number: lists.lines.last().map_or(0, |last| last.edit).saturating_add(1),
             // All segments are in memory, and a polygon takes no more than what is counted for
             // them.
@@ -76,6 +78,12 @@ impl Editor {
     /// vertices have z.
     pub fn missing_z(&mut self, missing_z: MissingZ) {
         self.missing_z = missing_z;
+    }
+
+    /// Returns the coordinate reference system of the file, as it names it.
+    #[must_use]
+    pub fn crs(&self) -> Option<&str> {
+        self.crs.as_deref()
     }
 
     /// Returns the number that the first new line gets in the file.

@@ -1,8 +1,10 @@
 //! The options of reading: formats, columns, filters.
 
+use crate::geometry::Rect;
 use crate::input::error::InputError;
 use crate::input::layer;
 use std::fmt;
+use std::num::NonZeroU64;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -288,6 +290,9 @@ pub struct InputOptions {
     pub(super) dims: u8,
     pub(super) classes: Vec<u8>,
     pub(super) returns: Returns,
+    pub(super) keep_withheld: bool,
+    pub(super) bounds: Option<Rect>,
+    pub(super) every: NonZeroU64,
     pub(super) skip_invalid: bool,
     pub(super) missing_z: MissingZ,
 }
@@ -300,6 +305,9 @@ impl Default for InputOptions {
             dims: 2,
             classes: Vec::new(),
             returns: Returns::All,
+            keep_withheld: false,
+            bounds: None,
+            every: NonZeroU64::MIN,
             skip_invalid: false,
             missing_z: MissingZ::Error,
         }
@@ -342,6 +350,41 @@ impl InputOptions {
     pub fn returns(mut self, returns: Returns) -> Self {
         self.returns = returns;
         self
+    }
+
+    /// For LAS, sets whether points that are marked as withheld are kept; false by default.
+    #[must_use]
+    pub fn keep_withheld(mut self, keep: bool) -> Self {
+        self.keep_withheld = keep;
+        self
+    }
+
+    /// Keeps only points within a rectangle, its border included. With `None`, the default, all are
+    /// kept.
+    #[must_use]
+    pub fn bounds(mut self, bounds: impl Into<Option<Rect>>) -> Self {
+        self.bounds = bounds.into();
+        self
+    }
+
+    /// Keeps only records whose number is a multiple of `every`; 1, the default, keeps all. Records
+    /// are counted over all inputs, including those that other options exclude.
+    #[must_use]
+    pub fn every(mut self, every: NonZeroU64) -> Self {
+        self.every = every;
+        self
+    }
+
+    /// Returns whether some valid points may be left out. Then the number of records that an input
+    /// announces says little about the number of points.
+    #[must_use]
+    pub fn is_filtered(&self) -> bool {
+        !self.classes.is_empty() || self.returns != Returns::All || self.is_thinned()
+    }
+
+    /// Returns whether points are selected by their place or their number.
+    pub(super) fn is_thinned(&self) -> bool {
+        self.bounds.is_some() || self.every > NonZeroU64::MIN
     }
 
     /// Sets whether invalid records are counted and skipped. By default the first one is an error.

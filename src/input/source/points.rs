@@ -237,7 +237,9 @@ impl Source<PointBatch> {
     /// Fails if a file can no longer be opened or read.
     pub fn sample(&self, count: usize) -> Result<Vec<Point>, InputError> {
         let files = self.random_access.iter().flatten();
-        sample(files.map(|(path, access)| (&**path, access)), count)
+        let mut points = sample(files.map(|(path, access)| (&**path, access)), count)?;
+        points.retain(|&point| self.options.bounds.is_none_or(|bounds| bounds.contains(point)));
+        Ok(points)
     }
 
     /// Returns a text that identifies these inputs and the options, so that work on them can be
@@ -254,13 +256,5 @@ impl Source<PointBatch> {
             write!(identity, "\n{path:?} {} {}", stamp.length, stamp.modified).ok()?;
         }
         Some(identity)
-    }
-
-    /// Returns the coordinate reference system of the first input that has one: WKT or `EPSG:…`
-    /// from LAS, the name in the former `crs` member of GeoJSON. The library does not interpret it.
-    /// It may become known only when that input ends.
-    #[must_use]
-    pub fn crs(&self) -> Option<&str> {
-        self.crs.as_deref()
     }
 }

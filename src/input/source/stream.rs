@@ -127,9 +127,8 @@ pub struct Source<B: Records> {
     /// The number of records handed out.
     pub(super) records: u64,
     has_z: bool,
-    pub(super) crs: Option<String>,
-    /// The coordinate reference system of each of `all`, if it is known.
-    crs_of_files: Vec<Option<String>>,
+    /// The coordinate reference system of each file that names one, as far as it is known.
+    crs: Vec<(PathBuf, String)>,
     notes: Vec<String>,
     /// The sum of the file sizes, if all inputs are regular files.
     pub(super) total_bytes: Option<u64>,
@@ -155,8 +154,7 @@ impl<B: Records> Source<B> {
             totals: B::Totals::default(),
             records: 0,
             has_z: false,
-            crs: None,
-            crs_of_files: Vec::new(),
+            crs: Vec::new(),
             notes: Vec::new(),
             total_bytes: Some(0),
             random_access: Some(Vec::new()),
@@ -205,8 +203,7 @@ impl<B: Records> Source<B> {
         self.has_z |= opened.reader.has_z();
         self.total_bytes = self.total_bytes.zip(input.size()).map(|(sum, size)| sum + size);
         self.note_stamp(&opened);
-        self.crs_of_files.push(None);
-        self.take_crs(&opened, self.all.len());
+        self.take_crs(&input.path, &opened);
         match (&mut self.random_access, opened.reader.random_access()) {
             (Some(files), Some(access)) => files.push((input.path.clone(), access)),
             _ => self.random_access = None,
@@ -224,14 +221,10 @@ impl<B: Records> Source<B> {
         note(&mut self.stamps, &opened.watch);
     }
 
-    /// Takes the coordinate reference system of the input with this number.
-    fn take_crs(&mut self, opened: &Opened<B>, number: usize) {
-        let crs = opened.reader.crs();
-        if self.crs.is_none() {
-            self.crs = crs.map(str::to_owned);
-        }
-        if let Some(known @ None) = self.crs_of_files.get_mut(number) {
-            *known = crs.map(str::to_owned);
+    fn take_crs(&mut self, path: &Path, opened: &Opened<B>) {
+        let is_known = self.crs.iter().any(|(of, _)| of == path);
+        if let Some(crs) = opened.reader.crs().filter(|_| !is_known) {
+            self.crs.push((path.to_owned(), crs.to_owned()));
         }
     }
 
@@ -291,7 +284,7 @@ impl<B: Records> Source<B> {
     fn end_file(&mut self, input: &Input<B>, opened: &Opened<B>, in_batch: usize) {
         self.done_bytes += input.size().unwrap_or(opened.watch.taken());
         self.bytes_read = self.done_bytes;
-        self.take_crs(opened, self.done.len());
+        self.take_crs(&input.path, opened);
         let before = self.done_records;
         let by_now = self.records + in_batch as u64;
         self.done_records = self.totals.end_file(&opened.reader.tally(), by_now);
@@ -328,12 +321,12 @@ impl<B: Records> Source<B> {
         &self.done
     }
 
-    /// Returns each input with its coordinate reference system, if it names one: `EPSG:…`, WKT, or
-    /// the name in the former member `crs` of GeoJSON. Some formats may have it at the end of the
-    /// file, so that it is known only once the file was read. The library does not interpret it.
-    pub fn crs_of_files(&self) -> impl Iterator<Item = (&Path, Option<&str>)> {
-        let files = self.all.iter().zip(&self.crs_of_files);
-        files.map(|((path, _), crs)| (&**path, crs.as_deref()))
+    /// Returns the files that name a coordinate reference system, with the text that names it; see
+    /// [`Crs`](crate::crs::Crs). A GeoJSON file that names it behind its features is listed when the
+    /// file has ended, all others from the start.
+    #[must_use]
+    pub fn crs_of_files(&self) -> &[(PathBuf, String)] {
+        &self.crs
     }
 
     /// Returns notes for the user about the inputs that have ended, for instance which columns were

@@ -57,7 +57,7 @@ fn foreign_members_in_any_order_do_not_change_the_points() {
         ],"type":"FeatureCollection"}"#;
     let read = file("a.geojson", text, &InputOptions::default()).unwrap();
     assert_eq!(read.points, [(1.5, -20.0), (0.0, 4.0)]);
-    assert_eq!(read.source.crs(), Some("urn:ogc:def:crs:EPSG::25832"));
+    assert_eq!(read.source.crs_of_files()[0].1, "urn:ogc:def:crs:EPSG::25832");
     // The first position decides whether the source has z.
     assert!(!read.source.has_z());
 }

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::allocator;
 use crate::common::{self, MemoryArgs, counted};
+use crate::crs::CrsArgs;
 use crate::lines::{LineFiles, LineInput, MissingZArgs};
 
 /// Add lines to a tile file as constraints
@@ -31,6 +32,8 @@ pub struct ConstrainArgs {
     lines: LineFiles,
     #[command(flatten)]
     missing_z: MissingZArgs,
+    #[command(flatten)]
+    crs: CrsArgs,
     /// Print the summary as one JSON object
     #[arg(long)]
     json: bool,
@@ -104,6 +107,8 @@ async fn constrain(args: &ConstrainArgs, lines: LineInput) -> anyhow::Result<(Ed
     allocator::keep_to(0);
     let mut editor = Editor::open(file, args.memory.bytes()).await?;
     editor.missing_z(args.missing_z.option());
+    let of_file = editor.crs().map(|crs| (file.clone(), crs.to_owned()));
+    args.crs.agree(of_file.iter().chain(lines.crs_of_files()))?;
     let first_line = editor.first_line();
     let (editor, lines) = common::on_thread("lines", move || lines.feed_editor(editor)).await?;
     if lines.segments() == 0 {

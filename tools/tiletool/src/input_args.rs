@@ -1,6 +1,10 @@
 //! The options for reading points, shared by `build` and `verify --against`.
 
+use std::num::NonZeroU64;
+
+use anyhow::ensure;
 use clap::Args;
+use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{Columns, Format, InputOptions, MissingZ, Returns};
 
 /// Options for reading the input.
@@ -23,6 +27,18 @@ pub struct InputArgs {
     /// For LAS: keep only these returns: first, last or all
     #[arg(long, value_name = "first|last|all", default_value_t = Returns::All)]
     pub returns: Returns,
+    /// For LAS: keep points that are marked as withheld
+    #[arg(long)]
+    pub keep_withheld: bool,
+    /// For LAS: drop points that are marked as withheld, which is the default
+    #[arg(long, conflicts_with = "keep_withheld")]
+    pub drop_withheld: bool,
+    /// Keep only points within this rectangle
+    #[arg(long, value_name = "XMIN,YMIN,XMAX,YMAX", allow_hyphen_values = true, value_parser = rect)]
+    pub bounds: Option<Rect>,
+    /// Keep only each N-th record, counted over all inputs from the first one
+    #[arg(long, value_name = "N", default_value_t = NonZeroU64::MIN)]
+    pub every: NonZeroU64,
     /// Skip and count invalid records; without this option, the first one is an error
     #[arg(long)]
     pub skip_invalid: bool,
@@ -37,8 +53,40 @@ impl InputArgs {
             .dims(self.dims)
             .classes(self.classes.clone())
             .returns(self.returns)
+            .keep_withheld(self.keep_withheld)
+            .bounds(self.bounds)
+            .every(self.every)
             .skip_invalid(self.skip_invalid)
             // A build overrides this. A comparison of a file with its input does not require z.
             .missing_z(MissingZ::Zero)
+    }
+}
+
+/// Parses a rectangle.
+fn rect(text: &str) -> anyhow::Result<Rect> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+    let rect = match numbers.as_deref() {
+        Ok(&[min_x, min_y, max_x, max_y]) => Rect::new(min_x, min_y, max_x, max_y),
+        _ => Rect::EMPTY,
+    };
+    let corners = [Point::new(rect.min_x, rect.min_y), Point::new(rect.max_x, rect.max_y)];
+    ensure!(
+        corners.iter().all(|corner| corner.is_valid()) && !rect.is_empty(),
+        "a rectangle is four numbers XMIN,YMIN,XMAX,YMAX, such as 0,0,500.5,400, with the lower ones first"
+    );
+    Ok(rect)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rectangles_have_finite_corners_in_order() {
+        assert_eq!(rect("-1, 0,2,3.5").unwrap(), Rect::new(-1.0, 0.0, 2.0, 3.5));
+        assert_eq!(rect("1,1,1,1").unwrap(), Rect::new(1.0, 1.0, 1.0, 1.0));
+        for wrong in ["", "1,2,3", "1,2,3,4,5", "a,b,c,d", "0,0,inf,1", "0,NaN,1,1", "1,0,0,1"] {
+            assert!(rect(wrong).is_err(), "{wrong}");
+        }
     }
 }

@@ -12,6 +12,7 @@ mod build;
 pub mod common;
 mod compact;
 mod constrain;
+mod crs;
 mod digest;
 mod export;
 mod flags;

@@ -8,6 +8,12 @@ use std::io::{Read, Seek, SeekFrom};
 /// The length limit of a coordinate reference system in an extended record, in bytes.
 const LONGEST_WKT: u64 = 1 << 20;
 
+/// The keys of GeoTIFF for the kind of system (1 is a projected one), and for the codes of a
+/// geographic and of a projected system.
+const MODEL: u16 = 1024;
+const GEOGRAPHIC: u16 = 2048;
+const PROJECTED: u16 = 3072;
+
 /// Reads the header from the file's beginning.
 pub fn header(file: &mut FileReader) -> Result<Header, Problem> {
     let mut magic = [0; 4];
@@ -82,12 +88,11 @@ pub fn crs(records: &[Vlr]) -> Option<String> {
     let (numbers, _) = find(34735)?.as_chunks::<2>();
     let numbers: Vec<u16> = numbers.iter().map(|&n| u16::from_le_bytes(n)).collect();
     let (entries, _) = numbers.get(4..)?.as_chunks::<4>();
-    let value = |key: u16| {
-        let entry = entries.iter().find(|e| e[0] == key && e[1] == 0)?;
-        // 32767 is "user-defined".
-        (entry[3] > 0 && entry[3] < 32767).then(|| format!("EPSG:{}", entry[3]))
-    };
-    value(3072).or_else(|| value(2048))
+    let value = |key: u16| Some(entries.iter().find(|e| e[0] == key && e[1] == 0)?[3]);
+    // A projected system has also the key of the geographic one that it is based on.
+    let code = value(PROJECTED).or_else(|| value(GEOGRAPHIC).filter(|_| value(MODEL) != Some(1)))?;
+    // 32767 is "user-defined".
+    (code > 0 && code < 32767).then(|| format!("EPSG:{code}"))
 }
 
 fn wkt(data: &[u8]) -> Option<String> {

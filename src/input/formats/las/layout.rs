@@ -24,6 +24,7 @@ pub struct Layout {
 pub struct Keep {
     classes: [bool; 256],
     returns: Returns,
+    withheld: bool,
 }
 
 impl Layout {
@@ -88,7 +89,14 @@ impl Keep {
         Self {
             classes: std::array::from_fn(|class| options.classes.is_empty() || is_chosen(class)),
             returns: options.returns,
+            withheld: options.keep_withheld,
         }
+    }
+
+    /// Returns whether a record is left out because it is marked as withheld.
+    #[inline]
+    pub fn drops_withheld(&self, record: &[u8], layout: &Layout) -> bool {
+        !self.withheld && layout.is_withheld(record)
     }
 
     #[inline]

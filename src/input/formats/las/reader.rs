@@ -130,7 +130,7 @@ impl Reader<PointBatch> for Las {
             count: self.count,
             length: layout.length,
             decode: Box::new(move |record| {
-                let kept = !layout.is_withheld(record) && keep.keeps(record, layout.extended);
+                let kept = !keep.drops_withheld(record, &layout) && keep.keeps(record, layout.extended);
                 let [x, y, z] = [0, 1, 2].map(|axis| layout.coordinate(record, axis));
                 (kept && z.is_finite()).then_some(Point::new(x, y))
             }),
@@ -155,7 +155,7 @@ impl Reader<PointBatch> for Las {
             for record in self.buffer.chunks_exact(layout.length) {
                 let point = self.read;
                 self.read += 1;
-                if layout.is_withheld(record) {
+                if self.keep.drops_withheld(record, &layout) {
                     sink.totals.counts.records += 1;
                     sink.totals.counts.withheld += 1;
                 } else if !self.keep.keeps(record, layout.extended) {

@@ -1,5 +1,6 @@
 //! `tiletool build`: builds a tile file from files of points and lines.
 
+mod feed;
 mod report;
 
 use std::path::{Path, PathBuf};
@@ -9,20 +10,22 @@ use std::thread::available_parallelism;
 use bytesize::ByteSize;
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
-use delaunay_tiles::input::{InputError, PointBatch, PointSource, Reading, Returns};
+use delaunay_tiles::input::{PointSource, Reading};
 use delaunay_tiles::io::output_target;
 use delaunay_tiles::mesh::EngineKind;
-use delaunay_tiles::store::{OpenOptions, Source, TileEntry};
-use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Description, Duplicates, Progress};
-use tokio::sync::{Notify, mpsc};
+use delaunay_tiles::store::{OpenOptions, TileEntry};
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Duplicates, Progress};
+use tokio::sync::Notify;
 
 use crate::allocator;
 use crate::common;
+use crate::crs::CrsArgs;
 use crate::input_args::InputArgs;
 use crate::lines::{LineArgs, LineInput, LineRules, MissingZArgs};
 use crate::plot::{self, PlotFile, Plotted};
 use crate::progress::BuildBar;
 use crate::unchanged::Unchanged;
+use feed::{Inputs, is_stopped};
 use report::{BuildReport, InputCounts, report};
 
 /// Build a tile file from points and lines
@@ -101,13 +104,9 @@ pub struct BuildArgs {
     quiet: bool,
     #[command(flatten)]
     input: InputArgs,
+    #[command(flatten)]
+    crs: CrsArgs,
 }
-
-/// Number of sampled points that show a build in advance how the points are distributed.
-const SAMPLE: usize = 1 << 16;
-
-/// Maximum number of batches that wait between the reader and the builder.
-const BATCHES_AHEAD: usize = 8;
 
 /// Builds a tile file.
 pub fn run(args: BuildArgs) -> anyhow::Result<()> {
@@ -115,10 +114,11 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     let memory = options.memory;
     allocator::keep_to(memory);
     let input_options = args.input.options().missing_z(options.missing_z);
-    let is_filtered = !args.input.classes.is_empty() || args.input.returns != Returns::All;
     args.plot.as_ref().map_or(Ok(()), PlotFile::check)?;
     let source = PointSource::open(&args.inputs, &input_options)?;
     let lines = args.lines.open(&args.inputs)?;
+    args.crs
+        .agree(source.crs_of_files().iter().chain(lines.crs_of_files()))?;
     // A .poly file is read twice: for its points and for its segments.
     Unchanged::default().check(source.stamps().iter().chain(lines.stamps()))?;
     let has_lines = !args.lines.is_empty(&args.inputs) || options.exterior_is_hole;
@@ -134,6 +134,12 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     let bar = args.bar(&source, &lines, &progress, &readings);
     let output = args.output.clone();
     let cancelled = Arc::new(Notify::new());
+    let inputs = Inputs {
+        source,
+        lines,
+        is_filtered: input_options.is_filtered(),
+        crs: args.crs.clone(),
+    };
     let built = common::block_on(async move {
         let has_work = work_folder(&output).join("plan").exists();
         let builder = Builder::new(&output, options)?;
@@ -143,7 +149,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         if args.resume && builder.needs_points() && !args.quiet {
             common::say("note: there is no finished work to resume; the build starts from the beginning");
         }
-        let building = build(source, lines, builder, is_filtered, Arc::clone(&cancelled));
+        let building = inputs.build(builder, Arc::clone(&cancelled));
         until_interrupted(building, &progress, || {
             readings.iter().for_each(Reading::stop);
             cancelled.notify_one();
@@ -320,122 +326,6 @@ fn how_to_resume(error: anyhow::Error, output: &Path, can_resume: bool) -> anyho
         anyhow::anyhow!("{what}; {} was not written", common::shown(output))
     } else {
         error
-    }
-}
-
-/// Returns whether the error says that reading was stopped.
-fn is_stopped(error: &anyhow::Error) -> bool {
-    matches!(error.downcast_ref(), Some(InputError::Stopped))
-}
-
-/// Builds from lines and points. The input is read on a thread of its own, ahead of the builder.
-async fn build(
-    source: PointSource,
-    lines: LineInput,
-    builder: Builder,
-    is_filtered: bool,
-    cancelled: Arc<Notify>,
-) -> anyhow::Result<(BuildSummary, InputCounts)> {
-    if !builder.needs_points() {
-        let read = serde_json::from_str(&builder.description().memo).unwrap_or_default();
-        return Ok((builder.finish().await?, read));
-    }
-    let (builder, lines) = common::on_thread("lines", move || lines.feed(builder)).await?;
-    let built = build_points(source, builder, &lines, is_filtered, cancelled).await;
-    built.map_err(|error| lines.name_in(error))
-}
-
-/// Builds from the points, after the builder got the lines.
-async fn build_points(
-    source: PointSource,
-    mut builder: Builder,
-    lines: &LineInput,
-    is_filtered: bool,
-    cancelled: Arc<Notify>,
-) -> anyhow::Result<(BuildSummary, InputCounts)> {
-    let source = push_points(source, &mut builder, is_filtered, &cancelled).await?;
-    let mut read = InputCounts::new(&source, lines);
-    let mut next_record = 0;
-    let sources = source.sources().iter().map(|(name, records)| {
-        let first = next_record;
-        next_record += records;
-        Source {
-            name: name.clone(),
-            records: *records,
-            first,
-        }
-    });
-    builder.describe(Description {
-        sources: sources.collect(),
-        lines: lines.sources(),
-        crs: source.crs().map(str::to_owned),
-        memo: serde_json::to_string(&read)?,
-    });
-    let summary = builder.finish().await?;
-    if summary.points == 0 && !source.sources().is_empty() {
-        read.notes.push(match read.records {
-            0 => "the input has no points".to_owned(),
-            records => format!(
-                "no point of the input was taken, of {}",
-                common::counted(records, "record", "records")
-            ),
-        });
-    }
-    if let Some(first) = summary.first_inverted {
-        read.notes.push(lines.inverted_note(summary.inverted_parts, first));
-    }
-    if summary.sites_in_holes > 0 {
-        let sites = common::counted(summary.sites_in_holes, "site is", "sites are");
-        read.notes
-            .push(format!("{sites} inside obstacles or other holes, where no path leads"));
-    }
-    if summary.without_z > 0 {
-        let vertices = common::counted(summary.without_z, "vertex", "vertices");
-        read.notes.push(format!("{vertices} without z got z = 0"));
-    }
-    Ok((summary, read))
-}
-
-/// Reads all points and passes them to the builder.
-async fn push_points(
-    mut source: PointSource,
-    builder: &mut Builder,
-    is_filtered: bool,
-    cancelled: &Notify,
-) -> anyhow::Result<PointSource> {
-    let (sender, mut batches) = mpsc::channel::<PointBatch>(BATCHES_AHEAD);
-    // With a filter, the number of points that a file announces says little, so it is not used.
-    if let Some(points) = source.expected_points().filter(|_| !is_filtered) {
-        let sample;
-        (sample, source) = common::on_thread("sample", move || Ok((source.sample(SAMPLE)?, source))).await?;
-        builder.expect(points, sample)?;
-    }
-    let reading = common::begin("reading", move || {
-        let mut batch = PointBatch::default();
-        while source.next_batch(&mut batch)? {
-            if sender.blocking_send(std::mem::take(&mut batch)).is_err() {
-                break;
-            }
-        }
-        Ok(source)
-    })?;
-    loop {
-        let batch = tokio::select! {
-            batch = batches.recv() => batch,
-            // A build that waits for a pipe must notice the cancellation too. The builder then
-            // returns the error.
-            () = cancelled.notified() => Some(PointBatch::default()),
-        };
-        let Some(batch) = batch else { break };
-        builder.push(&batch).await?;
-    }
-    match reading.await {
-        // The builder decides whether its work is kept, so its error comes first.
-        Err(error) if is_stopped(&error) => {
-            let pushed = builder.push(&PointBatch::default()).await;
-            Err(pushed.err().map_or(error, Into::into))
-        }
-        source => source,
     }
 }
 

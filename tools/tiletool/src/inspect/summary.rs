@@ -1,5 +1,6 @@
 //! The summary of a tile file, from its directory.
 
+use delaunay_tiles::crs::{Crs, Unit};
 use delaunay_tiles::shown;
 use delaunay_tiles::store::{Directory, FORMAT_VERSION, LineSource, TileEntry, TileReader};
 use serde::Serialize;
@@ -24,6 +25,8 @@ pub struct Summary {
     backend: &'static str,
     backend_note: Option<String>,
     crs: Option<String>,
+    #[serde(flatten)]
+    system: System,
     sources: Vec<InputFile>,
     points: u64,
     duplicates: u64,
@@ -50,6 +53,28 @@ pub struct Summary {
     parts: PartSizes,
     #[serde(skip)]
     rect: delaunay_tiles::geometry::Rect,
+}
+
+/// What is known of the coordinate reference system.
+#[derive(Serialize)]
+struct System {
+    crs_name: Option<String>,
+    epsg: Option<u32>,
+    unit: Option<&'static str>,
+    is_geographic: Option<bool>,
+}
+
+impl System {
+    fn of(crs: Option<&str>) -> Self {
+        let crs = crs.map(Crs::new);
+        let crs = crs.as_ref();
+        Self {
+            crs_name: crs.and_then(Crs::name).map(str::to_owned),
+            epsg: crs.and_then(Crs::epsg),
+            unit: crs.map(Crs::unit).filter(|&unit| unit != Unit::Unknown).map(Unit::name),
+            is_geographic: crs.and_then(Crs::is_geographic),
+        }
+    }
 }
 
 /// The sizes of the parts of a file.
@@ -179,6 +204,7 @@ impl Summary {
             backend: reader.backend(),
             backend_note: reader.backend_note().map(str::to_owned),
             crs: lists.crs.clone(),
+            system: System::of(lists.crs.as_deref()),
             sources: sources.collect(),
             points: m.points,
             duplicates: m.duplicates,
@@ -272,7 +298,9 @@ impl Summary {
                 .map(|l| (&l.name, counted(l.count, &l.kind, &format!("{}s", l.kind)))),
         ));
         if let Some(crs) = &self.crs {
-            lines.push(("CRS", shortened(crs, CRS_SHOWN)));
+            let crs = Crs::new(crs);
+            let text = format!("{}, in {}", crs.summary(), crs.unit().name());
+            lines.push(("CRS", shortened(&text, CRS_SHOWN)));
         }
         let duplicates = match self.duplicates {
             0 => "no duplicates".to_owned(),

@@ -8,6 +8,7 @@ use delaunay_tiles::store::{LineKind, LineSource};
 use delaunay_tiles::{Builder, Editor, shown};
 
 use crate::common;
+use crate::crs::Extents;
 
 /// Lines of one kind.
 pub struct LineSet {
@@ -37,6 +38,7 @@ pub struct LineInput {
     lines: u64,
     /// The hole points of the `.poly` files that were read.
     seeds: Vec<Point>,
+    extents: Extents,
 }
 
 impl LineSet {
@@ -72,6 +74,7 @@ impl LineInput {
             sites,
             lines: 0,
             seeds: Vec::new(),
+            extents: Extents::default(),
         }
     }
 
@@ -98,6 +101,9 @@ impl LineInput {
             match &mut set.source {
                 LineSetSource::Files(files) => {
                     if files.next_batch(batch)? {
+                        if let Some(origin) = batch.lines.first().and_then(|&line| files.origin(line)) {
+                            self.extents.add(origin.path, batch.ends.iter().flatten().copied());
+                        }
                         return Ok(Some((set.kind, set.first)));
                     }
                     self.lines += files.sources().iter().map(|(_, lines)| lines).sum::<u64>();
@@ -127,6 +133,22 @@ impl LineInput {
     /// Fills the batch with the next sites. Returns false if no sites are left.
     pub fn next_sites(&mut self, batch: &mut SiteBatch) -> anyhow::Result<bool> {
         Ok(self.sites.next_batch(batch)?)
+    }
+
+    /// Returns the extents of the files of lines that were read.
+    pub fn extents(&self) -> &Extents {
+        &self.extents
+    }
+
+    /// Returns the files that name a coordinate reference system, with that name.
+    pub fn crs_of_files(&self) -> impl Iterator<Item = &(PathBuf, String)> {
+        fn of_set(set: &LineSet) -> &[(PathBuf, String)] {
+            match &set.source {
+                LineSetSource::Files(files) => files.crs_of_files(),
+                LineSetSource::Poly(..) => &[],
+            }
+        }
+        self.sets.iter().flat_map(of_set).chain(self.sites.crs_of_files())
     }
 
     /// Returns the hole points. They are complete when all segments were read.

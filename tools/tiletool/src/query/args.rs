@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use bytesize::ByteSize;
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
+use delaunay_tiles::crs::Crs;
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Mode, QueryOptions};
 use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
@@ -13,7 +14,7 @@ use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
 use super::batch::{self, Question};
 use crate::common::{self, thousands};
 use crate::plot::PlotFile;
-use crate::units::Unit;
+use crate::units::{Measure, unit};
 
 #[derive(Args, Clone, Debug)]
 pub struct AtArgs {
@@ -146,17 +147,17 @@ impl ReadingArgs {
         common::open(&self.file, OpenOptions::default().cache(&cache)).await
     }
 
-    /// Returns the unit of the file's coordinates. If `distances` are printed, also prints what their
-    /// readers must know about it to standard error.
+    /// Returns the coordinate reference system of the file. If `distances` are printed, also prints
+    /// what their readers must know about its unit to standard error.
     ///
     /// # Errors
     /// Fails if a list of the file cannot be read.
-    pub async fn unit(&self, reader: &TileReader, distances: bool) -> anyhow::Result<Unit> {
-        let unit = Unit::of_file(reader).await?;
-        if let Some(warning) = unit.warning().filter(|_| distances) {
+    pub async fn crs(&self, reader: &TileReader, distances: bool) -> anyhow::Result<Option<Crs>> {
+        let crs = reader.crs().await?.map(|text| Crs::new(&text));
+        if let Some(warning) = unit(crs.as_ref()).warning().filter(|_| distances) {
             common::say(format_args!("note: {}: {warning}", common::shown(&self.file)));
         }
-        Ok(unit)
+        Ok(crs)
     }
 
     /// Prints the elapsed time and the tiles read to standard error, if --stats is given. `things`

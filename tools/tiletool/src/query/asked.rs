@@ -2,7 +2,7 @@
 
 use super::answer::{Answer, QueryResult, Status};
 use super::ask::Ask;
-use crate::units::Unit;
+use crate::units::{Measure, Unit};
 
 /// Why an answer is empty if its file has no sites.
 pub const NO_SITES: &str = "the file has no sites; build it with --sites FILE";

@@ -8,6 +8,7 @@ use std::time::Instant;
 use anyhow::{bail, ensure};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
+use delaunay_tiles::crs::Crs;
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{DistanceOutcome, PairDistance, QueryError};
 use delaunay_tiles::shown;
@@ -20,11 +21,11 @@ use super::args::{Format, FormatArgs, ReadingArgs};
 use super::asked::NO_SITES;
 use super::batch::{self, Question};
 use super::text::{point, push_status};
-use super::values::{COLLECTION, COLLECTION_END, bounds, line_string, pair, position, with_distance, write_feature};
+use super::values::{COLLECTION_END, bounds, collection, line_string, pair, position, with_distance, write_feature};
 use crate::common::{self, cell, counted, thousands};
 use crate::output::StandardOutput;
 use crate::plot::{self, Overlay, PlotFile};
-use crate::units::Unit;
+use crate::units::{Measure, Unit, unit};
 
 /// Maximum number of paths in a picture, which also limits memory.
 const MAX_DRAWN: u64 = 10_000;
@@ -115,7 +116,7 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
         let began = Instant::now();
         let reader = args.reading.open().await?;
         let matrix = Matrix::read(args, &reader).await?;
-        let unit = args.reading.unit(&reader, true).await?;
+        let crs = args.reading.crs(&reader, true).await?;
         let format = args.format.format();
         let mut options = args.reading.limits();
         if args.plot.is_some() || format == Format::GeoJson {
@@ -128,7 +129,7 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
                 paths.extend(found.path.as_ref().map(|path| path.points.clone()));
             }
         });
-        let count = matrix.print(format, unit, pairs).await?;
+        let count = matrix.print(format, crs.as_ref(), pairs).await?;
         if let Some(file) = &args.plot {
             plot::draw_query(&reader, file, &picture(args, matrix, paths)).await?;
         }
@@ -172,7 +173,7 @@ impl Matrix {
     async fn print(
         &self,
         format: Format,
-        unit: Unit,
+        crs: Option<&Crs>,
         mut pairs: impl TryStream<Ok = PairDistance, Error = QueryError> + Unpin,
     ) -> anyhow::Result<u64> {
         let mut out = BufWriter::new(StandardOutput::of("the answers"));
@@ -184,7 +185,7 @@ impl Matrix {
                     "from_index,to_index,{site}from_x,from_y,to_x,to_y,status,distance,lower,upper"
                 )?;
             }
-            Format::GeoJson => write!(out, "{COLLECTION}")?,
+            Format::GeoJson => write!(out, "{}", collection(crs))?,
             Format::Text | Format::Json => {}
         }
         let mut count = 0;
@@ -193,7 +194,7 @@ impl Matrix {
                 Format::Csv => writeln!(out, "{}", self.row(&found))?,
                 Format::Json => writeln!(out, "{}", self.object(&found))?,
                 Format::GeoJson => write_feature(&mut out, count, &self.feature(&found))?,
-                Format::Text => write!(out, "{}", self.text(unit, &found))?,
+                Format::Text => write!(out, "{}", self.text(unit(crs), &found))?,
             }
             count += 1;
         }

@@ -8,7 +8,7 @@ use super::ask::Ask;
 use super::batch::Question;
 use crate::common::{counted, thousands};
 use crate::plot::Overlay;
-use crate::units::{Unit, number};
+use crate::units::{Measure, Unit, number};
 
 /// Collects answers for a picture.
 pub struct Picture {

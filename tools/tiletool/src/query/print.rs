@@ -2,6 +2,7 @@
 
 use std::io::{BufWriter, Write};
 
+use delaunay_tiles::crs::Crs;
 use serde_json::Value;
 
 use super::answer::Answer;
@@ -11,7 +12,7 @@ use super::objects::{features, object};
 use super::rows::{header, rows};
 use super::stage::Stage;
 use super::text::text;
-use super::values::{COLLECTION, COLLECTION_END, write_feature};
+use super::values::{COLLECTION_END, collection, write_feature};
 use crate::output::StandardOutput;
 
 /// Prints answers, one after the other.
@@ -25,12 +26,12 @@ pub struct Printer {
 impl Printer {
     /// Creates a printer and prints what precedes all answers. `in_stages` says whether answers
     /// come in stages.
-    pub fn new(format: Format, asked: Asked, in_stages: bool) -> anyhow::Result<Self> {
+    pub fn new(format: Format, asked: Asked, crs: Option<&Crs>, in_stages: bool) -> anyhow::Result<Self> {
         let mut out = BufWriter::new(StandardOutput::of("the answers"));
         match format {
             Format::Csv if in_stages => writeln!(out, "{},{}", header(asked.ask), Stage::HEADER)?,
             Format::Csv => writeln!(out, "{}", header(asked.ask))?,
-            Format::GeoJson => write!(out, "{COLLECTION}")?,
+            Format::GeoJson => write!(out, "{}", collection(crs))?,
             Format::Text | Format::Json => {}
         }
         Ok(Self {

@@ -22,6 +22,7 @@ use super::print::Printer;
 use super::{matrix, progress};
 use crate::common;
 use crate::plot;
+use crate::units::unit;
 
 /// Query a tile file: locations, nearest sites, and shortest paths among obstacles
 ///
@@ -118,12 +119,13 @@ where
     }
     let began = Instant::now();
     let count = common::counted(questions.len() as u64, "query", "queries");
+    let crs = args.reading.crs(&reader, ask != Ask::Locate).await?;
     let asked = Asked {
         ask,
-        unit: args.reading.unit(&reader, ask != Ask::Locate).await?,
+        unit: unit(crs.as_ref()),
         has_sites: reader.metadata().sites > 0,
     };
-    let mut printer = Printer::new(format, asked, is_progressive)?;
+    let mut printer = Printer::new(format, asked, crs.as_ref(), is_progressive)?;
     if is_progressive {
         for question in questions {
             progress::answer(ask, &reader, question, options.clone(), &mut printer).await?;

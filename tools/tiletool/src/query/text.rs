@@ -11,7 +11,7 @@ use super::ask::Ask;
 use super::asked::Asked;
 use super::batch::Question;
 use crate::common::counted;
-use crate::units::{Unit, number};
+use crate::units::{Measure, Unit, number};
 
 /// Returns an answer as text, with a line break at its end.
 pub fn text(asked: Asked, answer: &Answer) -> String {

@@ -2,12 +2,22 @@
 
 use std::io::{self, Write};
 
+use delaunay_tiles::crs::Crs;
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Distance, Path};
 use serde_json::{Value, json};
 
-/// The text before all features of GeoJSON.
-pub const COLLECTION: &str = r#"{"type":"FeatureCollection","features":["#;
+/// Returns the text before all features of GeoJSON. The member `crs` of the former standard, which
+/// GIS programs read, tells the system if that is not longitude and latitude.
+pub fn collection(crs: Option<&Crs>) -> String {
+    let named = crs.and_then(Crs::urn).map(|urn| {
+        let member = json!({"type": "name", "properties": {"name": urn}});
+        format!(r#""crs":{member},"#)
+    });
+    let named = named.unwrap_or_default();
+    format!(r#"{{"type":"FeatureCollection",{named}"features":["#)
+}
+
 /// The text after all features of GeoJSON.
 pub const COLLECTION_END: &str = "\n]}";
 

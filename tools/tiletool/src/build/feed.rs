@@ -1,0 +1,180 @@
+//! Passes the inputs of a build to its builder.
+
+use std::sync::Arc;
+
+use delaunay_tiles::crs::Crs;
+use delaunay_tiles::input::{InputError, PointBatch, PointSource};
+use delaunay_tiles::store::Source;
+use delaunay_tiles::{BuildSummary, Builder, Description};
+use tokio::sync::{Notify, mpsc};
+
+use super::report::InputCounts;
+use crate::common;
+use crate::crs::{self, CrsArgs, Extents};
+use crate::lines::LineInput;
+
+/// Number of sampled points that show a build in advance how the points are distributed.
+const SAMPLE: usize = 1 << 16;
+
+/// Maximum number of batches that wait between the reader and the builder.
+const BATCHES_AHEAD: usize = 8;
+
+/// The open inputs of a build.
+pub(super) struct Inputs {
+    pub(super) source: PointSource,
+    pub(super) lines: LineInput,
+    /// Whether options leave out some of the points.
+    pub(super) is_filtered: bool,
+    pub(super) crs: CrsArgs,
+}
+
+/// Returns whether the error says that reading was stopped.
+pub(super) fn is_stopped(error: &anyhow::Error) -> bool {
+    matches!(error.downcast_ref(), Some(InputError::Stopped))
+}
+
+impl Inputs {
+    /// Builds from lines and points. The input is read on a thread of its own, ahead of the builder.
+    pub(super) async fn build(
+        self,
+        builder: Builder,
+        cancelled: Arc<Notify>,
+    ) -> anyhow::Result<(BuildSummary, InputCounts)> {
+        if !builder.needs_points() {
+            let read = serde_json::from_str(&builder.description().memo).unwrap_or_default();
+            return Ok((builder.finish().await?, read));
+        }
+        let Self { source, lines, .. } = self;
+        let (builder, lines) = common::on_thread("lines", move || lines.feed(builder)).await?;
+        let fed = Fed { lines, crs: self.crs };
+        let built = fed.build_points(source, builder, self.is_filtered, &cancelled).await;
+        built.map_err(|error| fed.lines.name_in(error))
+    }
+}
+
+/// The inputs of a build whose lines were passed to the builder.
+struct Fed {
+    lines: LineInput,
+    crs: CrsArgs,
+}
+
+impl Fed {
+    async fn build_points(
+        &self,
+        source: PointSource,
+        mut builder: Builder,
+        is_filtered: bool,
+        cancelled: &Notify,
+    ) -> anyhow::Result<(BuildSummary, InputCounts)> {
+        let mut extents = self.lines.extents().clone();
+        let source = push_points(source, &mut builder, is_filtered, &mut extents, cancelled).await?;
+        let mut read = self.describe(&source, &mut builder, &extents)?;
+        let summary = builder.finish().await?;
+        read.notes.extend(self.notes(&source, &summary, read.records));
+        Ok((summary, read))
+    }
+
+    /// Describes the inputs, which were read, to the builder.
+    fn describe(&self, source: &PointSource, builder: &mut Builder, extents: &Extents) -> anyhow::Result<InputCounts> {
+        let lines = &self.lines;
+        let mut read = InputCounts::new(source, lines);
+        // A GeoJSON file may name its system at its end.
+        let agreement = self
+            .crs
+            .agree(source.crs_of_files().iter().chain(lines.crs_of_files()))?;
+        let of_lines = lines.sources();
+        let names = source.sources().iter().map(|(name, _)| &**name);
+        let names = names.chain(of_lines.iter().map(|lines| &*lines.name));
+        let crs = agreement.crs().cloned().or_else(|| extents.of_plain_geojson(names));
+        read.notes.extend(crs::note(crs.as_ref()));
+        read.notes.extend(extents.notes());
+        let mut next_record = 0;
+        let sources = source.sources().iter().map(|(name, records)| {
+            let first = next_record;
+            next_record += records;
+            Source {
+                name: name.clone(),
+                records: *records,
+                first,
+            }
+        });
+        builder.describe(Description {
+            sources: sources.collect(),
+            lines: of_lines,
+            crs: crs.as_ref().map(Crs::text).map(str::to_owned),
+            memo: serde_json::to_string(&read)?,
+        });
+        Ok(read)
+    }
+
+    /// Returns the notes that follow from the summary.
+    fn notes(&self, source: &PointSource, summary: &BuildSummary, records: u64) -> Vec<String> {
+        let mut notes = Vec::new();
+        if summary.points == 0 && !source.sources().is_empty() {
+            notes.push(match records {
+                0 => "the input has no points".to_owned(),
+                records => format!(
+                    "no point of the input was taken, of {}",
+                    common::counted(records, "record", "records")
+                ),
+            });
+        }
+        if let Some(first) = summary.first_inverted {
+            notes.push(self.lines.inverted_note(summary.inverted_parts, first));
+        }
+        if summary.sites_in_holes > 0 {
+            let sites = common::counted(summary.sites_in_holes, "site is", "sites are");
+            notes.push(format!("{sites} inside obstacles or other holes, where no path leads"));
+        }
+        if summary.without_z > 0 {
+            let vertices = common::counted(summary.without_z, "vertex", "vertices");
+            notes.push(format!("{vertices} without z got z = 0"));
+        }
+        notes
+    }
+}
+
+/// Reads all points and passes them to the builder.
+async fn push_points(
+    mut source: PointSource,
+    builder: &mut Builder,
+    is_filtered: bool,
+    extents: &mut Extents,
+    cancelled: &Notify,
+) -> anyhow::Result<PointSource> {
+    let (sender, mut batches) = mpsc::channel::<PointBatch>(BATCHES_AHEAD);
+    // With a filter, the number of points that a file announces says little, so it is not used.
+    if let Some(points) = source.expected_points().filter(|_| !is_filtered) {
+        let sample;
+        (sample, source) = common::on_thread("sample", move || Ok((source.sample(SAMPLE)?, source))).await?;
+        builder.expect(points, sample)?;
+    }
+    let reading = common::begin("reading", move || {
+        let mut batch = PointBatch::default();
+        while source.next_batch(&mut batch)? {
+            if sender.blocking_send(std::mem::take(&mut batch)).is_err() {
+                break;
+            }
+        }
+        Ok(source)
+    })?;
+    loop {
+        let batch = tokio::select! {
+            batch = batches.recv() => batch,
+            // A build that waits for a pipe must notice the cancellation too. The builder then
+            // returns the error.
+            () = cancelled.notified() => Some(PointBatch::default()),
+        };
+        let Some(batch) = batch else { break };
+        extents.add_points(&batch.points);
+        builder.push(&batch).await?;
+    }
+    match reading.await {
+        // The builder decides whether its work is kept, so its error comes first.
+        Err(error) if is_stopped(&error) => {
+            let pushed = builder.push(&PointBatch::default()).await;
+            Err(pushed.err().map_or(error, Into::into))
+        }
+        source => source,
+    }
+}
