@@ -32,7 +32,7 @@ async fn check(segments: &[[Point; 2]], edges: usize) {
         expected.extend(ends);
     }
     assert_eq!(expected.len(), edges);
-    let options = ExportOptions::default().holes(true);
+    let options = ExportOptions::default().holes(true).edges(true);
     let exported = export(&reader, Format::Ply, options, vec![Vec::new()], |_, _| ())
         .await
         .unwrap();

@@ -59,4 +59,7 @@ pub(super) enum Contradiction {
         /// The number of its record.
         record: u64,
     },
+    /// A number exceeds what signed numbers of 64 bits hold, of which no sound file comes near.
+    #[error("it has the number {0}")]
+    TooLarge(u64),
 }

@@ -1,63 +1,61 @@
-//! GeoJSON (RFC 7946): a feature collection with a polygon for each triangle.
+//! GeoJSON (RFC 7946): a feature collection with a polygon for each triangle, a point for each vertex
+//! or a line for each constraint edge.
 //!
-//! Coordinates are written unchanged: RFC 7946 requires WGS 84 and cannot express another reference
-//! system. The numbers of a triangle's vertices are in its property `vertices`, from which its
-//! neighbours can be found. If there are no triangles (fewer than three points, or only collinear
-//! ones), the vertices themselves are written as points, so that none is lost.
+//! The numbers of a triangle's vertices are in its property `vertices`, from which its neighbours can
+//! be found. If there are no triangles (fewer than three points, or only collinear ones), the vertices
+//! themselves are written as points by default, so that none is lost.
+//!
+//! Coordinates are written unchanged. RFC 7946 requires WGS 84 and cannot express another reference
+//! system. So if the EPSG code of another one is known, it is in the member `crs` of the older format
+//! (GeoJSON 2008), which GDAL, QGIS and others still read.
 
 use std::io::Write;
-use std::sync::Arc;
 
-use futures::stream::StreamExt;
-
+use super::crs::Crs;
 use super::error::{Contradiction, ExportError};
+use super::feature::{Value, lines_of};
 use super::numbering::Numbering;
 use super::output::{ExportJob, Output};
 use super::text::{put, put_vertex};
-use super::tile_part::{CHUNK_BYTES, CutBy, TilePart};
+use super::tile_part::{CHUNK_BYTES, TilePart};
+use super::what::What;
 use crate::geometry::VertexIndex;
-use crate::store::{Needs, spawn};
+use crate::store::Needs;
 
 pub(super) async fn write<W: Write + Send + 'static>(
     job: &mut ExportJob<'_>,
     output: &mut Output<W>,
 ) -> Result<(), ExportError> {
     job.passes(1);
-    let has_triangles = job.reader().metadata().triangles > 0;
-    let plan = job.reader().plan(needs())?;
-    let numbering = Arc::clone(&job.numbering);
-    let tiles = job.reader().pass(job.reader().tile_ids(), plan).map(move |tile| {
-        let numbering = Arc::clone(&numbering);
-        async move {
-            let tile = Arc::new(tile?);
-            spawn(move || {
-                let triangles = numbering.cut(&tile, CutBy::Triangles)?;
-                // In a file without triangles, no tile may have any either.
-                if has_triangles {
-                    Ok(triangles)
-                } else {
-                    numbering.cut(&tile, CutBy::Vertices)
-                }
-            })
-            .await?
-        }
-    });
+    let what = job.numbering.what();
+    let mut header = b"{\"type\":\"FeatureCollection\",".to_vec();
+    let crs = Crs::of(job.reader().directory().lists.crs.as_deref());
+    // 4326 is WGS 84, which is the default.
+    if let Some(epsg) = crs.and_then(|crs| crs.epsg()).filter(|&epsg| epsg != 4326) {
+        put(
+            &mut header,
+            format_args!("\"crs\":{{\"type\":\"name\",\"properties\":{{\"name\":\"urn:ogc:def:crs:EPSG::{epsg}\"}}}},"),
+        );
+    }
+    header.extend_from_slice(b"\"features\":[\n");
+    output.push(header).await?;
     let features = move |numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>| {
         out.reserve(CHUNK_BYTES as usize);
-        if has_triangles {
-            put_polygons(numbering, part, out)
-        } else {
-            put_points(numbering, part, out)
+        match what {
+            What::Triangles => put_polygons(numbering, part, out),
+            What::Vertices => put_points(numbering, part, out),
+            What::Edges => put_lines(numbering, part, out),
         }
     };
-    output
-        .push(b"{\"type\":\"FeatureCollection\",\"features\":[\n".to_vec())
-        .await?;
-    let written = job
-        .write_parts(output, tiles.buffered(plan.threads), plan, b",\n", features)
-        .await?;
-    job.check_triangles(written)?;
+    job.pass_to(output, what.cut(), needs(), features).await?;
     output.push(b"\n]}\n".to_vec()).await
+}
+
+/// Appends what separates a feature from the one before it.
+fn put_separator(part: &TilePart, out: &mut Vec<u8>) {
+    if part.written_before > 0 || !out.is_empty() {
+        out.extend_from_slice(b",\n");
+    }
 }
 
 /// Returns the memory that the pass needs.
@@ -99,12 +97,12 @@ fn put_polygons(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Re
         put_vertex(tile, corner, b',', None, out);
         out.push(b']');
     };
-    part.for_each_triangle(numbering, |corners, [a, b, c]| {
-        let separator = if out.is_empty() { "" } else { ",\n" };
+    part.for_each_triangle(numbering, |_, corners, [a, b, c]| {
+        put_separator(part, out);
         put(
             out,
             format_args!(
-                "{separator}{{\"type\":\"Feature\",\"properties\":{{\"vertices\":[{a},{b},{c}]}},\
+                "{{\"type\":\"Feature\",\"properties\":{{\"vertices\":[{a},{b},{c}]}},\
                  \"geometry\":{{\"type\":\"Polygon\",\"coordinates\":[["
             ),
         );
@@ -119,18 +117,42 @@ fn put_polygons(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Re
 }
 
 fn put_points(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Result<(), Contradiction> {
-    for (vertex, number) in part.vertices(numbering) {
-        let separator = if out.is_empty() { "" } else { ",\n" };
+    for (vertex, number) in part.points(numbering) {
+        put_separator(part, out);
         let record = part.tile.record(vertex);
         put(
             out,
             format_args!(
-                "{separator}{{\"type\":\"Feature\",\"properties\":{{\"vertex\":{number},\"record\":{record}}},\
+                "{{\"type\":\"Feature\",\"properties\":{{\"vertex\":{number},\"record\":{record}}},\
                  \"geometry\":{{\"type\":\"Point\",\"coordinates\":["
             ),
         );
         put_vertex(&part.tile, vertex, b',', None, out);
         out.extend_from_slice(b"]}}");
+    }
+    Ok(())
+}
+
+fn put_lines(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Result<(), Contradiction> {
+    for edge in part.edges(numbering) {
+        put_separator(part, out);
+        let [from, to] = numbering.ends(&part.tile, edge)?;
+        put(
+            out,
+            format_args!("{{\"type\":\"Feature\",\"properties\":{{\"from\":{from},\"to\":{to}"),
+        );
+        for (key, value) in ["kind", "line"].into_iter().zip(lines_of(&part.tile, edge)) {
+            match value {
+                Value::Number(number) => put(out, format_args!(",\"{key}\":{number}")),
+                Value::Text(text) => put(out, format_args!(",\"{key}\":\"{text}\"")),
+                Value::Missing => put(out, format_args!(",\"{key}\":null")),
+            }
+        }
+        out.extend_from_slice(b"},\"geometry\":{\"type\":\"LineString\",\"coordinates\":[[");
+        for (corner, end) in part.tile.corners_of_edge(edge).into_iter().zip([&b"],["[..], b"]]}}"]) {
+            put_vertex(&part.tile, corner, b',', None, out);
+            out.extend_from_slice(end);
+        }
     }
     Ok(())
 }

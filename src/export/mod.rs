@@ -16,17 +16,27 @@
 //! [requested](ExportOptions::holes). Whatever a file contains, an export ends with a complete
 //! output or an error. After an error, what was written so far must be discarded.
 
+mod clip;
+mod crs;
 mod error;
+mod feature;
+#[cfg(feature = "flatgeobuf")]
+mod flat_geobuf;
 mod format;
+#[cfg(feature = "parquet")]
+mod geo_parquet;
 mod geojson;
+mod glb;
 mod node;
 mod numbering;
 mod obj;
 mod options;
 mod output;
 mod ply;
+mod survey;
 mod text;
 mod tile_part;
+mod what;
 mod write;
 
 #[cfg(test)]
@@ -36,7 +46,9 @@ mod hole_tests;
 #[cfg(test)]
 mod tests;
 
+pub use clip::Clip;
 pub use error::ExportError;
 pub use format::{Format, UnknownFormat};
 pub use options::ExportOptions;
+pub use what::{UnknownWhat, What};
 pub use write::{Exported, export};

@@ -14,9 +14,9 @@ pub(super) async fn write<W: Write + Send + 'static>(
     node: &mut Output<W>,
     ele: &mut Output<W>,
 ) -> Result<(), ExportError> {
-    job.passes(2);
+    let triangles = job.counted(CutBy::Triangles, 2).await?;
     let metadata = job.reader().metadata();
-    let (vertices, triangles) = (metadata.vertices, job.numbering.triangles());
+    let vertices = metadata.vertices;
     let attributes = u8::from(metadata.has_z);
     node.push(header(job, &format!("{vertices} 2 {attributes} 0"))).await?;
     ele.push(header(job, &format!("{triangles} 3 0"))).await?;
@@ -24,7 +24,7 @@ pub(super) async fn write<W: Write + Send + 'static>(
     let elements = |numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>| {
         // Triangles are also numbered over the whole file.
         let mut triangle = part.written_before;
-        part.for_each_triangle(numbering, |_, [a, b, c]| {
+        part.for_each_triangle(numbering, |_, _, [a, b, c]| {
             put(out, format_args!("{triangle} {a} {b} {c}\n"));
             triangle += 1;
             Ok(())

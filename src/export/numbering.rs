@@ -6,8 +6,10 @@
 
 use super::error::Contradiction;
 use super::options::ExportOptions;
-use crate::geometry::TriangleId;
-use crate::store::{PassReader, ReadError, Tile, TileId, VertexId};
+use super::tile_part::CutBy;
+use super::what::What;
+use crate::geometry::{Point, TriangleId, VertexIndex};
+use crate::store::{PassReader, ReadError, Tile, TileEdge, TileId, VertexId};
 
 /// The number of each tile's first vertex.
 pub(super) struct Numbering {
@@ -67,18 +69,75 @@ impl Numbering {
         !self.options.holes && self.reader.metadata().hole_triangles > 0
     }
 
-    /// Returns the number of triangles that are written, according to the directory.
-    pub(super) fn triangles(&self) -> u64 {
+    /// Returns what is exported in a format of features.
+    pub(super) fn what(&self) -> What {
+        let default = match self.reader.metadata().triangles {
+            0 => What::Vertices,
+            _ => What::Triangles,
+        };
+        self.options.what.unwrap_or(default)
+    }
+
+    /// Returns whether a mesh is written with its constraint edges, of which there are some.
+    pub(super) fn has_edges(&self) -> bool {
+        self.options.edges && self.reader.metadata().constraint_edges > 0
+    }
+
+    /// Returns the number of elements that are written, if the directory says it.
+    pub(super) fn count(&self, by: CutBy) -> Option<u64> {
         let metadata = self.reader.metadata();
-        match self.leaves_out_holes() {
+        let is_clipped = self.options.clip.is_some();
+        match by {
+            CutBy::Triangles if is_clipped || self.options.max_edge.is_some() => None,
             // A directory with more triangles in holes than triangles was refused at open.
-            true => metadata.triangles - metadata.hole_triangles,
-            false => metadata.triangles,
+            CutBy::Triangles if self.leaves_out_holes() => Some(metadata.triangles - metadata.hole_triangles),
+            CutBy::Triangles => Some(metadata.triangles),
+            CutBy::Vertices => Some(metadata.vertices),
+            CutBy::Points | CutBy::Edges if is_clipped => None,
+            CutBy::Points => Some(metadata.vertices),
+            CutBy::Edges => Some(metadata.constraint_edges),
+        }
+    }
+
+    /// Returns whether all elements are written, so that their bounds are those of the file.
+    pub(super) fn writes_all(&self, by: CutBy) -> bool {
+        match by {
+            CutBy::Triangles => self.count(by) == Some(self.reader.metadata().triangles),
+            CutBy::Vertices => true,
+            CutBy::Points => self.options.clip.is_none(),
+            CutBy::Edges => false,
         }
     }
 
     /// Returns whether a triangle is written as part of this tile.
     pub(super) fn is_written(&self, tile: &Tile, triangle: TriangleId) -> bool {
-        tile.owns(triangle) && !(self.leaves_out_holes() && tile.is_hole(triangle))
+        tile.owns(triangle)
+            && !(self.leaves_out_holes() && tile.is_hole(triangle))
+            && self.options.max_edge.is_none_or(|most| {
+                let [a, b, c] = tile.triangle_points(triangle);
+                [(a, b), (b, c), (c, a)].into_iter().all(|(p, q)| length(p, q) <= most)
+            })
+            && self
+                .options
+                .clip
+                .as_ref()
+                .is_none_or(|clip| clip.meets_triangle(tile.triangle_points(triangle)))
     }
+
+    /// Returns whether a vertex of this tile is written as a point.
+    pub(super) fn writes_point(&self, tile: &Tile, vertex: VertexIndex) -> bool {
+        let clip = self.options.clip.as_ref();
+        clip.is_none_or(|clip| clip.covers(tile.point(vertex)))
+    }
+
+    /// Returns whether a constraint edge of this tile is written.
+    pub(super) fn writes_edge(&self, tile: &Tile, edge: TileEdge) -> bool {
+        let clip = self.options.clip.as_ref();
+        clip.is_none_or(|clip| clip.meets_edge(tile.ends(edge).map(|end| end.point)))
+    }
+}
+
+/// Returns the length of an edge; the same for both directions.
+fn length(a: Point, b: Point) -> f64 {
+    (a.x - b.x).hypot(a.y - b.y)
 }

@@ -12,12 +12,12 @@ pub(super) async fn write<W: Write + Send + 'static>(
     job: &mut ExportJob<'_>,
     output: &mut Output<W>,
 ) -> Result<(), ExportError> {
-    job.passes(2);
+    let triangles = job.counted(CutBy::Triangles, 2).await?;
     let mut header = Vec::new();
     for comment in comments(&job.numbering) {
         put(&mut header, format_args!("# {comment}\n"));
     }
-    let (vertices, triangles) = (job.reader().metadata().vertices, job.numbering.triangles());
+    let vertices = job.reader().metadata().vertices;
     put(
         &mut header,
         format_args!("# {vertices} vertices, {triangles} triangles\n"),
@@ -37,7 +37,7 @@ fn put_vertices(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Re
 }
 
 fn put_faces(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Result<(), Contradiction> {
-    part.for_each_triangle(numbering, |_, vertices| {
+    part.for_each_triangle(numbering, |_, _, vertices| {
         let [a, b, c] = vertices.map(|vertex| vertex + 1);
         put(out, format_args!("f {a} {b} {c}\n"));
         Ok(())

@@ -22,6 +22,18 @@ pub(super) async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send 
     Ok(spawn(work).await?)
 }
 
+/// What takes the chunks of a pass, in order.
+pub(super) trait Sink {
+    /// Takes the output of one part, which is not empty.
+    fn push(&mut self, chunk: Vec<u8>) -> impl Future<Output = Result<(), ExportError>> + Send;
+}
+
+impl<W: Write + Send + 'static> Sink for Output<W> {
+    fn push(&mut self, chunk: Vec<u8>) -> impl Future<Output = Result<(), ExportError>> + Send {
+        Self::push(self, chunk)
+    }
+}
+
 /// An output, and the bytes waiting to be written to it.
 pub(super) struct Output<W> {
     /// `None` while a thread writes to it.
@@ -89,6 +101,10 @@ impl<W: Write + Send + 'static> Output<W> {
 /// The state of an export.
 pub(super) struct ExportJob<'a> {
     pub(super) numbering: Arc<Numbering>,
+    /// The numbers of elements that surveys and passes found.
+    found: Vec<(CutBy, u64)>,
+    /// The number of elements that were written: triangles and edges.
+    pub(super) written: Written,
     progress: &'a mut (dyn FnMut(u64, u64) + Send),
     done: u64,
     total: u64,
@@ -102,6 +118,8 @@ impl<'a> ExportJob<'a> {
     ) -> Self {
         Self {
             numbering: Arc::new(Numbering::new(reader, options)),
+            found: Vec::new(),
+            written: Written::default(),
             progress,
             done: 0,
             total: 0,
@@ -125,15 +143,44 @@ impl<'a> ExportJob<'a> {
         }
     }
 
-    /// Sets the number of passes over all tiles, for the progress.
+    /// Adds to the number of passes over all tiles, for the progress.
     pub(super) fn passes(&mut self, passes: u64) {
-        self.total = passes * u64::from(self.reader().metadata().tiles);
+        self.total += passes * u64::from(self.reader().metadata().tiles);
     }
 
     /// Reports that a tile is done.
     pub(super) fn advance(&mut self) {
         self.done += 1;
         (self.progress)(self.done, self.total);
+    }
+
+    /// Returns the number of elements that will be written: the directory's or that of the survey,
+    /// without which some are unknown.
+    pub(super) fn count(&self, by: CutBy) -> Option<u64> {
+        let found = self
+            .found
+            .iter()
+            .find(|&&(what, _)| what == by)
+            .map(|&(_, count)| count);
+        self.numbering.count(by).or(found)
+    }
+
+    /// Takes the number of elements that a survey or a pass found. Fails unless it is the one that is
+    /// known, and that a header may say.
+    pub(super) fn expect(&mut self, by: CutBy, found: u64) -> Result<(), ExportError> {
+        let Some(expected) = self.count(by).filter(|&expected| expected != found) else {
+            self.found.push((by, found));
+            return Ok(());
+        };
+        let reason = match by {
+            // The number of triangles per tile was checked, so the number of those in holes is wrong.
+            CutBy::Triangles => format!("{found} triangles are in no hole, but the directory says {expected}"),
+            CutBy::Edges => format!("the tiles have {found} constraint edges, but the directory says {expected}"),
+            CutBy::Vertices | CutBy::Points => {
+                format!("the tiles have {found} vertices, but the directory says {expected}")
+            }
+        };
+        Err(self.reader().damaged(TileId(0), reason).into())
     }
 
     /// Writes the output of `format` for each part of each tile, in order. An error of `format` is
@@ -143,7 +190,23 @@ impl<'a> ExportJob<'a> {
         W: Write + Send + 'static,
         F: Fn(&Numbering, &TilePart, &mut Vec<u8>) -> Result<(), Contradiction> + Clone + Send + 'static,
     {
-        let plan = self.reader().plan(Self::needs())?;
+        self.pass_to(output, cut, Self::needs(), format).await
+    }
+
+    /// Passes the output of `format` to a sink, as [`pass`](Self::pass) does, with other needs of
+    /// memory.
+    pub(super) async fn pass_to<S, F>(
+        &mut self,
+        sink: &mut S,
+        cut: CutBy,
+        needs: Needs,
+        format: F,
+    ) -> Result<(), ExportError>
+    where
+        S: Sink,
+        F: Fn(&Numbering, &TilePart, &mut Vec<u8>) -> Result<(), Contradiction> + Clone + Send + 'static,
+    {
+        let plan = self.reader().plan(needs)?;
         let tiles = self.reader().pass(self.reader().tile_ids(), plan);
         let numbering = Arc::clone(&self.numbering);
         let tiles = tiles.map(move |tile| {
@@ -154,49 +217,24 @@ impl<'a> ExportJob<'a> {
             }
         });
         let written = self
-            .write_parts(output, tiles.buffered(plan.threads), plan, b"", format)
+            .write_parts(sink, tiles.buffered(plan.threads), plan, format)
             .await?;
-        match cut {
-            CutBy::Vertices => Ok(()),
-            CutBy::Triangles => self.check_triangles(written),
-            CutBy::Edges => self.check_edges(written),
-        }
+        self.expect(cut, written)?;
+        self.written.count(cut, written);
+        Ok(())
     }
 
-    /// Fails unless the number of constraint edges written is that of the directory, and so of the
-    /// header.
-    fn check_edges(&self, written: u64) -> Result<(), ExportError> {
-        let expected = self.reader().metadata().constraint_edges;
-        if written == expected {
-            return Ok(());
-        }
-        let reason = format!("the tiles have {written} constraint edges, but the directory says {expected}");
-        Err(self.reader().damaged(TileId(0), reason).into())
-    }
-
-    /// Fails unless the number of triangles written is that of the directory, and so of the header.
-    pub(super) fn check_triangles(&self, written: u64) -> Result<(), ExportError> {
-        let expected = self.numbering.triangles();
-        if written == expected {
-            return Ok(());
-        }
-        // The number of triangles per tile was checked, so the number of those in holes is wrong.
-        let reason = format!("{written} triangles are in no hole, but the directory says {expected}");
-        Err(self.reader().damaged(TileId(0), reason).into())
-    }
-
-    /// Writes the output of `format` for each part, with a separator between outputs that are not
-    /// empty. Returns the number of triangles (or edges) written.
-    pub(super) async fn write_parts<W, F>(
+    /// Passes the output of `format` for each part to the sink. Returns the number of elements
+    /// written.
+    async fn write_parts<S, F>(
         &mut self,
-        output: &mut Output<W>,
+        sink: &mut S,
         tiles: impl Stream<Item = Result<Vec<TilePart>, ReadError>> + Unpin,
         plan: PassPlan,
-        separator: &[u8],
         format: F,
     ) -> Result<u64, ExportError>
     where
-        W: Write + Send + 'static,
+        S: Sink,
         F: Fn(&Numbering, &TilePart, &mut Vec<u8>) -> Result<(), Contradiction> + Clone + Send + 'static,
     {
         let numbering = Arc::clone(&self.numbering);
@@ -209,33 +247,46 @@ impl<'a> ExportJob<'a> {
             let (numbering, format) = (Arc::clone(&numbering), format.clone());
             let chunk = part.map(|mut part| {
                 part.written_before = before;
-                before += u64::from(part.triangles);
+                before += u64::from(part.written);
                 spawn(move || {
                     let mut bytes = Vec::new();
                     let damaged = |fault| numbering.damaged(part.tile.id(), fault);
                     format(&numbering, &part, &mut bytes).map_err(damaged)?;
-                    Ok::<_, ReadError>((bytes, part.triangles, part.is_last))
+                    Ok::<_, ReadError>((bytes, part.written, part.is_last))
                 })
             });
             async move { chunk?.await? }
         });
         let mut chunks = pin!(chunks.buffered(plan.threads + CHUNKS_AHEAD));
-        let mut first = true;
         let mut written = 0;
         while let Some(chunk) = chunks.next().await {
-            let (chunk, triangles, ends_tile) = chunk?;
-            written += u64::from(triangles);
+            let (chunk, elements, ends_tile) = chunk?;
+            written += u64::from(elements);
             if !chunk.is_empty() {
-                if !first && !separator.is_empty() {
-                    output.push(separator.to_vec()).await?;
-                }
-                first = false;
-                output.push(chunk).await?;
+                sink.push(chunk).await?;
             }
             if ends_tile {
                 self.advance();
             }
         }
         Ok(written)
+    }
+}
+
+/// The numbers of elements that were written.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Written {
+    pub(super) points: u64,
+    pub(super) triangles: u64,
+    pub(super) edges: u64,
+}
+
+impl Written {
+    fn count(&mut self, by: CutBy, written: u64) {
+        match by {
+            CutBy::Vertices | CutBy::Points => self.points += written,
+            CutBy::Triangles => self.triangles += written,
+            CutBy::Edges => self.edges += written,
+        }
     }
 }

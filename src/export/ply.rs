@@ -1,7 +1,8 @@
 //! PLY, binary, little-endian (Turk, "The PLY Polygon File Format", 1994).
 //!
 //! Elements: `vertex` with x, y, z as doubles and the number of its input record; `face`, one
-//! triangle each; `edge`, all constraint edges.
+//! triangle each; `edge`, constraint edges, if they are requested and there are any. Some readers
+//! refuse an element that they do not know or that is empty, so there is no such element otherwise.
 //!
 //! PLY has no integers of 64 bits. Record numbers are `uint` if all of them fit, otherwise
 //! `double`, which is exact up to 2^53. The header contains this type, so it must be known first.
@@ -18,7 +19,7 @@ use super::output::{ExportJob, Output};
 use super::text::{comments, put};
 use super::tile_part::{CutBy, TilePart};
 use crate::geometry::VertexIndex;
-use crate::store::{Metadata, Needs, Tile};
+use crate::store::{Needs, Tile};
 
 /// The number of vertices that a `uint` can number.
 const MAX_VERTICES: u64 = 1 << 32;
@@ -36,30 +37,36 @@ pub(super) async fn write<W: Write + Send + 'static>(
     job: &mut ExportJob<'_>,
     output: &mut Output<W>,
 ) -> Result<(), ExportError> {
-    let metadata = job.reader().metadata().clone();
+    let metadata = job.reader().metadata();
     if metadata.vertices > MAX_VERTICES {
         return Err(ExportError::Limit(format!(
-            "PLY can number {MAX_VERTICES} vertices, but there are {}; Triangle's format, OBJ and GeoJSON have no \
+            "PLY can number {MAX_VERTICES} vertices, but there are {}; Triangle's format, OBJ and FlatGeobuf have no \
              such limit",
             metadata.vertices
         )));
     }
-    let records = record_type(job, &metadata).await?;
-    output.push(header(&metadata, &job.numbering, records)).await?;
+    let has_edges = job.numbering.has_edges();
+    let records = record_type(job).await?;
+    let triangles = job.counted(CutBy::Triangles, 2).await?;
+    let edges = match has_edges {
+        true => job.counted(CutBy::Edges, 1).await?,
+        false => 0,
+    };
+    output.push(header(&job.numbering, [triangles, edges], records)).await?;
     let vertices = move |_: &Numbering, part: &TilePart, out: &mut Vec<u8>| {
         let mut vertices = part.range.clone().map(VertexIndex);
         vertices.try_for_each(|vertex| put_vertex(&part.tile, vertex, records, out))
     };
     job.pass(output, CutBy::Vertices, vertices).await?;
     job.pass(output, CutBy::Triangles, put_faces).await?;
-    match metadata.constraint_edges {
-        0 => Ok(()),
-        _ => job.pass(output, CutBy::Edges, put_edges).await,
+    match has_edges {
+        false => Ok(()),
+        true => job.pass(output, CutBy::Edges, put_edges).await,
     }
 }
 
-/// Determines the type of record numbers, and sets the number of passes.
-async fn record_type(job: &mut ExportJob<'_>, metadata: &Metadata) -> Result<RecordType, ExportError> {
+/// Determines the type of record numbers, by a pass if need be.
+async fn record_type(job: &mut ExportJob<'_>) -> Result<RecordType, ExportError> {
     let fits = |largest: u64| {
         if largest <= u64::from(u32::MAX) {
             RecordType::Uint
@@ -67,15 +74,13 @@ async fn record_type(job: &mut ExportJob<'_>, metadata: &Metadata) -> Result<Rec
             RecordType::Double
         }
     };
-    let of_edges = u64::from(metadata.constraint_edges > 0);
     let sources = &job.reader().directory().lists.sources;
     let sources = sources.iter().map(|source| source.records);
     let bound = sources.fold(0, u64::saturating_add);
     if bound > 0 && fits(bound - 1) == RecordType::Uint {
-        job.passes(2 + of_edges);
         return Ok(RecordType::Uint);
     }
-    job.passes(3 + of_edges);
+    job.passes(1);
     let mut maxima = job.reader().for_each_tile(Needs::default(), |tile| {
         tile.vertex_indices()
             .map(|vertex| tile.record(vertex))
@@ -95,7 +100,7 @@ async fn record_type(job: &mut ExportJob<'_>, metadata: &Metadata) -> Result<Rec
     Ok(fits(largest))
 }
 
-fn header(metadata: &Metadata, numbering: &Numbering, records: RecordType) -> Vec<u8> {
+fn header(numbering: &Numbering, [triangles, edges]: [u64; 2], records: RecordType) -> Vec<u8> {
     let mut out = b"ply\nformat binary_little_endian 1.0\n".to_vec();
     for comment in comments(numbering) {
         put(&mut out, format_args!("comment {comment}\n"));
@@ -113,16 +118,16 @@ fn header(metadata: &Metadata, numbering: &Numbering, records: RecordType) -> Ve
              property double z\n\
              property {record} record\n\
              element face {}\n\
-             property list uchar uint vertex_indices\n\
-             element edge {}\n\
-             property uint vertex1\n\
-             property uint vertex2\n\
-             end_header\n",
-            metadata.vertices,
-            numbering.triangles(),
-            metadata.constraint_edges
+             property list uchar uint vertex_indices\n",
+            numbering.reader().metadata().vertices,
+            triangles,
         ),
     );
+    if edges > 0 {
+        let edge = format_args!("element edge {edges}\nproperty uint vertex1\nproperty uint vertex2\n");
+        put(&mut out, edge);
+    }
+    out.extend_from_slice(b"end_header\n");
     out
 }
 
@@ -145,7 +150,7 @@ fn put_vertex(tile: &Tile, vertex: VertexIndex, records: RecordType, out: &mut V
 }
 
 fn put_faces(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Result<(), Contradiction> {
-    part.for_each_triangle(numbering, |_, vertices| {
+    part.for_each_triangle(numbering, |_, _, vertices| {
         out.push(3);
         for vertex in vertices {
             // There are at most 2^32 vertices.
@@ -156,10 +161,8 @@ fn put_faces(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Resul
 }
 
 fn put_edges(numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>) -> Result<(), Contradiction> {
-    let edges = part.tile.owned_constraints().skip(part.range.start as usize);
-    for edge in edges.take(part.range.len()) {
-        for vertex in part.tile.ends(edge) {
-            let number = numbering.number(vertex.id)?;
+    for edge in part.edges(numbering) {
+        for number in numbering.ends(&part.tile, edge)? {
             // There are at most 2^32 vertices.
             out.extend_from_slice(&(number as u32).to_le_bytes());
         }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::error::Contradiction;
 use super::numbering::Numbering;
 use crate::geometry::{TriangleId, VertexIndex};
-use crate::store::{ReadError, TileInPass};
+use crate::store::{ReadError, TileEdge, TileInPass};
 
 /// The number of vertices, triangles or edges in a part.
 const PART: u32 = 2048;
@@ -19,7 +19,10 @@ pub(super) const CHUNK_BYTES: u64 = 512 * PART as u64;
 /// The elements by which tiles are cut into parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum CutBy {
+    /// All vertices, as those of a mesh.
     Vertices,
+    /// The vertices that are written as features.
+    Points,
     Triangles,
     /// The constraint edges that belong to the tile.
     Edges,
@@ -30,21 +33,20 @@ pub(super) struct TilePart {
     pub(super) tile: Arc<TileInPass>,
     /// The indices of the elements in the tile.
     pub(super) range: Range<u32>,
-    /// The number of triangles or edges to be written; 0 if the tile is cut by vertices.
-    pub(super) triangles: u32,
-    /// The number of triangles written before these, over all tiles.
+    /// The number of elements to be written.
+    pub(super) written: u32,
+    /// The number of elements written before these, over all tiles.
     pub(super) written_before: u64,
     /// Whether this is the last part of its tile.
     pub(super) is_last: bool,
 }
 
 impl TilePart {
-    /// Calls `take` with the corners, and the numbers of the corners, of each triangle that is
-    /// written.
+    /// Calls `take` with each triangle that is written, its corners and the numbers of the corners.
     pub(super) fn for_each_triangle(
         &self,
         numbering: &Numbering,
-        mut take: impl FnMut([VertexIndex; 3], [u64; 3]) -> Result<(), Contradiction>,
+        mut take: impl FnMut(TriangleId, [VertexIndex; 3], [u64; 3]) -> Result<(), Contradiction>,
     ) -> Result<(), Contradiction> {
         let Self { tile, range, .. } = self;
         let start = numbering.start(tile);
@@ -57,7 +59,7 @@ impl TilePart {
                     *number = numbering.number(tile.vertex(corner).id)?;
                 }
             }
-            take(corners, numbers)?;
+            take(triangle, corners, numbers)?;
         }
         Ok(())
     }
@@ -67,6 +69,20 @@ impl TilePart {
         let start = numbering.start(&self.tile);
         let vertices = self.range.clone();
         vertices.map(move |vertex| (VertexIndex(vertex), start + u64::from(vertex)))
+    }
+
+    /// Returns the vertices that are written as features, with their numbers.
+    pub(super) fn points<'a>(&'a self, numbering: &'a Numbering) -> impl Iterator<Item = (VertexIndex, u64)> + 'a {
+        let vertices = self.vertices(numbering);
+        vertices.filter(|&(vertex, _)| numbering.writes_point(&self.tile, vertex))
+    }
+
+    /// Returns the constraint edges that are written.
+    pub(super) fn edges<'a>(&'a self, numbering: &'a Numbering) -> impl Iterator<Item = TileEdge> + 'a {
+        let edges = self.tile.owned_constraints().skip(self.range.start as usize);
+        edges
+            .take(self.range.len())
+            .filter(|&edge| numbering.writes_edge(&self.tile, edge))
     }
 }
 
@@ -78,41 +94,51 @@ impl Numbering {
             return Err(self.damaged(tile.id(), Contradiction::HasZ));
         }
         let count = match cut {
-            CutBy::Vertices => tile.vertex_count(),
+            CutBy::Vertices | CutBy::Points => tile.vertex_count(),
             CutBy::Triangles => tile.triangle_count(),
             CutBy::Edges => tile.owned_constraints().count() as u32,
         };
-        let mut owned = 0;
+        let owned = match cut {
+            CutBy::Triangles => self.check_owned(tile)?,
+            // In a file without triangles, no tile may have any either.
+            CutBy::Points if self.reader().metadata().triangles == 0 => self.check_owned(tile)?,
+            _ => 0,
+        };
+        let all_in_part = owned == tile.triangle_count() && self.writes_all(CutBy::Triangles);
         let mut parts = Vec::new();
         for start in (0..count.max(1)).step_by(PART as usize) {
             let range = start..count.min(start.saturating_add(PART));
-            let mut triangles = match cut {
-                CutBy::Edges => range.end - range.start,
-                CutBy::Vertices | CutBy::Triangles => 0,
-            };
-            if cut == CutBy::Triangles {
-                let core = tile.core_triangle_count().clamp(range.start, range.end);
-                let of_part =
-                    core - range.start + (core..range.end).filter(|&t| tile.owns(TriangleId(t))).count() as u32;
-                owned += of_part;
-                triangles = match self.leaves_out_holes() {
-                    true => range.clone().filter(|&t| self.is_written(tile, TriangleId(t))).count() as u32,
-                    false => of_part,
-                };
-            }
-            parts.push(TilePart {
+            let mut part = TilePart {
                 tile: Arc::clone(tile),
                 is_last: range.end == count,
+                written: range.end - range.start,
                 range,
-                triangles,
                 written_before: 0,
-            });
-        }
-        let expected = self.reader().directory().tiles[tile.id().0 as usize].owned_triangles;
-        if cut == CutBy::Triangles && owned != expected {
-            let reason = format!("it owns {owned} triangles, but the directory says {expected}");
-            return Err(self.reader().damaged(tile.id(), reason));
+            };
+            part.written = match cut {
+                CutBy::Vertices => part.written,
+                CutBy::Triangles if all_in_part => part.written,
+                CutBy::Triangles => {
+                    let triangles = part.range.clone().map(TriangleId);
+                    triangles.filter(|&t| self.is_written(tile, t)).count() as u32
+                }
+                CutBy::Points if self.writes_all(cut) => part.written,
+                CutBy::Points => part.points(self).count() as u32,
+                CutBy::Edges => part.edges(self).count() as u32,
+            };
+            parts.push(part);
         }
         Ok(parts)
+    }
+
+    /// Returns the number of triangles that a tile owns. Fails if the directory says another number.
+    fn check_owned(&self, tile: &TileInPass) -> Result<u32, ReadError> {
+        let owned = tile.core_triangle_count() + tile.border_triangle_ids().filter(|&t| tile.owns(t)).count() as u32;
+        let expected = self.reader().directory().tiles[tile.id().0 as usize].owned_triangles;
+        if owned == expected {
+            return Ok(owned);
+        }
+        let reason = format!("it owns {owned} triangles, but the directory says {expected}");
+        Err(self.reader().damaged(tile.id(), reason))
     }
 }

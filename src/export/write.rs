@@ -3,20 +3,28 @@
 use std::io::Write;
 
 use super::error::ExportError;
+#[cfg(feature = "flatgeobuf")]
+use super::flat_geobuf;
 use super::format::Format;
+#[cfg(feature = "parquet")]
+use super::geo_parquet;
 use super::options::ExportOptions;
 use super::output::{ExportJob, Output};
-use super::{geojson, node, obj, ply};
+use super::what::What;
+use super::{geojson, glb, node, obj, ply};
 use crate::store::TileReader;
 
 /// The summary and the outputs of an export.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Exported<W> {
-    /// The number of vertices.
+    /// The number of vertices: those of the file, or the points exported if
+    /// [`What`](super::What) is vertices; 0 if it is edges.
     pub vertices: u64,
     /// The number of triangles exported.
     pub triangles: u64,
+    /// The number of constraint edges exported.
+    pub edges: u64,
     /// The number of bytes of all outputs.
     pub bytes: u64,
     /// The outputs, flushed, in the order in which they were given.
@@ -47,6 +55,12 @@ pub async fn export<W: Write + Send + 'static>(
 ) -> Result<Exported<W>, ExportError> {
     let suffixes = format.suffixes();
     assert_eq!(outputs.len(), suffixes.len(), "outputs of {format}");
+    if let Some(what) = options.what.filter(|_| !format.has_features()) {
+        let why = format!(
+            "format {format} consists of a whole mesh, not of {what}; GeoJSON, FlatGeobuf and GeoParquet have features"
+        );
+        return Err(ExportError::Limit(why));
+    }
     let mut outputs: Vec<_> = outputs
         .into_iter()
         .zip(suffixes)
@@ -57,12 +71,27 @@ pub async fn export<W: Write + Send + 'static>(
         (Format::Ply, [output]) => ply::write(&mut job, output).await?,
         (Format::Node, [node, ele]) => node::write(&mut job, node, ele).await?,
         (Format::Obj, [output]) => obj::write(&mut job, output).await?,
+        (Format::Glb, [output]) => glb::write(&mut job, output).await?,
         (Format::GeoJson, [output]) => geojson::write(&mut job, output).await?,
+        #[cfg(feature = "flatgeobuf")]
+        (Format::FlatGeobuf, [output]) => flat_geobuf::write(&mut job, output).await?,
+        #[cfg(feature = "parquet")]
+        (Format::GeoParquet, [output]) => geo_parquet::write(&mut job, output).await?,
+        #[cfg(not(feature = "flatgeobuf"))]
+        (Format::FlatGeobuf, _) => return Err(not_compiled("flatgeobuf")),
+        #[cfg(not(feature = "parquet"))]
+        (Format::GeoParquet, _) => return Err(not_compiled("parquet")),
         _ => unreachable!("the number of outputs was checked"),
     }
+    let vertices = match job.numbering.what() {
+        What::Triangles => reader.metadata().vertices,
+        What::Vertices | What::Edges if format.has_features() => job.written.points,
+        What::Vertices | What::Edges => reader.metadata().vertices,
+    };
     let mut exported = Exported {
-        vertices: reader.metadata().vertices,
-        triangles: job.numbering.triangles(),
+        vertices,
+        triangles: job.written.triangles,
+        edges: job.written.edges,
         bytes: 0,
         outputs: Vec::new(),
     };
@@ -72,4 +101,9 @@ pub async fn export<W: Write + Send + 'static>(
         exported.outputs.push(writer);
     }
     Ok(exported)
+}
+
+#[cfg(not(all(feature = "flatgeobuf", feature = "parquet")))]
+fn not_compiled(feature: &str) -> ExportError {
+    ExportError::Limit(format!("the library was compiled without feature '{feature}'"))
 }

@@ -5,7 +5,9 @@ use std::collections::{BTreeMap, VecDeque};
 
 use delaunay_tiles::export::Format;
 use delaunay_tiles::geometry::Point;
-use geojson::{FeatureCollection, GeometryValue};
+use serde_json::Value;
+
+use super::features::features;
 
 /// The content of an exported file.
 #[derive(Debug, Default, PartialEq)]
@@ -23,7 +25,7 @@ pub fn parse(format: Format, files: &[Vec<u8>]) -> Parsed {
         (Format::Ply, [ply]) => parse_ply(ply),
         (Format::Node, [node, ele]) => parse_node(text(node), text(ele)),
         (Format::Obj, [obj]) => parse_obj(text(obj)),
-        (Format::GeoJson, [geojson]) => parse_geojson(text(geojson)),
+        (format, [file]) if format.has_features() => parse_features(format, file),
         _ => panic!("{} files of {format}", files.len()),
     }
 }
@@ -54,10 +56,9 @@ fn parse_ply(bytes: &[u8]) -> Parsed {
                 .push(line.strip_prefix("property ").unwrap());
         }
     }
-    let [vertex, face, edge] = elements.try_into().unwrap();
+    let [vertex, face] = elements.try_into().unwrap();
     assert_eq!(vertex.2[..3], ["double x", "double y", "double z"]);
     assert_eq!((face.0, face.2), ("face", vec!["list uchar uint vertex_indices"]));
-    assert_eq!(edge, ("edge", 0, vec!["uint vertex1", "uint vertex2"]));
     let mut rest = &bytes[end..];
     let mut parsed = Parsed::default();
     for _ in 0..vertex.1 {
@@ -140,36 +141,23 @@ fn parse_obj(text: &str) -> Parsed {
 }
 
 /// Takes the vertices from the triangles, and checks that triangles agree on shared vertices.
-fn parse_geojson(text: &str) -> Parsed {
-    let collection: FeatureCollection = text.parse().unwrap();
+fn parse_features(format: Format, bytes: &[u8]) -> Parsed {
+    let (features, kind) = features(format, bytes);
     let mut parsed = Parsed::default();
     let mut vertices: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
-    for feature in collection.features {
-        let properties = feature.properties.unwrap();
-        match feature.geometry.unwrap().value {
-            GeometryValue::Polygon { coordinates: rings } => {
-                let [ring] = &rings[..] else {
-                    panic!("{} rings", rings.len())
-                };
-                let [a, b, c, last] = &ring[..] else {
-                    panic!("{} corners", ring.len())
-                };
-                assert_eq!(a, last);
-                let numbers = properties["vertices"].as_array().unwrap();
-                let numbers: [usize; 3] = [0, 1, 2].map(|i| numbers[i].as_u64().unwrap() as usize);
-                for (number, corner) in numbers.into_iter().zip([a, b, c]) {
-                    let corner = corner.as_slice().to_vec();
-                    let before = vertices.entry(number).or_insert_with(|| corner.clone());
-                    assert_eq!(*before, corner, "vertex {number}");
-                }
-                parsed.triangles.push(numbers);
+    for feature in features {
+        if kind == "polygon" {
+            let numbers = ["a", "b", "c"].map(|key| feature.number(key) as usize);
+            for (number, corner) in numbers.into_iter().zip(feature.corners) {
+                let before = vertices.entry(number).or_insert_with(|| corner.clone());
+                assert_eq!(*before, corner, "vertex {number}");
             }
-            GeometryValue::Point { coordinates } => {
-                let number = properties["vertex"].as_u64().unwrap() as usize;
-                parsed.records.push(properties["record"].as_u64().unwrap());
-                assert!(vertices.insert(number, coordinates.as_slice().to_vec()).is_none());
-            }
-            other => panic!("{other:?}"),
+            parsed.triangles.push(numbers);
+        } else {
+            assert_eq!(kind, "point");
+            parsed.records.push(feature.number("record"));
+            let number = feature.number("vertex") as usize;
+            assert!(vertices.insert(number, feature.corners[0].clone()).is_none());
         }
     }
     for ((number, vertex), expected) in vertices.into_iter().zip(0..) {
@@ -178,4 +166,73 @@ fn parse_geojson(text: &str) -> Parsed {
         parsed.z.extend(&vertex[2..]);
     }
     parsed
+}
+
+/// A glTF file: its description and its binary data.
+pub fn parse_glb(bytes: &[u8]) -> (Value, &[u8]) {
+    let number = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+    assert_eq!((&bytes[..4], number(4), number(8)), (&b"glTF"[..], 2, bytes.len()));
+    let length = number(12);
+    assert_eq!((&bytes[16..20], length % 4), (&b"JSON"[..], 0));
+    let json = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
+    let rest = &bytes[20 + length..];
+    if rest.is_empty() {
+        return (json, rest);
+    }
+    assert_eq!((&rest[4..8], number(20 + length)), (&b"BIN\0"[..], rest.len() - 8));
+    (json, &rest[8..])
+}
+
+/// Returns the positions of a glTF file in the axes of the input, with 64 bits, and its triangles and
+/// edges. Checks the counts and bounds that it states.
+pub fn mesh_of_glb(bytes: &[u8]) -> (Vec<[f64; 3]>, Vec<[usize; 3]>, Vec<[usize; 2]>) {
+    let (json, binary) = parse_glb(bytes);
+    let Some(primitives) = json["meshes"][0]["primitives"].as_array() else {
+        return Default::default();
+    };
+    assert_eq!(json["buffers"][0]["byteLength"], binary.len());
+    let data = |accessor: &Value| {
+        let view = &json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+        let at = view["byteOffset"].as_u64().unwrap_or(0) as usize;
+        let length = view["byteLength"].as_u64().unwrap() as usize;
+        let words = binary[at..at + length].as_chunks::<4>().0;
+        let parts = if accessor["type"] == "VEC3" { 3 } else { 1 };
+        assert_eq!(accessor["count"].as_u64().unwrap() * parts, words.len() as u64);
+        words.iter().map(|word| u32::from_le_bytes(*word)).collect::<Vec<_>>()
+    };
+    let accessor = |number: &Value| &json["accessors"][number.as_u64().unwrap() as usize];
+    let position = accessor(&primitives[0]["attributes"]["POSITION"]);
+    let positions: Vec<f32> = data(position).into_iter().map(f32::from_bits).collect();
+    let translation: Vec<f64> = json["nodes"][0]["translation"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|n| n.as_f64().unwrap())
+        .collect();
+    for axis in 0..3 {
+        let all = || positions.iter().skip(axis).step_by(3).copied();
+        let least = f64::from(all().fold(f32::INFINITY, f32::min));
+        let most = f64::from(all().fold(f32::NEG_INFINITY, f32::max));
+        assert_eq!(
+            (position["min"][axis].as_f64(), position["max"][axis].as_f64()),
+            (Some(least), Some(most))
+        );
+    }
+    let at = |axis: usize, position: &[f32]| translation[axis] + f64::from(position[axis]);
+    let points = positions.chunks(3).map(|p| [at(0, p), -at(2, p), at(1, p)]).collect();
+    let (mut triangles, mut edges) = (Vec::new(), Vec::new());
+    for primitive in primitives {
+        let indices = || {
+            data(accessor(&primitive["indices"]))
+                .into_iter()
+                .map(|i| i as usize)
+                .collect::<Vec<_>>()
+        };
+        match primitive["mode"].as_u64().unwrap() {
+            4 => triangles = indices().chunks(3).map(|t| [t[0], t[1], t[2]]).collect(),
+            1 => edges = indices().chunks(2).map(|e| [e[0], e[1]]).collect(),
+            mode => assert_eq!((mode, primitives.len()), (0, 1)),
+        }
+    }
+    (points, triangles, edges)
 }

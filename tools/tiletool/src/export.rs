@@ -6,10 +6,12 @@
 
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
-use delaunay_tiles::export::{ExportOptions, Exported, Format, export};
+use delaunay_tiles::export::{Clip, ExportOptions, Exported, Format, What, export};
+use delaunay_tiles::input::{SegmentBatch, SegmentSource};
 use delaunay_tiles::peak_memory;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -17,30 +19,48 @@ use serde::Serialize;
 use crate::common::{self, MemoryArgs, counted};
 use crate::output::{StandardOutput, StreamOutput};
 
-/// Export the triangulation as PLY, Triangle's .node and .ele, OBJ or GeoJSON
+/// Export the triangulation: PLY, Triangle's .node and .ele, OBJ, glTF, GeoJSON, FlatGeobuf, GeoParquet
 ///
-/// Vertices are numbered in the order of the file. PLY also has the record number of each vertex.
-/// Triangle's format has z as an attribute. GeoJSON has a polygon for each triangle.
+/// PLY, Triangle's format, OBJ and glTF are meshes: all vertices, numbered in the order of the file, and
+/// triangles. GeoJSON, FlatGeobuf and GeoParquet are features for GIS and databases, by --what.
 ///
-/// Triangles in holes are left out, but never vertices. An existing output is replaced when the new
-/// one is complete.
+/// Triangles in holes are left out, and with --max-edge and --clip further ones, but never vertices of
+/// a mesh. An existing output is replaced when the new one is complete.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
   tiletool export survey.tiles -o survey.ply
   tiletool export survey.tiles -o survey --format node    # survey.node and survey.ele
+  tiletool export survey.tiles -o survey.fgb --max-edge 50
+  tiletool export survey.tiles -o points.parquet --what vertices --clip district.geojson
   tiletool export survey.tiles -o - --format geojson | gzip > survey.geojson.gz")]
 pub struct ExportArgs {
     /// Tile file to read
     file: PathBuf,
-    /// File to write: .ply, .node or .ele (writes both), .obj or .geojson; - is standard output
+    /// File to write: .ply, .node or .ele (writes both), .obj, .glb, .geojson, .fgb or .parquet; - is
+    /// standard output
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// Output format [default: by the suffix of the output]
-    #[arg(long, value_name = "ply|node|obj|geojson")]
+    #[arg(long, value_name = "ply|node|obj|glb|geojson|fgb|parquet")]
     format: Option<Format>,
+    /// For GeoJSON, FlatGeobuf and GeoParquet: a feature for each of the triangles, vertices or edges
+    /// (constraint edges, with the kind and number of their lines) [default: triangles; vertices if
+    /// there are no triangles]
+    #[arg(long, value_name = "triangles|vertices|edges")]
+    what: Option<What>,
+    /// For PLY and glTF: also write constraint edges; some readers of PLY refuse them
+    #[arg(long)]
+    edges: bool,
     /// Also write triangles in holes
     #[arg(long)]
     all: bool,
+    /// Leave out triangles with an edge longer than this, in units of the coordinates
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    max_edge: Option<f64>,
+    /// Write only triangles and edges that meet the interior of these polygons, whole, and, with --what
+    /// vertices, vertices in them. The polygons must have the file's coordinate reference system
+    #[arg(long, value_name = "POLYGONS.geojson")]
+    clip: Option<PathBuf>,
     /// Print the summary as one JSON object
     #[arg(long)]
     json: bool,
@@ -53,6 +73,7 @@ pub struct ExportArgs {
 struct ExportReport {
     vertices: u64,
     triangles: u64,
+    edges: u64,
     files: Vec<String>,
     bytes: u64,
     peak_memory_bytes: Option<u64>,
@@ -75,6 +96,7 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
     let summary = ExportReport {
         vertices: exported.vertices,
         triangles: exported.triangles,
+        edges: exported.edges,
         files: names.iter().map(|name| name.display().to_string()).collect(),
         bytes: exported.bytes,
         peak_memory_bytes: peak_memory(),
@@ -94,7 +116,7 @@ fn outputs(args: &ExportArgs) -> Result<(Format, Vec<PathBuf>), clap::Error> {
         Some(format) => format,
         None if to_stdout => {
             return Err(usage(
-                "standard output has no suffix: choose a --format: ply, obj or geojson",
+                "standard output has no suffix: choose a --format: ply, obj, glb, geojson, fgb or parquet",
             ));
         }
         None => Format::from_path(&args.output).map_err(|error| {
@@ -109,7 +131,53 @@ fn outputs(args: &ExportArgs) -> Result<(Format, Vec<PathBuf>), clap::Error> {
             "--format {format} writes {count} files, so it cannot go to standard output"
         )));
     }
+    check_options(args, format)?;
     Ok((format, names))
+}
+
+/// Fails if an option has no effect on the output.
+fn check_options(args: &ExportArgs, format: Format) -> Result<(), clap::Error> {
+    let why = match args.what {
+        Some(what) if !format.has_features() => format!(
+            "--what {what} is for geojson, fgb and parquet; {format} has the whole mesh, with constraint edges if \
+             --edges is given and the format is ply or glb"
+        ),
+        Some(what @ (What::Vertices | What::Edges)) if args.max_edge.is_some() || args.all => {
+            let option = if args.all { "--all" } else { "--max-edge" };
+            format!("{option} is about triangles, but --what {what} writes none")
+        }
+        _ if args.edges && !matches!(format, Format::Ply | Format::Glb) => match format.has_features() {
+            true => "--edges is for ply and glb; use --what edges".to_owned(),
+            false => format!("--edges is for ply and glb; {format} has no edges"),
+        },
+        _ => return Ok(()),
+    };
+    Err(usage(&why))
+}
+
+/// Parses a length.
+fn length(text: &str) -> Result<f64, String> {
+    let length = text
+        .parse()
+        .ok()
+        .filter(|length: &f64| *length > 0.0 && length.is_finite());
+    length.ok_or_else(|| "a length is a number above 0".to_owned())
+}
+
+/// Reads the polygons of `--clip`.
+fn read_clip(path: &Path) -> anyhow::Result<Clip> {
+    let mut source = SegmentSource::open_obstacles(&[path.to_owned()])?;
+    let (mut batch, mut edges) = (SegmentBatch::default(), Vec::new());
+    while source.next_batch(&mut batch)? {
+        edges.extend_from_slice(&batch.ends);
+        ensure!(
+            edges.len() <= Clip::MAX_EDGES,
+            "{}: polygons to clip by can have {} edges; simplify them",
+            common::shown(path),
+            Clip::MAX_EDGES
+        );
+    }
+    Ok(Clip::new(edges))
 }
 
 fn usage(why: &str) -> clap::Error {
@@ -121,13 +189,15 @@ fn text(summary: &ExportReport, json: bool) -> anyhow::Result<String> {
     if json {
         return Ok(serde_json::to_string(summary)? + "\n");
     }
-    Ok(format!(
-        "{}: {}, {}; {}\n",
-        summary.files.join(", "),
+    let mut counts = vec![
         counted(summary.vertices, "vertex", "vertices"),
         counted(summary.triangles, "triangle", "triangles"),
-        common::bytes(summary.bytes)
-    ))
+    ];
+    if summary.edges > 0 {
+        counts.push(counted(summary.edges, "constraint edge", "constraint edges"));
+    }
+    let (files, bytes) = (summary.files.join(", "), common::bytes(summary.bytes));
+    Ok(format!("{files}: {}; {bytes}\n", counts.join(", ")))
 }
 
 /// Returns the names of the outputs: `output` itself, or its stem with each suffix of a format that
@@ -168,6 +238,12 @@ async fn write(
 ) -> anyhow::Result<Exported<Box<dyn Write + Send>>> {
     let file = &args.file;
     let reader = args.memory.open(file).await?;
+    let clip = match args.clip.clone() {
+        Some(path) => Some(Arc::new(
+            common::on_thread("reading polygons", move || read_clip(&path)).await?,
+        )),
+        None => None,
+    };
     let mut targets = Vec::new();
     let mut outputs: Vec<Box<dyn Write + Send>> = Vec::new();
     if to_stdout {
@@ -184,7 +260,12 @@ async fn write(
         bar.set_length(total);
         bar.set_position(done);
     };
-    let options = ExportOptions::default().holes(args.all);
+    let options = ExportOptions::default()
+        .holes(args.all)
+        .edges(args.edges)
+        .what(args.what)
+        .max_edge(args.max_edge)
+        .clip(clip);
     let exported = export(&reader, format, options, outputs, progress).await;
     let exported = match to_stdout {
         // Its errors say so themselves.

@@ -1,0 +1,251 @@
+//! Polygons to which an export is limited.
+//!
+//! In: the edges of polygons, their interiors on the left. Out: which points, edges and triangles
+//! meet the interior. Whether a triangle's interior meets that of a polygon is exact, but for slivers
+//! whose centroid rounds to the other side: either an edge of a polygon passes through the triangle
+//! (exact predicates), or the triangle is on one side, which its centroid tells.
+
+use std::ops::RangeInclusive;
+
+use crate::geometry::{Orientation, Point, Rect, orient2d, segments_cross};
+
+/// Polygons to which an export is limited, in memory.
+///
+/// ```
+/// use delaunay_tiles::export::Clip;
+/// use delaunay_tiles::geometry::Point;
+///
+/// let corners = [(0.0, 0.0), (4.0, 0.0), (0.0, 4.0)].map(|(x, y)| Point::new(x, y));
+/// let clip = Clip::new((0..3).map(|i| [corners[i], corners[(i + 1) % 3]]).collect());
+/// assert!(clip.covers(Point::new(1.0, 1.0)) && !clip.covers(Point::new(3.0, 3.0)));
+/// ```
+#[derive(Debug)]
+pub struct Clip {
+    edges: Vec<[Point; 2]>,
+    bounds: Rect,
+    /// The numbers of the edges that meet each of some horizontal strips of equal height, one strip
+    /// after the other.
+    in_strips: Vec<u32>,
+    /// Where each strip begins in `in_strips`, and the end of the last one.
+    starts: Vec<u32>,
+}
+
+impl Clip {
+    /// The largest number of edges, which together take about 300 MB.
+    pub const MAX_EDGES: usize = 1 << 22;
+    /// The number of strips that an edge is in on average, at most.
+    const PER_EDGE: f64 = 8.0;
+
+    /// Creates the polygons from their edges, in any order. The interior is on the left of the edges:
+    /// outer rings are counter-clockwise and inner ones clockwise, as
+    /// [`SegmentSource::open_obstacles`](crate::input::SegmentSource::open_obstacles) reads them.
+    ///
+    /// # Panics
+    /// Panics if there are more than [`MAX_EDGES`](Self::MAX_EDGES).
+    #[must_use]
+    pub fn new(edges: Vec<[Point; 2]>) -> Self {
+        assert!(edges.len() <= Self::MAX_EDGES, "{} edges", edges.len());
+        let bounds = Rect::around(edges.iter().copied().flatten());
+        let height = bounds.max_y - bounds.min_y;
+        let heights: f64 = edges.iter().map(|[a, b]| (a.y - b.y).abs()).sum();
+        let strips = (Self::PER_EDGE * edges.len() as f64 * (height / heights)).min(edges.len() as f64);
+        // 1 also if the quotient is NaN.
+        let strips = (strips as usize).max(1);
+        let mut clip = Self {
+            edges,
+            bounds,
+            in_strips: Vec::new(),
+            starts: vec![0; strips + 1],
+        };
+        let ranges = |clip: &Self| -> Vec<_> { clip.edges.iter().map(|&[a, b]| clip.strips(a.y, b.y)).collect() };
+        let ranges = ranges(&clip);
+        for range in &ranges {
+            for strip in range.clone() {
+                clip.starts[strip + 1] += 1;
+            }
+        }
+        for strip in 0..strips {
+            clip.starts[strip + 1] += clip.starts[strip];
+        }
+        let mut next = clip.starts.clone();
+        clip.in_strips = vec![0; clip.starts[strips] as usize];
+        for (range, edge) in ranges.into_iter().zip(0..) {
+            for strip in range {
+                clip.in_strips[next[strip] as usize] = edge;
+                next[strip] += 1;
+            }
+        }
+        clip
+    }
+
+    /// Returns the strips from the one of `a` to that of `b`.
+    fn strips(&self, a: f64, b: f64) -> RangeInclusive<usize> {
+        let count = self.starts.len() - 1;
+        let height = self.bounds.max_y - self.bounds.min_y;
+        // Monotone in y, so that an edge and a point at the same y are in the same strip.
+        let strip = |y: f64| (((y - self.bounds.min_y) / height * count as f64) as usize).min(count - 1);
+        strip(a.min(b))..=strip(a.max(b))
+    }
+
+    /// Returns the edges in some strips; those that are in several of them, as often.
+    fn edges_in(&self, strips: RangeInclusive<usize>) -> impl Iterator<Item = [Point; 2]> {
+        let range = self.starts[*strips.start()] as usize..self.starts[*strips.end() + 1] as usize;
+        self.in_strips[range].iter().map(|&edge| self.edges[edge as usize])
+    }
+
+    /// Returns whether a point is inside a polygon or on its boundary. Exact.
+    #[must_use]
+    pub fn covers(&self, p: Point) -> bool {
+        if !self.bounds.contains(p) {
+            return false;
+        }
+        let mut winding = 0;
+        for [a, b] in self.edges_in(self.strips(p.y, p.y)) {
+            let (upwards, downwards) = (a.y <= p.y && p.y < b.y, b.y <= p.y && p.y < a.y);
+            let in_box = Rect::around([a, b]).contains(p);
+            if !(upwards || downwards || in_box) {
+                continue;
+            }
+            let side = orient2d(a, b, p);
+            if in_box && side == Orientation::Collinear {
+                return true;
+            }
+            winding += i64::from(upwards && side == Orientation::CounterClockwise);
+            winding -= i64::from(downwards && side == Orientation::Clockwise);
+        }
+        winding > 0
+    }
+
+    /// Returns whether the interior of a triangle meets the interior of a polygon. The corners are
+    /// counter-clockwise.
+    pub(super) fn meets_triangle(&self, mut corners: [Point; 3]) -> bool {
+        let around = Rect::around(corners);
+        if !self.bounds.intersects(around) {
+            return false;
+        }
+        let passes = |[p, q]: [Point; 2]| Rect::around([p, q]).intersects(around) && passes_through([p, q], corners);
+        if self.edges_in(self.strips(around.min_y, around.max_y)).any(passes) {
+            return true;
+        }
+        // The centroid must not depend on which corner comes first.
+        corners.sort_by(|a, b| a.lex_cmp(*b));
+        let [a, b, c] = corners.map(|p| [p.x / 3.0, p.y / 3.0]);
+        self.covers(Point::new(a[0] + b[0] + c[0], a[1] + b[1] + c[1]))
+    }
+
+    /// Returns whether an edge crosses the boundary of a polygon, or has an end or its midpoint in a
+    /// polygon.
+    pub(super) fn meets_edge(&self, [a, b]: [Point; 2]) -> bool {
+        let middle = Point::new(a.x / 2.0 + b.x / 2.0, a.y / 2.0 + b.y / 2.0);
+        if [a, b, middle].into_iter().any(|p| self.covers(p)) {
+            return true;
+        }
+        let around = Rect::around([a, b]);
+        self.bounds.intersects(around)
+            && self
+                .edges_in(self.strips(a.y, b.y))
+                .any(|[c, d]| segments_cross(a, b, c, d))
+    }
+}
+
+/// Returns whether a segment meets the interior of a triangle whose corners are counter-clockwise:
+/// no line along an edge of either separates them.
+fn passes_through([p, q]: [Point; 2], corners: [Point; 3]) -> bool {
+    let sides = corners.map(|corner| orient2d(p, q, corner));
+    let on_both = [Orientation::CounterClockwise, Orientation::Clockwise];
+    on_both.into_iter().all(|side| sides.contains(&side))
+        && (0..3).all(|i| {
+            let (a, b) = (corners[i], corners[(i + 1) % 3]);
+            [p, q]
+                .into_iter()
+                .any(|end| orient2d(a, b, end) == Orientation::CounterClockwise)
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(corners: &[(f64, f64)]) -> Vec<[Point; 2]> {
+        let corner = |i: usize| Point::new(corners[i % corners.len()].0, corners[i % corners.len()].1);
+        (0..corners.len()).map(|i| [corner(i), corner(i + 1)]).collect()
+    }
+
+    fn triangle(corners: [(f64, f64); 3]) -> [Point; 3] {
+        corners.map(|(x, y)| Point::new(x, y))
+    }
+
+    #[test]
+    fn triangles_that_only_touch_a_polygon_do_not_meet_it() {
+        // A square with a square hole.
+        let mut edges = ring(&[(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)]);
+        edges.extend(ring(&[(4.0, 4.0), (4.0, 6.0), (6.0, 6.0), (6.0, 4.0)]));
+        let clip = Clip::new(edges);
+        for (corners, meets) in [
+            ([(1.0, 1.0), (2.0, 1.0), (1.0, 2.0)], true),
+            ([(-9.0, -9.0), (40.0, -9.0), (-9.0, 40.0)], true),
+            ([(-1.0, 5.0), (1.0, 5.0), (1.0, 6.0)], true),
+            ([(10.0, 0.0), (12.0, 0.0), (10.0, 10.0)], false),
+            ([(10.0, 10.0), (12.0, 10.0), (10.0, 12.0)], false),
+            ([(4.0, 4.0), (6.0, 4.0), (6.0, 6.0)], false),
+            ([(4.0, 4.0), (6.0, 4.0), (6.5, 6.0)], true),
+            ([(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)], true),
+            ([(20.0, 1.0), (21.0, 1.0), (20.0, 2.0)], false),
+        ] {
+            for shift in 0..3 {
+                let mut corners = triangle(corners);
+                corners.rotate_left(shift);
+                assert_eq!(clip.meets_triangle(corners), meets, "{corners:?}");
+            }
+        }
+        for (p, inside) in [
+            ((0.0, 0.0), true),
+            ((5.0, 5.0), false),
+            ((4.0, 5.0), true),
+            ((10.0, 10.5), false),
+        ] {
+            assert_eq!(clip.covers(Point::new(p.0, p.1)), inside, "{p:?}");
+        }
+        for (ends, meets) in [
+            ([(-1.0, 5.0), (11.0, 5.0)], true),
+            ([(4.5, 5.0), (5.5, 5.0)], false),
+            ([(4.5, 5.0), (6.5, 5.0)], true),
+            ([(11.0, 0.0), (11.0, 9.0)], false),
+        ] {
+            assert_eq!(clip.meets_edge(ends.map(|(x, y)| Point::new(x, y))), meets, "{ends:?}");
+        }
+    }
+
+    /// Overlapping polygons of many edges, against the sum over all edges.
+    #[test]
+    fn strips_do_not_change_the_answer() {
+        let circle = |x: f64, steps: u32| {
+            let at = |i: u32| f64::from(i) / f64::from(steps) * std::f64::consts::TAU;
+            let corners: Vec<_> = (0..steps).map(|i| (x + at(i).cos(), at(i).sin())).collect();
+            ring(&corners)
+        };
+        let edges = [circle(0.0, 300), circle(1.0, 70), circle(5.0, 3)].concat();
+        let clip = Clip::new(edges.clone());
+        assert!(clip.starts.len() > 100 && clip.in_strips.len() < 16 * edges.len());
+        let mut found = 0;
+        for i in 0..5000u32 {
+            let p = Point::new(f64::from(i % 89) / 10.0 - 1.5, f64::from(i % 57) / 20.0 - 1.4);
+            let inside = [(0.0, 300), (1.0, 70), (5.0, 3)].into_iter().any(|(x, steps)| {
+                let ring = circle(x, steps);
+                ring.iter().all(|&[a, b]| orient2d(a, b, p) != Orientation::Clockwise)
+            });
+            assert_eq!(clip.covers(p), inside, "{p:?}");
+            found += u32::from(inside);
+        }
+        assert!((500..4500).contains(&found));
+    }
+
+    #[test]
+    fn polygons_without_edges_or_height_cover_nothing() {
+        for edges in [vec![], ring(&[(0.0, 1.0), (2.0, 1.0)])] {
+            let clip = Clip::new(edges);
+            assert!(!clip.covers(Point::new(1.0, 2.0)));
+            assert!(!clip.meets_triangle(triangle([(0.0, 0.0), (2.0, 0.0), (1.0, 2.0)])));
+        }
+    }
+}
