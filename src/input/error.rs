@@ -19,6 +19,8 @@ pub enum Location {
     Byte(u64),
     /// A point of a LAS file, counted from 0 in that file.
     Point(u64),
+    /// A row of a Parquet file, counted from 0 in that file.
+    Row(u64),
 }
 
 impl Location {
@@ -38,6 +40,7 @@ impl fmt::Display for Location {
             Self::Line(n) => write!(f, "line {n}"),
             Self::Byte(n) => write!(f, "byte {n}"),
             Self::Point(n) => write!(f, "point {n}"),
+            Self::Row(n) => write!(f, "row {n}"),
         }
     }
 }
@@ -54,6 +57,8 @@ pub enum RecordKind {
     Obstacle,
     /// A site.
     Site,
+    /// A face or a line of a mesh, whose edges are read.
+    Face,
 }
 
 impl RecordKind {
@@ -64,6 +69,7 @@ impl RecordKind {
             Self::Segment => "segment",
             Self::Obstacle => "obstacle",
             Self::Site => "site",
+            Self::Face => "face",
         }
     }
 
@@ -71,7 +77,7 @@ impl RecordKind {
     fn advice(self) -> &'static str {
         match self {
             Self::Point => "; correct it, or skip invalid records (option `skip_invalid`)",
-            Self::Segment | Self::Obstacle | Self::Site => "",
+            Self::Segment | Self::Obstacle | Self::Site | Self::Face => "",
         }
     }
 
@@ -80,7 +86,8 @@ impl RecordKind {
         match self {
             Self::Point => {
                 "the name does not tell the format; set the option `format`, or use one of the suffixes .csv .tsv .txt \
-                 .xyz .f64 .node .poly .geojson .json .geojsonl .las .laz (and .gz after any but the last two)"
+                 .xyz .f64 .node .poly .ply .obj .geojson .json .geojsonl (and .gz after any of these), .las .laz \
+                 .parquet"
             }
             Self::Segment => {
                 "the name does not tell how segments are written in it; use one of the suffixes .geojson .json \
@@ -89,6 +96,10 @@ impl RecordKind {
             Self::Obstacle => {
                 "obstacles are read from GeoJSON, and the name does not tell that this is some; use one of the \
                  suffixes .geojson .json .geojsonl (and .gz after any of these)"
+            }
+            Self::Face => {
+                "edges are read from .node files with an .ele file beside them, from .ply and .obj (and .gz after any \
+                 of these)"
             }
             Self::Site => {
                 "the name does not tell how sites are written in it; use one of the suffixes .geojson .json .geojsonl \

@@ -30,6 +30,12 @@ pub enum Format {
     GeoJson,
     /// LAS, LAZ and COPC.
     Las,
+    /// PLY: the vertices.
+    Ply,
+    /// Wavefront OBJ: the vertices.
+    Obj,
+    /// Parquet: columns of coordinates, or GeoParquet's points.
+    Parquet,
 }
 
 impl Format {
@@ -50,12 +56,22 @@ impl Format {
             "poly" => Some(Self::Poly),
             "geojson" | "json" | "geojsonl" | "geojsons" | "ndjson" => Some(Self::GeoJson),
             "las" | "laz" => Some(Self::Las),
+            "ply" => Some(Self::Ply),
+            "obj" => Some(Self::Obj),
+            "parquet" | "geoparquet" => Some(Self::Parquet),
             _ => None,
         }
     }
+
+    /// Returns whether files of this format may have the edges of a triangulation beside its
+    /// vertices: [`SegmentSource::open_edges`](crate::input::SegmentSource::open_edges) reads them.
+    #[must_use]
+    pub fn may_have_edges(self) -> bool {
+        matches!(self, Self::Node | Self::Ply | Self::Obj)
+    }
 }
 
-#[cfg(not(all(feature = "text", feature = "geojson", feature = "las")))]
+#[cfg(not(all(feature = "text", feature = "geojson", feature = "las", feature = "parquet")))]
 impl Format {
     /// Returns the error of a file in a format that the library was built without.
     pub(super) fn missing(self, path: &Path) -> InputError {
@@ -64,6 +80,7 @@ impl Format {
             what: self.to_string(),
             feature: match self {
                 Self::Las => "las",
+                Self::Parquet => "parquet",
                 Self::GeoJson => "geojson",
                 _ => "text",
             },
@@ -82,10 +99,13 @@ impl FromStr for Format {
             "poly" => Ok(Self::Poly),
             "geojson" | "json" => Ok(Self::GeoJson),
             "las" | "laz" => Ok(Self::Las),
+            "ply" => Ok(Self::Ply),
+            "obj" => Ok(Self::Obj),
+            "parquet" | "geoparquet" => Ok(Self::Parquet),
             _ => Err(InputError::Option {
                 option: "format",
                 value: text.to_owned(),
-                expected: "expected one of text, f64, node, poly, geojson, las".to_owned(),
+                expected: "expected one of text, f64, node, poly, geojson, las, ply, obj, parquet".to_owned(),
             }),
         }
     }
@@ -100,6 +120,9 @@ impl fmt::Display for Format {
             Self::Poly => "poly",
             Self::GeoJson => "geojson",
             Self::Las => "las",
+            Self::Ply => "ply",
+            Self::Obj => "obj",
+            Self::Parquet => "parquet",
         })
     }
 }

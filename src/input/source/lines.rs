@@ -11,6 +11,7 @@ use crate::input::error::{InputError, RecordKind};
 #[cfg(feature = "geojson")]
 use crate::input::formats::geojson;
 use crate::input::formats::raw::pairs::Pairs;
+use crate::input::formats::{ele, obj, ply};
 #[cfg(feature = "text")]
 use crate::input::formats::text;
 use crate::input::lines::SegmentBatch;
@@ -82,7 +83,7 @@ pub type SegmentSource = Source<SegmentBatch>;
 pub struct LineOrigin<'a> {
     /// The file.
     pub path: &'a Path,
-    /// The word for a line in this file: `feature`, `row` or `pair`.
+    /// The word for a line in this file: `feature`, `row`, `pair`, `triangle` or `face`.
     pub what: &'static str,
     /// The number of the line in the file, counted from 0. Header, comment and blank lines do not
     /// count as rows.
@@ -107,6 +108,18 @@ pub enum LineFormat {
     GeoJson,
     /// Polygons in GeoJSON.
     Rings,
+    /// The edges of triangles between `points` points, which are numbered from `base` on.
+    Elements {
+        base: u64,
+        points: u64,
+    },
+    /// The edges of faces in PLY, and in OBJ, between `points` points.
+    PlyFaces {
+        points: u64,
+    },
+    ObjFaces {
+        points: u64,
+    },
 }
 
 impl LineFormat {
@@ -133,6 +146,8 @@ impl LineFormat {
             Self::Pairs { .. } => "pair",
             Self::Text => "row",
             Self::GeoJson | Self::Rings => "feature",
+            Self::Elements { .. } => "triangle",
+            Self::PlyFaces { .. } | Self::ObjFaces { .. } => "face",
         }
     }
 }
@@ -151,6 +166,9 @@ impl Records for SegmentBatch {
     fn start(format: LineFormat, input: ByteInput, (): &()) -> Started<Self> {
         match format {
             LineFormat::Pairs { bytes } => Ok(Box::new(Pairs::new(input, bytes))),
+            LineFormat::Elements { base, points } => Ok(Box::new(ele::Edges::new(input, base, points)?)),
+            LineFormat::PlyFaces { points } => Ok(Box::new(ply::Edges::new(input, points)?)),
+            LineFormat::ObjFaces { points } => Ok(Box::new(obj::Edges::new(input, points)?)),
             #[cfg(feature = "text")]
             LineFormat::Text => Ok(Box::new(text::Segments::new(input)?)),
             #[cfg(feature = "geojson")]

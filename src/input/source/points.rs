@@ -9,6 +9,9 @@ use crate::input::formats::geojson;
 #[cfg(feature = "las")]
 use crate::input::formats::las;
 use crate::input::formats::node::Node;
+#[cfg(feature = "parquet")]
+use crate::input::formats::parquet;
+use crate::input::formats::{obj, ply};
 use crate::input::formats::poly::{no_points, open_node_beside};
 use crate::input::formats::raw;
 #[cfg(feature = "text")]
@@ -63,13 +66,17 @@ impl Records for PointBatch {
             Format::F64 => Ok(Box::new(raw::Points::new(input, options)?)),
             Format::Node => Ok(Box::new(Node::new(input)?)),
             Format::Poly => Ok(Box::new(Node::of_poly(input)?)),
+            Format::Ply => Ok(Box::new(ply::Points::new(input)?)),
+            Format::Obj => Ok(Box::new(obj::Points::new(input)?)),
             #[cfg(feature = "text")]
             Format::Text => Ok(Box::new(text::Points::new(input, options.columns.as_ref())?)),
             #[cfg(feature = "geojson")]
             Format::GeoJson => Ok(Box::new(geojson::Points::new(input)?)),
             #[cfg(feature = "las")]
             Format::Las => Err(las::no_stream(&input.path)),
-            #[cfg(not(all(feature = "text", feature = "geojson", feature = "las")))]
+            #[cfg(feature = "parquet")]
+            Format::Parquet => Err(parquet::no_stream(&input.path)),
+            #[cfg(not(all(feature = "text", feature = "geojson", feature = "las", feature = "parquet")))]
             absent => Err(absent.missing(&input.path)),
         }
     }
@@ -80,6 +87,10 @@ impl Records for PointBatch {
             (Some(Format::Las), Some(size)) => las::open(file, size, options),
             #[cfg(not(feature = "las"))]
             (Some(Format::Las), Some(_)) => Err(Format::Las.missing(&file.watch.path)),
+            #[cfg(feature = "parquet")]
+            (Some(Format::Parquet), Some(size)) => parquet::open(file, size, options),
+            #[cfg(not(feature = "parquet"))]
+            (Some(Format::Parquet), Some(_)) => Err(Format::Parquet.missing(&file.watch.path)),
             _ => start_stream(format, file, options),
         }
     }
@@ -89,6 +100,10 @@ impl Records for PointBatch {
 fn sniff(head: &[u8]) -> Format {
     if head.starts_with(b"LASF") {
         Format::Las
+    } else if head.starts_with(b"ply\n") || head.starts_with(b"ply\r\n") {
+        Format::Ply
+    } else if head.starts_with(b"PAR1") {
+        Format::Parquet
     } else if head.trim_ascii_start().starts_with(b"{") {
         Format::GeoJson
     } else {

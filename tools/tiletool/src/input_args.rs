@@ -7,7 +7,7 @@ use delaunay_tiles::input::{Columns, Format, InputOptions, MissingZ, Returns};
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Input options")]
 pub struct InputArgs {
-    /// Format of all inputs: text, f64, node, poly, geojson or las [default: by file name]
+    /// Format of all inputs: text, f64, node, poly, geojson, las, ply, obj or parquet [default: by file name]
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<Format>,
     /// For text: columns of the coordinates, by name or by number from 1
