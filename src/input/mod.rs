@@ -5,6 +5,7 @@
 //! | points | the formats below | [`PointSource`] |
 //! | lines: break lines, walls | GeoJSON, rows `x1,y1,x2,y2`, raw pairs of record numbers | [`SegmentSource::open`] |
 //! | obstacles | GeoJSON's polygons, directed | [`SegmentSource::open_obstacles`] |
+//! | edges of a triangulation | `.node` with `.ele`, PLY, OBJ | [`SegmentSource::open_edges`] |
 //! | segments and hole points | Triangle's `.poly` | [`PolySource`] |
 //! | sites: points with an id | GeoJSON's points, rows `x,y,id` | [`SiteSource`] |
 //! | rows of text of any kind | lines | [`RowFile`] |
@@ -44,10 +45,14 @@
 //! | the points of Triangle's `.poly` | `node`; `poly` has the rest | yes, unless a `.node` file beside it has the points | |
 //! | GeoJSON, also newline-delimited | `geojson` | yes | `geojson` |
 //! | LAS, LAZ, COPC | `las` | no: needs a file | `las` |
+//! | PLY | `ply` | yes | |
+//! | Wavefront OBJ | `obj` | yes | |
+//! | Parquet, GeoParquet | `parquet` | no: needs a file | `parquet` |
 //!
 //! **Memory** is bounded for every file: a read buffer of 256 KiB and a batch; for text one row of
 //! at most 1 MiB with the ends of its fields; for GeoJSON one name of at most 2 MiB; for LAZ the
-//! decompressor's state for one chunk; for a sample of the points 4 MiB. No length or count in a
+//! decompressor's state for one chunk; for Parquet the metadata, of at most 8 MiB in the file, and a
+//! page of each column, of at most 16 MiB; for edges 1 MiB of those seen last; for a sample of the points 4 MiB. No length or count in a
 //! file is trusted before it is compared with the file's size. Every file is treated as hostile:
 //! whatever is wrong with it becomes an [`InputError`], never a panic.
 //!
@@ -61,7 +66,8 @@
 //! counts, including skipped, withheld and filtered ones, so that a number identifies its record
 //! whatever the options. The records are: text rows (not header, comment and blank lines), pairs or
 //! triples of f64, points of `.node` and `.poly`, GeoJSON positions in document order (including
-//! the closing one of a ring), LAS points.
+//! the closing one of a ring), LAS points, vertices of PLY and OBJ, rows of columns of Parquet, and
+//! positions in the geometries of GeoParquet.
 //!
 //! **z**: [`PointSource::has_z`] is known at open, since every file's header or first record is
 //! examined. If any input has z, then every batch has z for all of its points. A point without z is

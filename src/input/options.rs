@@ -308,8 +308,8 @@ impl InputOptions {
         self
     }
 
-    /// For text, sets the columns. With `None`, the default, the header determines them, or their
-    /// order if there is no header.
+    /// For text and Parquet, sets the columns. With `None`, the default, the header determines them,
+    /// or their order if there is no header; in GeoParquet, the geometry column has the points.
     #[must_use]
     pub fn columns(mut self, columns: impl Into<Option<Columns>>) -> Self {
         self.columns = columns.into();

@@ -41,7 +41,8 @@ pub fn beside(path: &Path, suffix: &str, other: &str) -> Option<PathBuf> {
 
 /// Opens the `.node` file that has the points of a `.poly` file, with the function `open`.
 pub fn open_node_beside<T>(poly: &Path, open: impl FnOnce(&Path) -> Result<T, InputError>) -> Result<T, InputError> {
-    let node = beside(poly, "poly", "node").ok_or_else(|| no_points(poly, "its name does not end in .poly".to_owned(), None))?;
+    let node = beside(poly, "poly", "node")
+        .ok_or_else(|| no_points(poly, "its name does not end in .poly".to_owned(), None))?;
     open(&node).map_err(|error| match error {
         InputError::Open { path, source } => {
             no_points(poly, format!("{} cannot be opened", shown::path(&path)), Some(source))

@@ -11,9 +11,9 @@ use crate::input::error::{InputError, RecordKind};
 #[cfg(feature = "geojson")]
 use crate::input::formats::geojson;
 use crate::input::formats::raw::pairs::Pairs;
-use crate::input::formats::{ele, obj, ply};
 #[cfg(feature = "text")]
 use crate::input::formats::text;
+use crate::input::formats::{ele, obj, ply};
 use crate::input::lines::SegmentBatch;
 use crate::input::options::Format;
 use crate::input::reader::Started;

@@ -11,11 +11,11 @@ use crate::input::formats::las;
 use crate::input::formats::node::Node;
 #[cfg(feature = "parquet")]
 use crate::input::formats::parquet;
-use crate::input::formats::{obj, ply};
 use crate::input::formats::poly::{no_points, open_node_beside};
 use crate::input::formats::raw;
 #[cfg(feature = "text")]
 use crate::input::formats::text;
+use crate::input::formats::{obj, ply};
 use crate::input::options::{Format, InputOptions};
 use crate::input::points::{InputCounts, PointBatch};
 use crate::input::reader::Started;
@@ -214,8 +214,9 @@ impl Source<PointBatch> {
     }
 
     /// Returns the number of points that remain, as estimated from the beginnings of the inputs:
-    /// for raw f64 from the file's size, for LAS, LAZ, `.node` and `.poly` from the header. Returns
-    /// `None` if an input gives no estimate: text, GeoJSON, and raw f64 from a stream or gzip.
+    /// for raw f64 from the file's size, for LAS, LAZ, `.node`, `.poly`, PLY and most Parquet files
+    /// from the header. Returns `None` if an input gives no estimate: text, GeoJSON, OBJ, and raw f64
+    /// from a stream or gzip.
     ///
     /// This is an estimate for planning and progress, and 0 after an error. It is too high where
     /// records are withheld, filtered or invalid. A header may claim any number up to [`u64::MAX`],
@@ -235,8 +236,8 @@ impl Source<PointBatch> {
     /// so there are fewer points, or none, where these are many.
     ///
     /// The result is empty unless every input can be read in any order, since a sample of only some
-    /// inputs would mislead. Raw f64 and LAS can be read in any order; text, GeoJSON, `.node`,
-    /// `.poly`, LAZ, gzip and streams cannot.
+    /// inputs would mislead. Raw f64, LAS and binary PLY without lists before the
+    /// end of the vertices can be read in any order; all others, gzip and streams cannot.
     ///
     /// # Errors
     /// Fails if a file can no longer be opened or read.
@@ -262,7 +263,7 @@ impl Source<PointBatch> {
     }
 
     /// Returns the coordinate reference system of the first input that has one: WKT or `EPSG:…`
-    /// from LAS, the name in the former `crs` member of GeoJSON. The library does not interpret it.
+    /// from LAS, `EPSG:…` or PROJJSON from GeoParquet, the name in the former `crs` member of GeoJSON. The library does not interpret it.
     /// It may become known only when that input ends.
     #[must_use]
     pub fn crs(&self) -> Option<&str> {

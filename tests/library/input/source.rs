@@ -62,6 +62,9 @@ fn the_file_name_decides_the_format() {
         ("a.poly.gz", Some(Format::Poly)),
         ("a.geojsonl", Some(Format::GeoJson)),
         ("a.copc.laz", Some(Format::Las)),
+        ("a.PLY.gz", Some(Format::Ply)),
+        ("a.obj", Some(Format::Obj)),
+        ("a.parquet", Some(Format::Parquet)),
         ("a.shp", None),
         ("csv", None),
         (".csv", None),
@@ -76,6 +79,9 @@ fn the_file_name_decides_the_format() {
         Format::Poly,
         Format::GeoJson,
         Format::Las,
+        Format::Ply,
+        Format::Obj,
+        Format::Parquet,
     ] {
         assert_eq!(format.to_string().parse::<Format>().unwrap(), format);
     }

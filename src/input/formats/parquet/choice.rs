@@ -42,7 +42,10 @@ impl Choice {
         let geo = keys.into_iter().flatten().find(|key| key.key == "geo");
         if let Some(key) = geo {
             let geo = Geo::parse(key.value.as_deref().unwrap_or_default()).map_err(|what| {
-                let problem = format!("the key `geo` of GeoParquet is broken: {}", shown::beginning(&what, 200));
+                let problem = format!(
+                    "the key `geo` of GeoParquet is broken: {}",
+                    shown::beginning(&what, 200)
+                );
                 Problem::new(problem, HINT)
             })?;
             return leaves.geometry(geo);
@@ -132,7 +135,10 @@ impl Leaves<'_> {
             }
             other => {
                 let problem = format!("geometries in the encoding `{}`", shown::beginning(other, 60));
-                return Err(Problem::new(problem, "points are read from WKB and from the encoding `point`"));
+                return Err(Problem::new(
+                    problem,
+                    "points are read from WKB and from the encoding `point`",
+                ));
             }
         };
         Ok(Choice {

@@ -86,7 +86,10 @@ impl ChunkReader for Chunks {
         };
         match bytes.len() == length {
             true => Ok(bytes.into()),
-            false => Err(refused(format!("a page of {length} bytes at byte {start} of {}", self.size))),
+            false => Err(refused(format!(
+                "a page of {length} bytes at byte {start} of {}",
+                self.size
+            ))),
         }
     }
 }

@@ -30,7 +30,11 @@ impl Column {
         Ok(Self {
             defined: descriptor.max_def_level(),
             levels: Vec::new(),
-            divisor: if is_decimal { 10f64.powi(descriptor.type_scale()) } else { 1.0 },
+            divisor: if is_decimal {
+                10f64.powi(descriptor.type_scale())
+            } else {
+                1.0
+            },
             is_unsigned: descriptor.converted_type() == ConvertedType::UINT_32,
             reader: get_column_reader(descriptor, Box::new(Pages(pages))),
         })
@@ -51,7 +55,9 @@ impl Column {
                 take::<Int32Type, _>(reader, defined, rows, levels, numbers, |value| f64::from(value as u32))
             }
             ColumnReader::Int32ColumnReader(reader) => {
-                take::<Int32Type, _>(reader, defined, rows, levels, numbers, |value| f64::from(value) / divisor)
+                take::<Int32Type, _>(reader, defined, rows, levels, numbers, |value| {
+                    f64::from(value) / divisor
+                })
             }
             ColumnReader::Int64ColumnReader(reader) => {
                 take::<Int64Type, _>(reader, defined, rows, levels, numbers, |value| value as f64 / divisor)
@@ -91,7 +97,11 @@ fn take<T: DataType, V>(
     let mut values = values.into_iter().map(convert);
     match defined {
         0 => taken.extend(values.map(Some)),
-        _ => taken.extend(levels.iter().map(|&level| if level == defined { values.next() } else { None })),
+        _ => taken.extend(
+            levels
+                .iter()
+                .map(|&level| if level == defined { values.next() } else { None }),
+        ),
     }
     match taken.len() == rows {
         true => Ok(()),

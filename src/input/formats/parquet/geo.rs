@@ -78,7 +78,10 @@ mod tests {
             crs(r#","crs":{"name":"a","id":{"authority":"EPSG","code":25833}}"#).as_deref(),
             Some("EPSG:25833")
         );
-        assert_eq!(crs(r#","crs":{"name":"local"}"#).as_deref(), Some(r#"{"name":"local"}"#));
+        assert_eq!(
+            crs(r#","crs":{"name":"local"}"#).as_deref(),
+            Some(r#"{"name":"local"}"#)
+        );
     }
 
     #[test]

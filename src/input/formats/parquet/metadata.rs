@@ -59,7 +59,10 @@ pub fn read(chunks: &Chunks) -> Result<ParquetMetaData, Problem> {
     let length = u64::from(u32::from_le_bytes(*length));
     if length > LONGEST {
         let problem = format!("metadata of {length} bytes; the limit is {LONGEST}");
-        return Err(Problem::new(problem, "write the file with larger row groups, or with fewer columns"));
+        return Err(Problem::new(
+            problem,
+            "write the file with larger row groups, or with fewer columns",
+        ));
     }
     let Some(start) = size.checked_sub(8 + length) else {
         let problem = format!("metadata of {length} bytes in a file of {size} bytes");

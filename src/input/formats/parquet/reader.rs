@@ -23,7 +23,11 @@ use std::sync::Arc;
 /// Returns the error for Parquet in an input that is not a file.
 pub fn no_stream(path: &Path) -> InputError {
     let hint = "give the name of a file (not a pipe, and not gzip)";
-    at(path, Location::File, Problem::new("Parquet is not read from a stream", hint))
+    at(
+        path,
+        Location::File,
+        Problem::new("Parquet is not read from a stream", hint),
+    )
 }
 
 /// Starts the reader of a file of `size` bytes.
@@ -131,7 +135,9 @@ impl Parquet {
         let layout = self.choice.layout;
         decoded(|| {
             if layout == Layout::Wkb {
-                return columns.iter_mut().try_for_each(|column| column.bytes(count, &mut rows.geometries));
+                return columns
+                    .iter_mut()
+                    .try_for_each(|column| column.bytes(count, &mut rows.geometries));
             }
             let mut axes = columns.iter_mut().zip(&mut rows.axes);
             axes.try_for_each(|(column, axis)| column.numbers(count, axis))
@@ -186,6 +192,7 @@ impl Parquet {
                 Some(Ok((x, y, z))) => sink.point(x, y, z, location)?,
                 Some(Err(flaw)) => sink.invalid(location, &flaw)?,
                 None => {
+                    self.without += u64::from(!positions.any);
                     self.rows.positions = None;
                     self.rows.taken += 1;
                 }

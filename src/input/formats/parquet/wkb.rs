@@ -27,6 +27,8 @@ pub struct Positions {
     left: u32,
     /// The header of the single point.
     single: Option<Header>,
+    /// Whether there was a position.
+    pub any: bool,
 }
 
 pub type Position = (f64, f64, Option<f64>);
@@ -54,11 +56,13 @@ impl Positions {
                 at,
                 left: 1,
                 single: Some(header),
+                any: false,
             }),
             4 => Ok(Self {
                 left: number(wkb, &mut at, header.is_little)?,
                 at,
                 single: None,
+                any: false,
             }),
             kind => Err(Flaw::NoPoint { kind: name(kind) }),
         }
@@ -69,14 +73,15 @@ impl Positions {
     pub fn next(&mut self, wkb: &[u8]) -> Option<Result<Position, Flaw>> {
         while self.left > 0 {
             self.left -= 1;
-            match self.point(wkb) {
-                Ok((x, y, _)) if x.is_nan() && y.is_nan() => {}
-                Ok(position) => return Some(Ok(position)),
-                Err(flaw) => {
-                    self.left = 0;
-                    return Some(Err(flaw));
-                }
+            let point = self.point(wkb);
+            match &point {
+                Ok((x, y, _)) if x.is_nan() && y.is_nan() => continue,
+                Ok(_) => {}
+                // What follows cannot be found any more.
+                Err(_) => self.left = 0,
             }
+            self.any = true;
+            return Some(point);
         }
         None
     }

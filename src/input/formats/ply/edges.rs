@@ -36,7 +36,11 @@ impl Edges {
     pub fn new(input: ByteInput, vertices: u64) -> Result<Self, InputError> {
         let path = crate::shown::path(&input.path);
         let (mut elements, body) = open(input)?;
-        let find = |name| elements.iter().position(|element: &Element| element.name == name && element.rows > 0);
+        let find = |name| {
+            elements
+                .iter()
+                .position(|element: &Element| element.name == name && element.rows > 0)
+        };
         let Some(at) = find("face").or_else(|| find("edge")) else {
             return Ok(Self {
                 body,

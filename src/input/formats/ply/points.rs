@@ -20,13 +20,13 @@ pub struct Points {
 }
 
 /// Splits the elements at the vertices.
-pub fn split(
-    mut elements: Vec<Element>,
-    body: &Body,
-) -> Result<(Vec<Element>, Element, Vec<Element>), InputError> {
+pub fn split(mut elements: Vec<Element>, body: &Body) -> Result<(Vec<Element>, Element, Vec<Element>), InputError> {
     let is_vertex = |element: &Element| element.name.eq_ignore_ascii_case("vertex");
     let Some(at) = elements.iter().position(is_vertex) else {
-        return Err(body.malformed("the header has no element `vertex`", "points are read from this element"));
+        return Err(body.malformed(
+            "the header has no element `vertex`",
+            "points are read from this element",
+        ));
     };
     let after = elements.split_off(at + 1);
     let vertex = elements.remove(at);
@@ -67,7 +67,10 @@ impl Reader<PointBatch> for Points {
             return None;
         };
         bytes.size?;
-        let strides = self.before.iter().map(|element| Some((element.rows, element.stride()?)));
+        let strides = self
+            .before
+            .iter()
+            .map(|element| Some((element.rows, element.stride()?)));
         let before = strides.map(|stride| stride.and_then(|(rows, stride)| rows.checked_mul(stride as u64)));
         let start = before.fold(Some(bytes.offset), |sum, bytes| sum?.checked_add(bytes?))?;
         let length = self.rows.element.stride().filter(|stride| *stride > 0)?;
