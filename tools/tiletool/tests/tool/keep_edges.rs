@@ -118,7 +118,7 @@ fn several_meshes_keep_their_edges_apart() {
         "c.f64 a.obj --keep-edges --dims 3",
         "a.obj: give .poly files, and those whose edges are kept, before",
     );
-    refused("c.f64 --keep-edges", "--keep-edges: no input has edges");
+    refused("c.f64 --dims 3 --keep-edges", "--keep-edges: no input has edges");
     fs::remove_file(folder.join("b.ele")).unwrap();
     refused(
         "b.node --keep-edges",
