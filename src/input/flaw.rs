@@ -11,8 +11,8 @@ pub enum Flaw {
     TooSmall { axis: char, value: f64 },
     #[error("`{row}` is not an index and {dims} numbers")]
     NodeRow { row: String, dims: usize },
-    #[error("`{row}` does not have the numbers that the header announces for the element `{element}`")]
-    PlyRow { row: String, element: String },
+    #[error("`{row}` does not have the numbers that the header announces for its element")]
+    PlyRow { row: String },
     #[error("a face of {corners} corners; the limit is {most}")]
     TooManyCorners { corners: u64, most: usize },
     #[error("{value} is not the index of a point")]

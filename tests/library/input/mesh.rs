@@ -182,7 +182,7 @@ fn a_broken_row_is_refused_with_its_place_or_skipped() {
         file("a.ply", &text, &InputOptions::default()),
         &[
             "a.ply: record 2 (line 21): `9 4 4.5 3 5 6 0` does not have the numbers",
-            "element `vertex`",
+            "announces for its element",
         ],
     );
     assert_eq!(file("a.ply", &text, &skipping()).unwrap().records, [0, 1, 3, 4]);

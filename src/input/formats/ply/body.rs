@@ -44,8 +44,8 @@ pub fn open(input: ByteInput) -> Result<(Vec<Element>, Body), InputError> {
         return Ok((elements, Body { path, content }));
     }
     let (read, offset) = lines.into_rest();
-    let bytes = elements.iter().map(Element::least_bytes);
-    let end = bytes.fold(Some(offset), |sum, bytes| sum?.checked_add(bytes?));
+    let mut bytes = elements.iter().map(Element::least_bytes);
+    let end = bytes.try_fold(offset, |sum, bytes| sum.checked_add(bytes?));
     if let Some(size) = size.filter(|size| end.is_none_or(|end| end > *size)) {
         let problem = match end {
             Some(end) => format!("by its header the file has at least {end} bytes; it has {size}"),

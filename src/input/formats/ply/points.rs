@@ -71,8 +71,8 @@ impl Reader<PointBatch> for Points {
             .before
             .iter()
             .map(|element| Some((element.rows, element.stride()?)));
-        let before = strides.map(|stride| stride.and_then(|(rows, stride)| rows.checked_mul(stride as u64)));
-        let start = before.fold(Some(bytes.offset), |sum, bytes| sum?.checked_add(bytes?))?;
+        let mut before = strides.map(|stride| stride.and_then(|(rows, stride)| rows.checked_mul(stride as u64)));
+        let start = before.try_fold(bytes.offset, |sum, bytes| sum.checked_add(bytes?))?;
         let length = self.rows.element.stride().filter(|stride| *stride > 0)?;
         let (places, encoding) = (self.rows.places(), bytes.encoding);
         Some(RandomAccess {

@@ -114,10 +114,7 @@ impl Rows {
             }
             Some(())
         };
-        let wrong = || Flaw::PlyRow {
-            row: lines.excerpt(),
-            element: crate::shown::beginning(&self.element.name, 40),
-        };
+        let wrong = || Flaw::PlyRow { row: lines.excerpt() };
         match read() {
             Some(()) if self.items.len() <= MOST_ITEMS => Ok(()),
             Some(()) => Err(too_long(self.items.len() as u64)),
