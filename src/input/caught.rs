@@ -28,7 +28,10 @@ pub fn panic_is_caught() -> bool {
 
 /// Returns the result of `work`; `None` if it panics. After a panic, the state that `work` leaves
 /// behind must not be used again.
-#[cfg_attr(not(feature = "las"), allow(dead_code, reason = "only the decoder of LAZ panics"))]
+#[cfg_attr(
+    not(any(feature = "las", feature = "parquet")),
+    allow(dead_code, reason = "only the decoders of LAZ and of Parquet panic")
+)]
 pub fn catch<T>(work: impl FnOnce() -> T) -> Option<T> {
     let before = IS_CAUGHT.replace(true);
     let result = catch_unwind(AssertUnwindSafe(work));

@@ -16,6 +16,12 @@ pub fn recognise(head: &[u8]) -> Option<Format> {
     if has(0, b"LASF") {
         return Some(Format::Las);
     }
+    if has(0, b"ply\n") || has(0, b"ply\r\n") {
+        return Some(Format::Ply);
+    }
+    if has(0, b"PAR1") {
+        return Some(Format::Parquet);
+    }
     if has(0, b"fgb") && has(4, b"fgb") {
         return Some(Format::FlatGeobuf);
     }
@@ -34,7 +40,7 @@ pub fn recognise(head: &[u8]) -> Option<Format> {
 fn has_magic(format: Format) -> bool {
     matches!(
         format,
-        Format::Las | Format::FlatGeobuf | Format::Shapefile | Format::GeoPackage
+        Format::Las | Format::FlatGeobuf | Format::Shapefile | Format::GeoPackage | Format::Ply | Format::Parquet
     )
 }
 
@@ -75,7 +81,9 @@ mod tests {
         geopackage.resize(100, 0);
         assert_eq!(recognise(&geopackage), None, "any SQLite");
         geopackage[68..72].copy_from_slice(b"GPKG");
-        let known: [(&[u8], Format); 7] = [
+        let known: [(&[u8], Format); 9] = [
+            (b"ply\r\nformat", Format::Ply),
+            (b"PAR1\x15", Format::Parquet),
             (b"LASF\0\0", Format::Las),
             (b"fgb\x03fgb\x01", Format::FlatGeobuf),
             (&shapefile, Format::Shapefile),

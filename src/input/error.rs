@@ -21,6 +21,8 @@ pub enum Location {
     Point(u64),
     /// A feature of a file of vector data, counted from 0 in that file.
     Feature(u64),
+    /// A row of a Parquet file, counted from 0 in that file.
+    Row(u64),
 }
 
 impl Location {
@@ -41,6 +43,7 @@ impl fmt::Display for Location {
             Self::Byte(n) => write!(f, "byte {n}"),
             Self::Point(n) => write!(f, "point {n}"),
             Self::Feature(n) => write!(f, "feature {n}"),
+            Self::Row(n) => write!(f, "row {n}"),
         }
     }
 }
@@ -57,6 +60,8 @@ pub enum RecordKind {
     Obstacle,
     /// A site.
     Site,
+    /// A face or a line of a mesh, whose edges are read.
+    Face,
 }
 
 impl RecordKind {
@@ -67,6 +72,7 @@ impl RecordKind {
             Self::Segment => "segment",
             Self::Obstacle => "obstacle",
             Self::Site => "site",
+            Self::Face => "face",
         }
     }
 
@@ -74,7 +80,7 @@ impl RecordKind {
     fn advice(self) -> &'static str {
         match self {
             Self::Point => "; correct it, or skip invalid records (option `skip_invalid`)",
-            Self::Segment | Self::Obstacle | Self::Site => "",
+            Self::Segment | Self::Obstacle | Self::Site | Self::Face => "",
         }
     }
 
@@ -82,9 +88,9 @@ impl RecordKind {
     fn naming(self) -> &'static str {
         match self {
             Self::Point => {
-                "neither the name nor the content tells the format; set the option `format`, or use one of the suffixes .csv .tsv .txt \
-                 .xyz .f64 .node .poly .geojson .json .geojsonl .fgb .shp .gpkg .las .laz (and .gz after any but the \
-                 last three)"
+                "neither the name nor the content tells the format; set the option `format`, or use one of the suffixes \
+                 .csv .tsv .txt .xyz .f64 .node .poly .ply .obj .geojson .json .geojsonl .fgb (and .gz after any of \
+                 these), .shp .gpkg .las .laz .parquet"
             }
             Self::Segment => {
                 "neither the name nor the content tells how segments are written in it; use one of the suffixes \
@@ -94,6 +100,10 @@ impl RecordKind {
                 "obstacles are read from GeoJSON, FlatGeobuf, Shapefile and GeoPackage, and neither the name nor the \
                  content tells that this is one; use one of the suffixes .geojson .json .geojsonl .fgb .shp (and .gz \
                  after any of these), .gpkg"
+            }
+            Self::Face => {
+                "edges are read from .node files with an .ele file beside them, from .ply and .obj (and .gz after any \
+                 of these)"
             }
             Self::Site => {
                 "neither the name nor the content tells how sites are written in it; use one of the suffixes .geojson \

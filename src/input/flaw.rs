@@ -11,6 +11,18 @@ pub enum Flaw {
     TooSmall { axis: char, value: f64 },
     #[error("`{row}` is not an index and {dims} numbers")]
     NodeRow { row: String, dims: usize },
+    #[error("`{row}` does not have the numbers that the header announces for its element")]
+    PlyRow { row: String },
+    #[error("a face of {corners} corners; the limit is {most}")]
+    TooManyCorners { corners: u64, most: usize },
+    #[error("{value} is not the index of a point")]
+    NoIndex { value: f64 },
+    #[error("`{row}` is not `v` and three numbers")]
+    ObjVertex { row: String },
+    #[error("`{row}` does not have the indices of at least two vertices")]
+    ObjFace { row: String },
+    #[error("`{row}` is not a number and the indices of three points")]
+    EleRow { row: String },
     #[error("expected a number and the indices of two points, found the row `{row}`")]
     PolySegment { row: String },
     #[error("there is no point {index}, since there are no points")]
@@ -27,6 +39,12 @@ pub enum Flaw {
     SegmentRow { row: String },
     #[error("the row has no column {column} for the id: `{row}`")]
     NoIdColumn { column: usize, row: String },
+    #[error("{axis} is null")]
+    Null { axis: char },
+    #[error("this is a {kind}; points come from Points and MultiPoints")]
+    NoPoint { kind: String },
+    #[error("the geometry, of {bytes} bytes, is not WKB")]
+    Wkb { bytes: usize },
     #[error("an element of the position is not a number")]
     NotNumeric,
     #[error("the position has {length} of at least 2 elements")]

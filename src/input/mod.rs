@@ -5,6 +5,7 @@
 //! | points | the formats below | [`PointSource`] |
 //! | lines: break lines, walls | vector data, rows `x1,y1,x2,y2`, raw pairs of record numbers | [`SegmentSource::open`] |
 //! | obstacles | polygons of vector data, directed | [`SegmentSource::open_obstacles`] |
+//! | edges of a triangulation | `.node` with `.ele`, PLY, OBJ | [`SegmentSource::open_edges`] |
 //! | segments and hole points | Triangle's `.poly` | [`PolySource`] |
 //! | sites: points with an id | points of vector data, rows `x,y,id` | [`SiteSource`] |
 //! | rows of text of any kind | lines | [`RowFile`] |
@@ -52,14 +53,19 @@
 //! | Shapefile | `shapefile` | yes | `shapefile` |
 //! | GeoPackage | `geopackage` | no: needs a file | `geopackage` |
 //! | LAS, LAZ, COPC | `las` | no: needs a file | `las` |
+//! | PLY | `ply` | yes | |
+//! | Wavefront OBJ | `obj` | yes | |
+//! | Parquet, GeoParquet | `parquet` | no: needs a file | `parquet` |
 //!
 //! Vector data goes through `formats::shapes`, which makes points, segments, rings and sites of
 //! geometries, whatever the format.
 //!
 //! **Memory** is bounded for every file: a read buffer of 256 KiB and a batch; for text one row of
-//! at most 1 MiB with the ends of its fields; for GeoJSON one name of at most 2 MiB; for FlatGeobuf, Shapefile and
-//! GeoPackage one feature of at most 512 MiB, which they have as a whole; for LAZ the
-//! decompressor's state for one chunk; for a sample of the points 4 MiB. No length or count in a
+//! at most 1 MiB with the ends of its fields; for GeoJSON one name of at most 2 MiB; for FlatGeobuf,
+//! Shapefile and GeoPackage one feature of at most 512 MiB, which they have as a whole; for LAZ the
+//! decompressor's state for one chunk; for Parquet the metadata, of at most 8 MiB in the file, and a
+//! page of each column, of at most 16 MiB; for edges 1 MiB of those seen last; for a sample of the
+//! points 4 MiB. No length or count in a
 //! file is trusted before it is compared with the file's size. Every file is treated as hostile:
 //! whatever is wrong with it becomes an [`InputError`], never a panic.
 //!
@@ -72,8 +78,9 @@
 //! **Record numbers** are u64 positions, counted from 0 over all inputs in order. Every record
 //! counts, including skipped, withheld and filtered ones, so that a number identifies its record
 //! whatever the options. The records are: text rows (not header, comment and blank lines), pairs or
-//! triples of f64, points of `.node` and `.poly`, positions of vector data in the order of the
-//! file (including the closing one of a ring), LAS points.
+//! triples of f64, points of `.node` and `.poly`, positions of vector data in the order of the file
+//! (including the closing one of a ring), LAS points, vertices of PLY and OBJ, rows of columns of
+//! Parquet, and positions in the geometries of GeoParquet.
 //!
 //! **z**: [`PointSource::has_z`] is known at open, since every file's header or first record is
 //! examined. If any input has z, then every batch has z for all of its points. A point without z is

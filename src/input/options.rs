@@ -39,6 +39,12 @@ pub enum Format {
     Shapefile,
     /// A feature table of a GeoPackage: `FILE.gpkg`, or `FILE.gpkg:LAYER` where there are several.
     GeoPackage,
+    /// PLY: the vertices.
+    Ply,
+    /// Wavefront OBJ: the vertices.
+    Obj,
+    /// Parquet: columns of coordinates, or GeoParquet's points.
+    Parquet,
 }
 
 impl Format {
@@ -65,8 +71,18 @@ impl Format {
             "fgb" => Some(Self::FlatGeobuf),
             "shp" => Some(Self::Shapefile),
             "gpkg" => Some(Self::GeoPackage),
+            "ply" => Some(Self::Ply),
+            "obj" => Some(Self::Obj),
+            "parquet" | "geoparquet" => Some(Self::Parquet),
             _ => None,
         }
+    }
+
+    /// Returns whether files of this format may have the edges of a triangulation beside its
+    /// vertices: [`SegmentSource::open_edges`](crate::input::SegmentSource::open_edges) reads them.
+    #[must_use]
+    pub fn may_have_edges(self) -> bool {
+        matches!(self, Self::Node | Self::Ply | Self::Obj)
     }
 }
 
@@ -76,7 +92,8 @@ impl Format {
     feature = "las",
     feature = "flatgeobuf",
     feature = "shapefile",
-    feature = "geopackage"
+    feature = "geopackage",
+    feature = "parquet"
 )))]
 impl Format {
     /// Returns the error of a file in a format that the library was built without.
@@ -86,6 +103,7 @@ impl Format {
             what: self.to_string(),
             feature: match self {
                 Self::Las => "las",
+                Self::Parquet => "parquet",
                 Self::GeoJson => "geojson",
                 Self::FlatGeobuf => "flatgeobuf",
                 Self::Shapefile => "shapefile",
@@ -110,11 +128,16 @@ impl FromStr for Format {
             "flatgeobuf" | "fgb" => Ok(Self::FlatGeobuf),
             "shapefile" | "shp" => Ok(Self::Shapefile),
             "geopackage" | "gpkg" => Ok(Self::GeoPackage),
+            "ply" => Ok(Self::Ply),
+            "obj" => Ok(Self::Obj),
+            "parquet" | "geoparquet" => Ok(Self::Parquet),
             _ => Err(InputError::Option {
                 option: "format",
                 value: text.to_owned(),
-                expected: "expected one of text, f64, node, poly, geojson, las, flatgeobuf, shapefile, geopackage"
-                    .to_owned(),
+                expected:
+                    "expected one of text, f64, node, poly, geojson, las, flatgeobuf, shapefile, geopackage, ply, \
+                           obj, parquet"
+                        .to_owned(),
             }),
         }
     }
@@ -132,6 +155,9 @@ impl fmt::Display for Format {
             Self::FlatGeobuf => "flatgeobuf",
             Self::Shapefile => "shapefile",
             Self::GeoPackage => "geopackage",
+            Self::Ply => "ply",
+            Self::Obj => "obj",
+            Self::Parquet => "parquet",
         })
     }
 }
@@ -323,8 +349,8 @@ impl InputOptions {
         self
     }
 
-    /// For text, sets the columns. With `None`, the default, the header determines them, or their
-    /// order if there is no header.
+    /// For text and Parquet, sets the columns. With `None`, the default, the header determines them,
+    /// or their order if there is no header; in GeoParquet, the geometry column has the points.
     #[must_use]
     pub fn columns(mut self, columns: impl Into<Option<Columns>>) -> Self {
         self.columns = columns.into();

@@ -1,5 +1,7 @@
 //! The formats: their layout in files, and a reader for each kind of record that a format has.
 
+pub mod edges;
+pub mod ele;
 #[cfg(feature = "flatgeobuf")]
 pub mod flatgeobuf;
 #[cfg(feature = "geojson")]
@@ -8,7 +10,13 @@ pub mod geojson;
 pub mod geopackage;
 #[cfg(feature = "las")]
 pub mod las;
+#[cfg(any(feature = "text", feature = "parquet"))]
+pub mod names;
 pub mod node;
+pub mod obj;
+#[cfg(feature = "parquet")]
+pub mod parquet;
+pub mod ply;
 pub mod poly;
 pub mod raw;
 #[cfg(feature = "shapefile")]

@@ -26,21 +26,23 @@ use crate::shown;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Returns the path of the `.node` file beside a `.poly` file; `None` if `poly` has another suffix.
-fn node_beside(poly: &Path) -> Option<PathBuf> {
-    let name = poly.file_name()?.to_str()?;
+/// Returns the path of the file with the suffix `other` beside `path`, which must have the suffix
+/// `suffix`; either may have `.gz` behind it.
+pub fn beside(path: &Path, suffix: &str, other: &str) -> Option<PathBuf> {
+    let name = path.file_name()?.to_str()?;
     let (name, zipped) = match name.to_ascii_lowercase().ends_with(".gz") {
         true => (&name[..name.len() - 3], ".gz"),
         false => (name, ""),
     };
-    let (stem, suffix) = name.rsplit_once('.')?;
-    let is_poly = suffix.eq_ignore_ascii_case("poly");
-    is_poly.then(|| poly.with_file_name(format!("{stem}.node{zipped}")))
+    let (stem, found) = name.rsplit_once('.')?;
+    let has_suffix = found.eq_ignore_ascii_case(suffix);
+    has_suffix.then(|| path.with_file_name(format!("{stem}.{other}{zipped}")))
 }
 
 /// Opens the `.node` file that has the points of a `.poly` file, with the function `open`.
 pub fn open_node_beside<T>(poly: &Path, open: impl FnOnce(&Path) -> Result<T, InputError>) -> Result<T, InputError> {
-    let node = node_beside(poly).ok_or_else(|| no_points(poly, "its name does not end in .poly".to_owned(), None))?;
+    let node = beside(poly, "poly", "node")
+        .ok_or_else(|| no_points(poly, "its name does not end in .poly".to_owned(), None))?;
     open(&node).map_err(|error| match error {
         InputError::Open { path, source } => {
             no_points(poly, format!("{} cannot be opened", shown::path(&path)), Some(source))

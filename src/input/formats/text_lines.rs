@@ -76,6 +76,12 @@ impl Lines {
         InputError::malformed(&self.path, location, problem, hint)
     }
 
+    /// Returns the bytes behind the last line read, and their offset; for files of which only the
+    /// beginning is text.
+    pub fn into_rest(self) -> (Box<dyn BufRead + Send>, u64) {
+        (self.read, self.offset)
+    }
+
     /// Returns the last line read, with its line end; empty at the end.
     #[inline]
     pub fn text(&self) -> &[u8] {

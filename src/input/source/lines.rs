@@ -14,6 +14,7 @@ use crate::input::formats::shapes::{Lines, Rings};
 #[cfg(feature = "text")]
 use crate::input::formats::text;
 use crate::input::formats::vector::Vector;
+use crate::input::formats::{ele, obj, ply};
 use crate::input::lines::SegmentBatch;
 use crate::input::options::Format;
 use crate::input::reader::Started;
@@ -87,7 +88,7 @@ pub type SegmentSource = Source<SegmentBatch>;
 pub struct LineOrigin<'a> {
     /// The file.
     pub path: &'a Path,
-    /// The word for a line in this file: `feature`, `row` or `pair`.
+    /// The word for a line in this file: `feature`, `row`, `pair`, `triangle` or `face`.
     pub what: &'static str,
     /// The number of the line in the file, counted from 0. Header, comment and blank lines do not
     /// count as rows.
@@ -112,6 +113,18 @@ pub enum LineFormat {
     Lines(Vector),
     /// Polygons.
     Rings(Vector),
+    /// The edges of triangles between `points` points, which are numbered from `base` on.
+    Elements {
+        base: u64,
+        points: u64,
+    },
+    /// The edges of faces in PLY, and in OBJ, between `points` points.
+    PlyFaces {
+        points: u64,
+    },
+    ObjFaces {
+        points: u64,
+    },
 }
 
 impl LineFormat {
@@ -139,6 +152,8 @@ impl LineFormat {
             Self::Pairs { .. } => "pair",
             Self::Text => "row",
             Self::Lines(_) | Self::Rings(_) => "feature",
+            Self::Elements { .. } => "triangle",
+            Self::PlyFaces { .. } | Self::ObjFaces { .. } => "face",
         }
     }
 }
@@ -152,7 +167,9 @@ impl Records for SegmentBatch {
 
     fn content(format: LineFormat) -> Option<Format> {
         match format {
-            LineFormat::Pairs { .. } => None,
+            LineFormat::Pairs { .. } | LineFormat::Elements { .. } => None,
+            LineFormat::PlyFaces { .. } => Some(Format::Ply),
+            LineFormat::ObjFaces { .. } => Some(Format::Obj),
             LineFormat::Text => Some(Format::Text),
             LineFormat::Lines(vector) | LineFormat::Rings(vector) => Some(vector.format()),
         }
@@ -165,6 +182,9 @@ impl Records for SegmentBatch {
     fn start(format: LineFormat, input: ByteInput, (): &()) -> Started<Self> {
         match format {
             LineFormat::Pairs { bytes } => Ok(Box::new(Pairs::new(input, bytes))),
+            LineFormat::Elements { base, points } => Ok(Box::new(ele::Edges::new(input, base, points)?)),
+            LineFormat::PlyFaces { points } => Ok(Box::new(ply::Edges::new(input, points)?)),
+            LineFormat::ObjFaces { points } => Ok(Box::new(obj::Edges::new(input, points)?)),
             #[cfg(feature = "text")]
             LineFormat::Text => Ok(Box::new(text::Segments::new(input)?)),
             #[cfg(not(feature = "text"))]

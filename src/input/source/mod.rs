@@ -1,5 +1,6 @@
 //! The sources, which open files and produce batches of their records.
 
+mod edges;
 mod lines;
 mod points;
 mod poly;

@@ -8,12 +8,15 @@ use crate::input::error::{InputError, RecordKind};
 #[cfg(feature = "las")]
 use crate::input::formats::las;
 use crate::input::formats::node::Node;
+#[cfg(feature = "parquet")]
+use crate::input::formats::parquet;
 use crate::input::formats::poly::{no_points, open_node_beside};
 use crate::input::formats::raw;
 use crate::input::formats::shapes;
 #[cfg(feature = "text")]
 use crate::input::formats::text;
 use crate::input::formats::vector::Vector;
+use crate::input::formats::{obj, ply};
 use crate::input::options::{Format, InputOptions};
 use crate::input::points::{InputCounts, PointBatch};
 use crate::input::reader::Started;
@@ -71,6 +74,8 @@ impl Records for PointBatch {
             Format::F64 => Ok(Box::new(raw::Points::new(input, options)?)),
             Format::Node => Ok(Box::new(Node::new(input)?)),
             Format::Poly => Ok(Box::new(Node::of_poly(input)?)),
+            Format::Ply => Ok(Box::new(ply::Points::new(input)?)),
+            Format::Obj => Ok(Box::new(obj::Points::new(input)?)),
             #[cfg(feature = "text")]
             Format::Text => Ok(Box::new(text::Points::new(input, options.columns.as_ref())?)),
             Format::GeoJson => start_vector(Vector::GeoJson, input),
@@ -79,7 +84,9 @@ impl Records for PointBatch {
             Format::GeoPackage => start_vector(Vector::GeoPackage, input),
             #[cfg(feature = "las")]
             Format::Las => Err(las::no_stream(&input.path)),
-            #[cfg(not(all(feature = "text", feature = "las")))]
+            #[cfg(feature = "parquet")]
+            Format::Parquet => Err(parquet::no_stream(&input.path)),
+            #[cfg(not(all(feature = "text", feature = "las", feature = "parquet")))]
             absent => Err(absent.missing(&input.path)),
         }
     }
@@ -95,6 +102,10 @@ impl Records for PointBatch {
                 let shapes = Vector::GeoPackage.start_file(file)?;
                 Ok(Box::new(shapes::Points::new(shapes, &path)?))
             }
+            #[cfg(feature = "parquet")]
+            (Some(Format::Parquet), Some(size)) => parquet::open(file, size, options),
+            #[cfg(not(feature = "parquet"))]
+            (Some(Format::Parquet), Some(_)) => Err(Format::Parquet.missing(&file.watch.path)),
             _ => start_stream(format, file, options),
         }
     }
@@ -209,8 +220,9 @@ impl Source<PointBatch> {
     }
 
     /// Returns the number of points that remain, as estimated from the beginnings of the inputs:
-    /// for raw f64 from the file's size, for LAS, LAZ, `.node` and `.poly` from the header. Returns
-    /// `None` if an input gives no estimate: text, GeoJSON, and raw f64 from a stream or gzip.
+    /// for raw f64 from the file's size, for LAS, LAZ, `.node`, `.poly`, PLY and most Parquet files
+    /// from the header. Returns `None` if an input gives no estimate: text, GeoJSON, OBJ, and raw f64
+    /// from a stream or gzip.
     ///
     /// This is an estimate for planning and progress, and 0 after an error. It is too high where
     /// records are withheld, filtered or invalid. A header may claim any number up to [`u64::MAX`],
@@ -230,8 +242,8 @@ impl Source<PointBatch> {
     /// so there are fewer points, or none, where these are many.
     ///
     /// The result is empty unless every input can be read in any order, since a sample of only some
-    /// inputs would mislead. Raw f64 and LAS can be read in any order; text, GeoJSON, `.node`,
-    /// `.poly`, LAZ, gzip and streams cannot.
+    /// inputs would mislead. Raw f64, LAS and binary PLY without lists before the
+    /// end of the vertices can be read in any order; all others, gzip and streams cannot.
     ///
     /// # Errors
     /// Fails if a file can no longer be opened or read.

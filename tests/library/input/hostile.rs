@@ -41,13 +41,16 @@ fn survives(path: &Path, bytes: &[u8], format: Format) -> bool {
     errors[0].is_none()
 }
 
-const FORMATS: [Format; 6] = [
+const FORMATS: [Format; 9] = [
     Format::Text,
     Format::F64,
     Format::Node,
     Format::Poly,
     Format::GeoJson,
     Format::Las,
+    Format::Ply,
+    Format::Obj,
+    Format::Parquet,
 ];
 
 #[test]
@@ -55,7 +58,7 @@ fn noise_gives_points_or_an_error() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("hostile");
     let mut random = Random(1);
-    let heads: [&[u8]; 9] = [
+    let heads: [&[u8]; 13] = [
         b"",
         b"x,y\n1,2\n",
         b"\"",
@@ -65,6 +68,11 @@ fn noise_gives_points_or_an_error() {
         &[0x1f, 0x8b, 8],
         b"\xef\xbb\xbf",
         b"1 2 3\n\n",
+        b"ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nproperty float y\nend_header\n",
+        b"ply\nformat binary_big_endian 1.0\nelement a 9\nproperty list int short b\nelement vertex 2\n\
+          property float x\nproperty float y\nend_header\n",
+        b"v 1 2 3\nf 1 2 3\n",
+        b"PAR1",
     ];
     let likely = b"0123456789.,-+eE \t\n\r\"#{}[]:;xyz\\untf";
     for format in FORMATS {
@@ -82,17 +90,21 @@ fn noise_gives_points_or_an_error() {
 }
 
 #[test]
-fn damaged_text_json_and_raw_files_give_points_or_an_error() {
+fn damaged_text_json_mesh_and_raw_files_give_points_or_an_error() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("hostile");
     let mut random = Random(2);
-    let samples: [(&[u8], Format); 4] = [
+    let samples: [(&[u8], Format); 8] = [
         (b"name,x,y,z\n\"a, b\",1.5,2,3\n# c\n\"d\n\",3,4e2,5\n", Format::Text),
         (b"4 2 1 1\n1 0 0 7 1\n2 1 0 7 1\n3 1 1 7 1\n4 0 1 7 1\n", Format::Node),
         (
             br#"{"type":"Feature","properties":{"a":"\u0041"},"geometry":{"type":"LineString","coordinates":[[1,2],[3,4]]}}"#,
             Format::GeoJson,
         ),
+        (crate::input::mesh::TEXT.as_bytes(), Format::Ply),
+        (&crate::input::mesh::bytes(false), Format::Ply),
+        (&crate::input::mesh::bytes(true), Format::Ply),
+        (crate::input::mesh::OBJ.as_bytes(), Format::Obj),
         (b"\0\0\0\0\0\0\xf0\x3f\0\0\0\0\0\0\xf0\x3f\0\0\0\0\0\0\xf0\x3f\0\0\0\0\0\0\xf0\x3f", Format::F64),
     ];
     for (sample, format) in samples {
@@ -164,5 +176,36 @@ fn damaged_las_files_give_points_or_an_error() {
             count(survives(&path, &bytes, Format::Las));
         }
         println!("{name}: {read} read, {failed} failed, {:?}", begin.elapsed());
+    }
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn damaged_parquet_files_give_points_or_an_error() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("hostile");
+    let mut random = Random(5);
+    for name in crate::input::parquet::FILES {
+        let whole = std::fs::read(crate::input::data(&format!("formats/{name}"))).unwrap();
+        assert!(survives(&path, &whole, Format::Parquet), "{name}");
+        for length in (0..whole.len()).step_by(1 + whole.len() / 100) {
+            assert!(!survives(&path, &whole[..length], Format::Parquet), "{name}: {length}");
+        }
+        // Half of the flips are in the metadata at the end.
+        let footer = u32::from_le_bytes(whole[whole.len() - 8..][..4].try_into().unwrap()) as usize;
+        let metadata = whole.len() - 8 - footer;
+        let mut failed = 0;
+        for round in 0..400 {
+            let mut bytes = whole.clone();
+            for _ in 0..=random.below(3) {
+                let at = match round % 2 {
+                    0 => random.below(metadata),
+                    _ => metadata + random.below(footer + 4),
+                };
+                bytes[at] ^= 1 << random.below(8);
+            }
+            failed += usize::from(!survives(&path, &bytes, Format::Parquet));
+        }
+        assert!(failed > 0, "{name}");
     }
 }

@@ -279,3 +279,29 @@ fn a_scale_of_zero_is_an_error() {
         }
     }
 }
+
+/// The crate `las` writes the points of the COPC file as LAS and LAZ.
+#[test]
+fn one_cloud_has_the_same_records_in_las_laz_and_copc() {
+    let folder = tempfile::tempdir().unwrap();
+    let copc = data("las/autzen.copc.laz");
+    let header = las::Reader::from_path(&copc).unwrap().header().clone();
+    let read = open(&copc, &InputOptions::default()).unwrap();
+    for name in ["cloud.las", "cloud.laz"] {
+        let mut builder = las::Builder::from((1, 4));
+        builder.point_format = *header.point_format();
+        builder.point_format.is_compressed = name.ends_with("laz");
+        builder.transforms = *header.transforms();
+        let path = folder.path().join(name);
+        let mut writer = las::Writer::from_path(&path, builder.into_header().unwrap()).unwrap();
+        for point in expected(&copc) {
+            writer.write_point(point).unwrap();
+        }
+        drop(writer);
+        let written = open(&path, &InputOptions::default()).unwrap();
+        assert!(!written.points.is_empty());
+        assert_eq!(written.points, read.points, "{name}");
+        assert_eq!(written.z, read.z, "{name}");
+        assert_eq!(written.records, read.records, "{name}");
+    }
+}

@@ -68,6 +68,9 @@ fn the_file_name_decides_the_format() {
         ("dir/a.GPKG:lines of 2.5 m", Some(Format::GeoPackage)),
         ("a.gpkg:", None),
         ("a.dwg", None),
+        ("a.PLY.gz", Some(Format::Ply)),
+        ("a.obj", Some(Format::Obj)),
+        ("a.parquet", Some(Format::Parquet)),
         ("csv", None),
         (".csv", None),
         ("a.gz", None),
@@ -84,6 +87,9 @@ fn the_file_name_decides_the_format() {
         Format::FlatGeobuf,
         Format::Shapefile,
         Format::GeoPackage,
+        Format::Ply,
+        Format::Obj,
+        Format::Parquet,
     ] {
         assert_eq!(format.to_string().parse::<Format>().unwrap(), format);
     }

@@ -11,8 +11,8 @@ use delaunay_tiles::input::{Columns, Format, InputOptions, MissingZ, Returns};
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Input options")]
 pub struct InputArgs {
-    /// Format of all inputs: text, f64, node, poly, geojson, las, flatgeobuf, shapefile or geopackage
-    /// [default: by file name, otherwise by content]
+    /// Format of all inputs: text, f64, node, poly, geojson, las, flatgeobuf, shapefile, geopackage,
+    /// ply, obj or parquet [default: by file name, otherwise by content]
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<Format>,
     /// For text: columns of the coordinates, by name or by number from 1

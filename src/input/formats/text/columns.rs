@@ -17,17 +17,11 @@
 use crate::input::bytes::ByteInput;
 use crate::input::error::InputError;
 use crate::input::flaw::Flaw;
+use crate::input::formats::names::{X, Y, Z};
 use crate::input::formats::text::rows::{BLANKS, Rows};
 use crate::input::formats::text_lines::{Lines, Sample, number};
 use crate::input::options::{Column, Columns};
 use crate::shown::excerpt;
-
-/// Names of a column with x, best first.
-const X: &[&str] = &["x", "lon", "longitude", "lng", "long", "easting", "east", "e"];
-/// Names of a column with y, best first.
-const Y: &[&str] = &["y", "lat", "latitude", "northing", "north", "n"];
-/// Names of a column with z, best first.
-const Z: &[&str] = &["z", "elevation", "elev", "height", "altitude", "alt"];
 
 /// The number of rows that determine the delimiter.
 const SAMPLE: usize = 20;

@@ -31,13 +31,14 @@ use report::{BuildReport, InputCounts, report};
 /// Build a tile file from points and lines
 ///
 /// Points come from LAS and LAZ, text (.csv, .xyz, .txt, also .gz), raw little-endian f64 (.f64),
-/// Triangle's .node and .poly, GeoJSON, FlatGeobuf (.fgb), shapefiles (.shp) and GeoPackage (.gpkg,
-/// or FILE.gpkg:LAYER where there are several layers). Several inputs are joined to one set of
-/// points.
+/// Triangle's .node and .poly, PLY, OBJ, GeoJSON, FlatGeobuf (.fgb), shapefiles (.shp), Parquet and
+/// GeoPackage (.gpkg, or FILE.gpkg:LAYER where there are several layers). Several inputs are joined
+/// to one set of points.
 ///
 /// Lines come from GeoJSON, FlatGeobuf, shapefiles, GeoPackage, text (x1,y1,x2,y2), and raw pairs of
-/// record numbers (.u32, .u64). They become chains of edges, and must not cross unless --crossings split is given. The segments of a
-/// .poly file are walls, and its hole points make holes.
+/// record numbers (.u32, .u64). They become chains of edges, and must not cross unless --crossings
+/// split is given. The segments of a .poly file are walls, and its hole points make holes.
+/// --keep-edges makes break lines of the edges of an existing triangulation.
 ///
 /// The file appears under its name when it is complete.
 #[derive(Args, Clone, Debug)]
@@ -84,7 +85,7 @@ pub struct BuildArgs {
     #[arg(long, value_name = "DIR")]
     tmp: Option<PathBuf>,
     /// Resume an interrupted build from its last finished block; not possible with lines or sites
-    #[arg(long, conflicts_with_all = ["segments", "walls", "obstacles", "sites"])]
+    #[arg(long, conflicts_with_all = ["segments", "walls", "obstacles", "sites", "keep_edges"])]
     resume: bool,
     /// Compress the tiles; the file takes half to a quarter of the space, and tiles take longer to
     /// load

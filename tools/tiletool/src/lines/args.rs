@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
-use delaunay_tiles::input::{PolySource, SegmentSource, SiteSource};
+use delaunay_tiles::input::{Format, PolySource, SegmentSource, SiteSource};
 use delaunay_tiles::store::{LineKind, LineSource};
 
 use super::read::{LineInput, LineSet};
@@ -34,6 +34,10 @@ pub struct LineArgs {
     /// as text with rows x,y[,id]; may be repeated
     #[arg(long, value_name = "FILE", help_heading = "Lines and sites")]
     sites: Vec<PathBuf>,
+    /// Keep the edges of triangulations among the points' files, as break lines: of .node with .ele
+    /// beside it, of .ply and .obj
+    #[arg(long, help_heading = "Lines and sites")]
+    keep_edges: bool,
     /// Column or property that holds a site's id [default: third column of text, otherwise the
     /// number of the record]
     #[arg(long, value_name = "FIELD", requires = "sites", help_heading = "Lines and sites")]
@@ -52,6 +56,7 @@ impl LineFiles {
         let args = LineArgs {
             files: self,
             sites: Vec::new(),
+            keep_edges: false,
             site_id: None,
         };
         args.open(&[])
@@ -70,7 +75,12 @@ impl LineArgs {
     /// Returns whether no files of lines or sites are named, and none of the inputs of points has
     /// lines.
     pub fn is_empty(&self, inputs: &[PathBuf]) -> bool {
-        self.files.is_empty() && self.sites.is_empty() && !inputs.iter().any(|path| is_poly(path))
+        self.files.is_empty() && self.sites.is_empty() && !inputs.iter().any(|path| is_poly(path) || self.keeps(path))
+    }
+
+    /// Returns whether the edges of an input of points are to be kept.
+    fn keeps(&self, path: &Path) -> bool {
+        self.keep_edges && Format::from_path(path).is_some_and(Format::may_have_edges)
     }
 
     /// Returns whether some segments may refer to points by record number.
@@ -79,7 +89,8 @@ impl LineArgs {
             let suffix = path.extension().map(|suffix| suffix.to_ascii_lowercase());
             suffix.is_some_and(|suffix| suffix == "u32" || suffix == "u64")
         };
-        self.files.segments.iter().chain(&self.files.walls).any(is_pairs) || inputs.iter().any(|path| is_poly(path))
+        self.files.segments.iter().chain(&self.files.walls).any(is_pairs)
+            || inputs.iter().any(|path| is_poly(path) || self.keeps(path))
     }
 
     /// Opens the files, and those inputs of points that also have lines.
@@ -88,22 +99,35 @@ impl LineArgs {
             open_set(LineKind::BreakLine, 0, &self.files.segments)?,
             open_set(LineKind::Wall, 0, &self.files.walls)?,
         ];
-        let mut records_before = Some(0);
+        if self.keep_edges && !inputs.iter().any(|path| self.keeps(path)) {
+            bail!("--keep-edges: no input has edges; give a .node file with an .ele file beside it, a .ply or an .obj");
+        }
+        let mut records_before = Some(0u64);
         for path in inputs {
-            if !is_poly(path) {
+            if !is_poly(path) && !self.keeps(path) {
                 // The number of its records is known only after it was read.
                 records_before = None;
                 continue;
             }
-            let poly = PolySource::open(path)?;
             let first = records_before.with_context(|| {
                 format!(
-                    "{}: give .poly files before all other inputs, because their segments refer to record numbers",
+                    "{}: give .poly files, and those whose edges are kept, before all other inputs, because their \
+                     segments refer to record numbers",
                     common::shown(path)
                 )
-            })?;
-            records_before = Some(first + poly.points());
-            sets.push(LineSet::poly(path, first, poly));
+            });
+            let points = if is_poly(path) {
+                let poly = PolySource::open(path)?;
+                let points = poly.points();
+                sets.push(LineSet::poly(path, first?, poly));
+                points
+            } else {
+                let (edges, points) = SegmentSource::open_edges(path, None)?;
+                sets.push(LineSet::edges(first?, edges));
+                points
+            };
+            // A file that claims so many points that this overflows is cut short.
+            records_before = records_before.map(|before| before.saturating_add(points));
         }
         sets.push(open_set(LineKind::Obstacle, 0, &self.files.obstacles)?);
         let sites = SiteSource::open(&self.sites, self.site_id.as_deref())?;
@@ -122,31 +146,32 @@ impl LineArgs {
             return self.open(inputs);
         }
         let polys = inputs.iter().filter(|path| is_poly(path)).count();
+        let kept = inputs.iter().filter(|path| self.keeps(path)).count();
         let options = [
-            (LineKind::BreakLine, "--segments", &self.files.segments, 0),
+            (LineKind::BreakLine, "--segments", &self.files.segments, kept),
             (LineKind::Wall, "--walls", &self.files.walls, polys),
             (LineKind::Obstacle, "--obstacles", &self.files.obstacles, 0),
         ];
         let mut of_build = self.clone();
         let mut of_edits = Vec::new();
-        for (kind, option, files, polys) in options {
+        for (kind, option, files, of_points) in options {
             let of_kind: Vec<LineSource> = added.iter().filter(|source| source.kind == kind).cloned().collect();
-            if of_kind.len() != files.len() + polys {
+            if of_kind.len() != files.len() + of_points {
                 bail!(
                     "the {kind}s of the file come from {}, but {option} names {}; name all files in the order in which \
                      they were added",
                     common::counted(of_kind.len() as u64, "file", "files"),
-                    files.len() + polys
+                    files.len() + of_points
                 );
             }
             let build_files = of_kind
                 .iter()
                 .filter(|source| source.edit == 0)
                 .count()
-                .saturating_sub(polys);
+                .saturating_sub(of_points);
             let (first, later) = files.split_at(build_files.min(files.len()));
             *of_build.files.of_kind(kind) = first.to_vec();
-            of_edits.extend(later.iter().zip(of_kind.into_iter().skip(build_files + polys)));
+            of_edits.extend(later.iter().zip(of_kind.into_iter().skip(build_files + of_points)));
         }
         of_edits.sort_by_key(|(_, source): &(_, LineSource)| source.first);
         let mut lines = of_build.open(inputs)?;

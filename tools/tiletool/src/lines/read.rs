@@ -17,15 +17,16 @@ pub struct LineSet {
     first: u64,
     /// The number of the edit that added the lines, or 0 for the build.
     edit: u32,
+    /// What is added to the record numbers of the source: those of inputs before its points.
+    records_before: u64,
     source: LineSetSource,
 }
 
 /// The files of a [`LineSet`].
 enum LineSetSource {
     Files(SegmentSource),
-    /// A `.poly` file: its path, the number of records before its points, the open source, and its
-    /// number of segments once it is read.
-    Poly(PathBuf, u64, Option<PolySource>, u64),
+    /// A `.poly` file: its path, the open source, and its number of segments once it is read.
+    Poly(PathBuf, Option<PolySource>, u64),
 }
 
 /// Open files of lines and sites.
@@ -49,7 +50,17 @@ impl LineSet {
             kind,
             first: u64::MAX,
             edit,
+            records_before: 0,
             source: LineSetSource::Files(files),
+        }
+    }
+
+    /// Creates a set of the edges of a file of points, as break lines. `records` is the number of
+    /// records before its points.
+    pub fn edges(records: u64, edges: SegmentSource) -> Self {
+        Self {
+            records_before: records,
+            ..Self::files(LineKind::BreakLine, 0, edges)
         }
     }
 
@@ -60,7 +71,8 @@ impl LineSet {
             kind: LineKind::Wall,
             first: u64::MAX,
             edit: 0,
-            source: LineSetSource::Poly(path.to_owned(), records, Some(poly), 0),
+            records_before: records,
+            source: LineSetSource::Poly(path.to_owned(), Some(poly), 0),
         }
     }
 }
@@ -98,23 +110,23 @@ impl LineInput {
     ) -> anyhow::Result<Option<(LineKind, u64)>> {
         while let Some(set) = self.sets.get_mut(self.done).filter(|set| set.edit <= last_edit) {
             set.first = self.lines;
+            let records_before = set.records_before;
             match &mut set.source {
                 LineSetSource::Files(files) => {
                     if files.next_batch(batch)? {
                         if let Some(origin) = batch.lines.first().and_then(|&line| files.origin(line)) {
                             self.extents.add(origin.path, batch.ends.iter().flatten().copied());
                         }
+                        renumber(batch, records_before);
                         return Ok(Some((set.kind, set.first)));
                     }
                     self.lines += files.sources().iter().map(|(_, lines)| lines).sum::<u64>();
                 }
-                LineSetSource::Poly(_, records, poly, segments) => {
+                LineSetSource::Poly(_, poly, segments) => {
                     if let Some(poly) = poly
                         && poly.next_batch(batch)?
                     {
-                        for ends in &mut batch.records {
-                            *ends = ends.map(|record| record + *records);
-                        }
+                        renumber(batch, records_before);
                         return Ok(Some((set.kind, set.first)));
                     }
                     if let Some(poly) = poly.take() {
@@ -194,7 +206,7 @@ impl LineInput {
         fn of_set(set: &LineSet) -> Option<&Reading> {
             match &set.source {
                 LineSetSource::Files(files) => Some(files.reading()),
-                LineSetSource::Poly(_, _, poly, _) => poly.as_ref().map(PolySource::reading),
+                LineSetSource::Poly(_, poly, _) => poly.as_ref().map(PolySource::reading),
             }
         }
         self.sets.iter().filter_map(of_set).chain([self.sites.reading()])
@@ -206,7 +218,7 @@ impl LineInput {
         fn of_set(set: &LineSet) -> &[(PathBuf, FileStamp)] {
             match &set.source {
                 LineSetSource::Files(files) => files.stamps(),
-                LineSetSource::Poly(_, _, poly, _) => poly.as_ref().map_or(&[], PolySource::stamps),
+                LineSetSource::Poly(_, poly, _) => poly.as_ref().map_or(&[], PolySource::stamps),
             }
         }
         self.sets.iter().flat_map(of_set).chain(self.sites.stamps())
@@ -241,7 +253,7 @@ impl LineInput {
                     .sources()
                     .iter()
                     .for_each(|(name, lines)| add(name.clone(), *lines)),
-                LineSetSource::Poly(path, _, _, segments) => add(common::file_name(path), *segments),
+                LineSetSource::Poly(path, _, segments) => add(common::file_name(path), *segments),
             }
         }
         sources
@@ -282,5 +294,13 @@ impl LineInput {
             first += sites;
         }
         format!("site {site}")
+    }
+}
+
+/// Adds the number of the records of inputs before to the record numbers of a batch.
+fn renumber(batch: &mut SegmentBatch, records_before: u64) {
+    for ends in &mut batch.records {
+        // It overflows only where a file claims more points than it can have.
+        *ends = ends.map(|record| record.saturating_add(records_before));
     }
 }

@@ -17,6 +17,7 @@ mod export;
 mod faults;
 mod inside_out;
 mod inspect;
+mod keep_edges;
 mod limits;
 mod lines;
 mod memory;

@@ -1,0 +1,110 @@
+//! The values of one column in one row group.
+
+use crate::input::formats::parquet::chunks::{Chunks, Pages};
+use ::parquet::basic::ConvertedType;
+use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
+use ::parquet::data_type::{ByteArray, DataType, DoubleType, FloatType, Int32Type, Int64Type};
+use ::parquet::errors::{ParquetError, Result};
+use ::parquet::file::metadata::RowGroupMetaData;
+use ::parquet::file::reader::SerializedPageReader;
+use std::sync::Arc;
+
+pub struct Column {
+    reader: ColumnReader,
+    /// The definition level of a value that is not null.
+    defined: i16,
+    levels: Vec<i16>,
+    /// For decimals, the power of ten by which integers are divided.
+    divisor: f64,
+    is_unsigned: bool,
+}
+
+impl Column {
+    /// Begins to read leaf `leaf` of a row group.
+    pub fn new(chunks: &Arc<Chunks>, group: &RowGroupMetaData, leaf: usize) -> Result<Self> {
+        let about = group.column(leaf);
+        let descriptor = about.column_descr_ptr();
+        let rows = usize::try_from(group.num_rows())?;
+        let pages = SerializedPageReader::new(Arc::clone(chunks), about, rows, None)?;
+        let is_decimal = descriptor.converted_type() == ConvertedType::DECIMAL;
+        Ok(Self {
+            defined: descriptor.max_def_level(),
+            levels: Vec::new(),
+            divisor: if is_decimal {
+                10f64.powi(descriptor.type_scale())
+            } else {
+                1.0
+            },
+            is_unsigned: descriptor.converted_type() == ConvertedType::UINT_32,
+            reader: get_column_reader(descriptor, Box::new(Pages(pages))),
+        })
+    }
+
+    /// Appends the numbers of the next `rows` rows; `None` for null.
+    pub fn numbers(&mut self, rows: usize, numbers: &mut Vec<Option<f64>>) -> Result<()> {
+        let (defined, divisor) = (self.defined, self.divisor);
+        let levels = &mut self.levels;
+        match &mut self.reader {
+            ColumnReader::DoubleColumnReader(reader) => {
+                take::<DoubleType, _>(reader, defined, rows, levels, numbers, |value| value)
+            }
+            ColumnReader::FloatColumnReader(reader) => {
+                take::<FloatType, _>(reader, defined, rows, levels, numbers, f64::from)
+            }
+            ColumnReader::Int32ColumnReader(reader) if self.is_unsigned => {
+                take::<Int32Type, _>(reader, defined, rows, levels, numbers, |value| f64::from(value as u32))
+            }
+            ColumnReader::Int32ColumnReader(reader) => {
+                take::<Int32Type, _>(reader, defined, rows, levels, numbers, |value| {
+                    f64::from(value) / divisor
+                })
+            }
+            ColumnReader::Int64ColumnReader(reader) => {
+                take::<Int64Type, _>(reader, defined, rows, levels, numbers, |value| value as f64 / divisor)
+            }
+            _ => Err(ParquetError::General("the column has no numbers".to_owned())),
+        }
+    }
+
+    /// Appends the bytes of the next `rows` rows; `None` for null.
+    pub fn bytes(&mut self, rows: usize, bytes: &mut Vec<Option<ByteArray>>) -> Result<()> {
+        match &mut self.reader {
+            ColumnReader::ByteArrayColumnReader(reader) => {
+                take(reader, self.defined, rows, &mut self.levels, bytes, |value| value)
+            }
+            _ => Err(ParquetError::General("the column has no bytes".to_owned())),
+        }
+    }
+}
+
+/// Appends the values of the next `rows` rows, converted.
+fn take<T: DataType, V>(
+    reader: &mut ColumnReaderImpl<T>,
+    defined: i16,
+    rows: usize,
+    levels: &mut Vec<i16>,
+    taken: &mut Vec<Option<V>>,
+    convert: impl Fn(T::T) -> V,
+) -> Result<()> {
+    levels.clear();
+    let mut values = Vec::new();
+    let (found, ..) = reader.read_records(rows, Some(levels), None, &mut values)?;
+    if found != rows {
+        return Err(ParquetError::General(format!(
+            "a column of a row group ends after {found} of {rows} rows"
+        )));
+    }
+    let mut values = values.into_iter().map(convert);
+    match defined {
+        0 => taken.extend(values.map(Some)),
+        _ => taken.extend(
+            levels
+                .iter()
+                .map(|&level| if level == defined { values.next() } else { None }),
+        ),
+    }
+    match taken.len() == rows {
+        true => Ok(()),
+        false => Err(ParquetError::General("a column has more values than rows".to_owned())),
+    }
+}

@@ -1,0 +1,218 @@
+//! A scan of Thrift's compact protocol, for checks before the crate decodes the same bytes.
+//!
+//! In: the bytes of a page's header, or of the file's metadata. Out: the numbers that the crate
+//! would allocate by.
+
+/// The limit on nested structures. Parquet's own have far fewer.
+const DEEPEST: usize = 32;
+
+/// The types of fields that are looked at.
+const I32: u8 = 5;
+const BINARY: u8 = 8;
+const LIST: u8 = 9;
+const STRUCT: u8 = 12;
+
+/// A reader of bytes; `None` where they end or make no sense.
+struct Scan<'a>(&'a [u8]);
+
+impl<'a> Scan<'a> {
+    fn byte(&mut self) -> Option<u8> {
+        let (first, rest) = self.0.split_first()?;
+        self.0 = rest;
+        Some(*first)
+    }
+
+    fn take(&mut self, count: u64) -> Option<&'a [u8]> {
+        let (bytes, rest) = self.0.split_at_checked(usize::try_from(count).ok()?)?;
+        self.0 = rest;
+        Some(bytes)
+    }
+
+    fn number(&mut self) -> Option<u64> {
+        let mut number = 0;
+        for shift in (0..64).step_by(7) {
+            let byte = self.byte()?;
+            number |= u64::from(byte & 0x7f) << shift;
+            if byte & 0x80 == 0 {
+                return Some(number);
+            }
+        }
+        None
+    }
+
+    fn signed(&mut self) -> Option<i64> {
+        let number = self.number()?;
+        Some((number >> 1) as i64 ^ -((number & 1) as i64))
+    }
+
+    /// Returns the id and the type of the next field; `Some(None)` at the end of the structure.
+    fn field(&mut self, last: &mut i64) -> Option<Option<(i64, u8)>> {
+        let head = self.byte()?;
+        if head & 15 == 0 {
+            return Some(None);
+        }
+        *last = match head >> 4 {
+            0 => self.signed()?,
+            delta => last.checked_add(i64::from(delta))?,
+        };
+        Some(Some((*last, head & 15)))
+    }
+
+    /// Returns the type and the number of the items of a list.
+    fn list(&mut self) -> Option<(u8, u64)> {
+        let head = self.byte()?;
+        let count = match head >> 4 {
+            15 => self.number()?,
+            count => u64::from(count),
+        };
+        Some((head & 15, count))
+    }
+
+    fn skip(&mut self, kind: u8, depth: usize) -> Option<()> {
+        let depth = depth.checked_sub(1)?;
+        match kind {
+            1 | 2 => {}
+            3 => drop(self.byte()?),
+            4..=6 => drop(self.number()?),
+            7 => drop(self.take(8)?),
+            BINARY => {
+                let length = self.number()?;
+                self.take(length)?;
+            }
+            LIST | 10 => {
+                let (kind, count) = self.list()?;
+                // In lists, truth values are bytes.
+                let kind = if kind < 3 { 3 } else { kind };
+                for _ in 0..count {
+                    self.skip(kind, depth)?;
+                }
+            }
+            11 => {
+                let count = self.number()?;
+                let kinds = if count > 0 { self.byte()? } else { 0 };
+                for _ in 0..count {
+                    self.skip(kinds >> 4, depth)?;
+                    self.skip(kinds & 15, depth)?;
+                }
+            }
+            STRUCT => {
+                let mut last = 0;
+                while let Some((_, kind)) = self.field(&mut last)? {
+                    self.skip(kind, depth)?;
+                }
+            }
+            13 => drop(self.take(16)?),
+            _ => return None,
+        }
+        Some(())
+    }
+}
+
+/// Returns the sizes of a page in bytes, uncompressed and compressed, from the bytes that begin with
+/// its header; `None` if these are no whole header.
+pub fn page_sizes(header: &[u8]) -> Option<[i64; 2]> {
+    let (mut scan, mut last, mut sizes) = (Scan(header), 0, [0; 2]);
+    while let Some((id, kind)) = scan.field(&mut last)? {
+        match (id, kind) {
+            // If a field comes twice, the larger value counts here.
+            (2 | 3, I32) => {
+                let size = &mut sizes[id as usize - 2];
+                *size = scan.signed()?.max(*size);
+            }
+            _ => scan.skip(kind, DEEPEST)?,
+        }
+    }
+    Some(sizes)
+}
+
+/// The nesting of a schema.
+#[derive(Default)]
+pub struct Schema {
+    /// The number of groups and leaves.
+    pub elements: u64,
+    /// The largest number of groups around a leaf.
+    pub depth: usize,
+    /// The bytes of the names in the paths of all leaves.
+    pub path_bytes: u64,
+}
+
+/// Returns the nesting of the schema in a file's metadata; `None` if that makes no sense.
+pub fn schema(metadata: &[u8]) -> Option<Schema> {
+    let (mut scan, mut last) = (Scan(metadata), 0);
+    let mut schema = Schema::default();
+    while let Some((id, kind)) = scan.field(&mut last)? {
+        match (id, kind) {
+            (2, LIST) => {
+                let (kind, count) = scan.list()?;
+                if kind != STRUCT {
+                    return None;
+                }
+                schema.elements = schema.elements.saturating_add(count);
+                measure(&mut scan, count, &mut schema)?;
+            }
+            _ => scan.skip(kind, DEEPEST)?,
+        }
+    }
+    Some(schema)
+}
+
+/// Measures the nesting of `count` elements, which come depth first.
+fn measure(scan: &mut Scan<'_>, count: u64, schema: &mut Schema) -> Option<()> {
+    // For each open group, the number of children to come, and the bytes of the names down to it.
+    let mut open: Vec<(u64, u64)> = Vec::new();
+    for _ in 0..count {
+        let (mut last, mut children, mut name) = (0, 0, 0);
+        while let Some((id, kind)) = scan.field(&mut last)? {
+            match (id, kind) {
+                (4, BINARY) => {
+                    let length = scan.number()?;
+                    name = scan.take(length)?.len() as u64;
+                }
+                (5, I32) => children = u64::try_from(scan.signed()?).ok()?,
+                _ => scan.skip(kind, DEEPEST)?,
+            }
+        }
+        while open.last().is_some_and(|(left, _)| *left == 0) {
+            open.pop();
+        }
+        let mut path = name;
+        if let Some((left, names)) = open.last_mut() {
+            *left -= 1;
+            path = names.saturating_add(name);
+        }
+        match children {
+            0 => schema.path_bytes = schema.path_bytes.saturating_add(path),
+            _ => open.push((children, path)),
+        }
+        schema.depth = schema.depth.max(open.len());
+    }
+    Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sizes_of_a_page_are_found() {
+        // Type 0, 300 and 200 bytes, then a structure with a number.
+        let header = [0x15, 0, 0x15, 0xd8, 4, 0x15, 0x90, 3, 0x2c, 0x15, 8, 0, 0, 77];
+        assert_eq!(page_sizes(&header), Some([300, 200]));
+        for length in 0..header.len() - 1 {
+            assert_eq!(page_sizes(&header[..length]), None, "{length}");
+        }
+    }
+
+    #[test]
+    fn the_depth_of_a_schema_is_found() {
+        // The elements have a name of one byte (field 4) and a number of children (field 5).
+        let element = |children: u8| [0x48, 1, b'a', 0x15, 2 * children, 0];
+        let mut metadata = vec![0x29, 0x5c];
+        for children in [2, 0, 1, 1, 0] {
+            metadata.extend(element(children));
+        }
+        metadata.push(0);
+        let schema = schema(&metadata).unwrap();
+        assert_eq!((schema.elements, schema.depth, schema.path_bytes), (5, 3, 2 + 4));
+    }
+}
