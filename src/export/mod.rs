@@ -5,10 +5,13 @@
 //! few tiles, a few parts of them as bytes, and eight bytes for each tile of the file.
 //!
 //! ```text
-//! reader ──▶ numbering ──▶ part ──▶ ply, node, obj, geojson ──▶ output ──▶ io::Write
+//! reader ──▶ numbering ──▶ part ──▶ ply, obj, geo_parquet, … ──▶ output ──▶ io::Write
 //!            one number     of a     a part's bytes at a time,   order, buffer,
 //!            per vertex     tile     on blocking threads          blocking thread
 //! ```
+//!
+//! Where a header needs what the directory does not say (how many triangles are in a polygon), a
+//! `survey` of all tiles comes first.
 //!
 //! Vertices are numbered over the whole file: in the order of the tiles, and in stored order within
 //! a tile. All formats list every vertex once, in this order. They list every triangle once,

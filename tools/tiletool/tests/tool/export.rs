@@ -62,7 +62,8 @@ fn the_json_summary_has_counts_files_and_bytes() {
     assert!(peak.as_u64().is_none_or(|peak| peak > 0));
     let length = |name| fs::metadata(folder.path().join(name)).unwrap().len();
     let bytes = length("b.node") + length("b.ele");
-    let expected = serde_json::json!({"vertices": 5, "triangles": 4, "files": ["b.node", "b.ele"], "bytes": bytes});
+    let expected =
+        serde_json::json!({"vertices": 5, "triangles": 4, "edges": 0, "files": ["b.node", "b.ele"], "bytes": bytes});
     assert_eq!(summary, expected);
 }
 
@@ -90,7 +91,7 @@ fn a_failed_export_leaves_all_files_unchanged() {
         folder,
         "export a.tiles -o b.stl",
         2,
-        "b.stl: formats are ply, node (with ele), obj and geojson",
+        "b.stl: formats are ply, node (with ele), obj, glb, geojson",
     );
     ends(folder, "export a.tiles -o b.ply --format stl", 2, "formats are ply");
     fails(folder, "export none.tiles -o b.ply", "none.tiles");
