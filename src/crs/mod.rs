@@ -48,7 +48,7 @@ impl Crs {
     /// interpreted, nothing is [known](Self::is_known).
     #[must_use]
     pub fn new(text: &str) -> Self {
-        let text = text.trim().trim_start_matches('\u{feff}');
+        let text = text.trim_matches(|c: char| c.is_whitespace() || c == '\0' || c == '\u{feff}');
         if let Some(root) = Node::parse(text) {
             let horizontal = system::horizontal(&root);
             return Self {
@@ -140,9 +140,7 @@ impl Crs {
             return None;
         }
         match (self.epsg, other.epsg) {
-            (Some(this), Some(that)) => {
-                return (this != that).then(|| format!("EPSG:{this} is not EPSG:{that}"));
-            }
+            (Some(this), Some(that)) => (this != that).then(|| format!("EPSG:{this} is not EPSG:{that}")),
             _ => self.system.as_ref()?.conflict(other.system.as_ref()?),
         }
     }

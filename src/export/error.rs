@@ -60,6 +60,7 @@ pub(super) enum Contradiction {
         record: u64,
     },
     /// A number exceeds what signed numbers of 64 bits hold, of which no sound file comes near.
+    #[cfg(any(feature = "flatgeobuf", feature = "parquet"))]
     #[error("it has the number {0}")]
     TooLarge(u64),
 }

@@ -13,14 +13,15 @@ use ::flatgeobuf::{
 };
 use flatbuffers_of_flatgeobuf::FlatBufferBuilder;
 
-use super::crs::Crs;
+use super::columns::{ColumnKind, signed};
 use super::error::{Contradiction, ExportError};
-use super::feature::{ColumnKind, Value, signed};
+use super::feature::Value;
 use super::numbering::Numbering;
 use super::output::{ExportJob, Output};
 use super::survey::{Bounds, Survey};
 use super::tile_part::{CHUNK_BYTES, TilePart};
 use super::what::What;
+use crate::crs::Crs;
 use crate::geometry::VertexIndex;
 
 /// The first bytes of a file of version 3.
@@ -86,7 +87,8 @@ fn header(numbering: &Numbering, what: What, survey: &Survey) -> Vec<u8> {
             Column::create(&mut builder, &args)
         })
         .collect();
-    let crs = Crs::of(numbering.reader().directory().lists.crs.as_deref()).map(|crs| {
+    let crs = numbering.reader().directory().lists.crs.as_deref().map(Crs::new);
+    let crs = crs.map(|crs| {
         let epsg = crs.epsg().and_then(|code| i32::try_from(code).ok());
         let name = (epsg.is_none() && crs.wkt().is_none()).then_some(crs.text());
         let args = CrsArgs {

@@ -23,15 +23,17 @@ use ::parquet::schema::parser::parse_message_type;
 use bytes::Bytes;
 use struson::reader::{JsonReader, JsonStreamReader};
 
-use super::crs::{Crs, put_json_text};
+use super::columns::{ColumnKind, signed};
 use super::error::{Contradiction, ExportError};
-use super::feature::{ColumnKind, KINDS, Value, signed};
+use super::feature::{KINDS, Value};
+use super::json::put_json_text;
 use super::numbering::Numbering;
 use super::output::{ExportJob, Output, Sink, blocking};
 use super::survey::Bounds;
 use super::text::put;
 use super::tile_part::TilePart;
 use super::what::What;
+use crate::crs::Crs;
 use crate::store::Needs;
 
 /// The number of rows in a row group, except the last one.
@@ -243,7 +245,7 @@ impl Table {
                 _ => properties.set_column_encoding(name.into(), Encoding::DELTA_BINARY_PACKED),
             };
         }
-        let crs = Crs::of(numbering.reader().directory().lists.crs.as_deref());
+        let crs = numbering.reader().directory().lists.crs.as_deref().map(Crs::new);
         Ok(Self {
             shape,
             crs: crs_in_json(crs.as_ref()),
@@ -373,14 +375,14 @@ fn geometries(shape: Shape, rows: &[u8], bounds: &mut Bounds) -> Vec<ByteArray> 
 }
 
 /// Returns a reference system as the member `crs`; `None` for WGS 84, which has none.
-fn crs_in_json(crs: Option<&Crs<'_>>) -> Option<Vec<u8>> {
+fn crs_in_json(crs: Option<&Crs>) -> Option<Vec<u8>> {
     let Some(crs) = crs else {
         return Some(b"null".to_vec());
     };
-    if crs.wkt().is_none() && crs.epsg() == Some(4326) {
+    if crs.epsg() == Some(4326) {
         return None;
     }
-    if let Some(object) = crs.projjson().filter(|text| is_json(text)) {
+    if let Some(object) = Some(crs.text()).filter(|text| text.starts_with('{') && is_json(text)) {
         return Some(object.as_bytes().to_vec());
     }
     let mut out = Vec::new();
@@ -409,7 +411,7 @@ mod tests {
             (Some("{\"type\":\"ProjectedCRS\"}"), Some("{\"type\":\"ProjectedCRS\"}")),
             (Some("{\"type\":"), Some("\"{\\\"type\\\":\"")),
         ] {
-            let found = crs_in_json(Crs::of(text).as_ref());
+            let found = crs_in_json(text.map(Crs::new).as_ref());
             assert_eq!(found.as_deref(), json.map(str::as_bytes), "{text:?}");
         }
     }

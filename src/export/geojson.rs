@@ -11,7 +11,6 @@
 
 use std::io::Write;
 
-use super::crs::Crs;
 use super::error::{Contradiction, ExportError};
 use super::feature::{Value, lines_of};
 use super::numbering::Numbering;
@@ -19,6 +18,7 @@ use super::output::{ExportJob, Output};
 use super::text::{put, put_vertex};
 use super::tile_part::{CHUNK_BYTES, TilePart};
 use super::what::What;
+use crate::crs::Crs;
 use crate::geometry::VertexIndex;
 use crate::store::Needs;
 
@@ -29,12 +29,11 @@ pub(super) async fn write<W: Write + Send + 'static>(
     job.passes(1);
     let what = job.numbering.what();
     let mut header = b"{\"type\":\"FeatureCollection\",".to_vec();
-    let crs = Crs::of(job.reader().directory().lists.crs.as_deref());
-    // 4326 is WGS 84, which is the default.
-    if let Some(epsg) = crs.and_then(|crs| crs.epsg()).filter(|&epsg| epsg != 4326) {
+    let crs = job.reader().directory().lists.crs.as_deref().map(Crs::new);
+    if let Some(urn) = crs.and_then(|crs| crs.urn()) {
         put(
             &mut header,
-            format_args!("\"crs\":{{\"type\":\"name\",\"properties\":{{\"name\":\"urn:ogc:def:crs:EPSG::{epsg}\"}}}},"),
+            format_args!("\"crs\":{{\"type\":\"name\",\"properties\":{{\"name\":\"{urn}\"}}}},"),
         );
     }
     header.extend_from_slice(b"\"features\":[\n");

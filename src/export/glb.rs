@@ -11,13 +11,14 @@
 
 use std::io::Write;
 
-use super::crs::{Crs, put_json_text};
 use super::error::ExportError;
+use super::json::put_json_text;
 use super::numbering::Numbering;
 use super::output::{ExportJob, Output};
 use super::survey::Bounds;
 use super::text::put;
-use super::tile_part::{CutBy, TilePart};
+use super::tile_part::TilePart;
+use super::what::CutBy;
 
 /// The bytes of the header of the file, and of the header of each chunk.
 const FILE_HEADER: u64 = 12;
@@ -144,9 +145,9 @@ impl Mesh {
             &mut out,
             format_args!("{{\"asset\":{{\"version\":\"2.0\",\"generator\":\"delaunay-tiles {version}\""),
         );
-        if let Some(crs) = Crs::of(numbering.reader().directory().lists.crs.as_deref()) {
+        if let Some(crs) = &numbering.reader().directory().lists.crs {
             out.extend_from_slice(b",\"extras\":{\"crs\":");
-            put_json_text(crs.text(), &mut out);
+            put_json_text(crs, &mut out);
             out.push(b'}');
         }
         out.extend_from_slice(b"},\"scene\":0,");

@@ -20,7 +20,8 @@
 //! output or an error. After an error, what was written so far must be discarded.
 
 mod clip;
-mod crs;
+#[cfg(any(feature = "flatgeobuf", feature = "parquet"))]
+mod columns;
 mod error;
 mod feature;
 #[cfg(feature = "flatgeobuf")]
@@ -30,6 +31,7 @@ mod format;
 mod geo_parquet;
 mod geojson;
 mod glb;
+mod json;
 mod node;
 mod numbering;
 mod obj;

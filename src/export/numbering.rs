@@ -6,8 +6,7 @@
 
 use super::error::Contradiction;
 use super::options::ExportOptions;
-use super::tile_part::CutBy;
-use super::what::What;
+use super::what::{CutBy, What};
 use crate::geometry::{Point, TriangleId, VertexIndex};
 use crate::store::{PassReader, ReadError, Tile, TileEdge, TileId, VertexId};
 

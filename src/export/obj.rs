@@ -6,7 +6,8 @@ use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
 use super::output::{ExportJob, Output};
 use super::text::{comments, put, put_vertex};
-use super::tile_part::{CutBy, TilePart};
+use super::tile_part::TilePart;
+use super::what::CutBy;
 
 pub(super) async fn write<W: Write + Send + 'static>(
     job: &mut ExportJob<'_>,

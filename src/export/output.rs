@@ -9,7 +9,8 @@ use futures::stream::{self, Stream, StreamExt};
 use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
 use super::options::ExportOptions;
-use super::tile_part::{CHUNK_BYTES, CutBy, TilePart};
+use super::tile_part::{CHUNK_BYTES, TilePart};
+use super::what::CutBy;
 use crate::store::{Needs, PassPlan, PassReader, ReadError, TileId, spawn};
 
 /// The least number of bytes per write, except the last one.

@@ -17,7 +17,8 @@ use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
 use super::output::{ExportJob, Output};
 use super::text::{comments, put};
-use super::tile_part::{CutBy, TilePart};
+use super::tile_part::TilePart;
+use super::what::CutBy;
 use crate::geometry::VertexIndex;
 use crate::store::{Needs, Tile};
 

@@ -6,7 +6,7 @@ use futures::stream::StreamExt;
 use super::error::ExportError;
 use super::numbering::Numbering;
 use super::output::ExportJob;
-use super::tile_part::CutBy;
+use super::what::CutBy;
 use crate::geometry::{Point, VertexIndex};
 use crate::store::{Needs, Tile};
 
@@ -23,6 +23,7 @@ impl Bounds {
         max: [f64::NEG_INFINITY; 3],
     };
 
+    #[cfg(any(feature = "flatgeobuf", feature = "parquet"))]
     pub(super) fn is_empty(&self) -> bool {
         self.min[0] > self.max[0]
     }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::error::Contradiction;
 use super::numbering::Numbering;
+use super::what::CutBy;
 use crate::geometry::{TriangleId, VertexIndex};
 use crate::store::{ReadError, TileEdge, TileInPass};
 
@@ -15,18 +16,6 @@ const PART: u32 = 2048;
 /// The limit on the bytes of a formatted part: no vertex and no triangle takes more than 512 bytes
 /// in any format.
 pub(super) const CHUNK_BYTES: u64 = 512 * PART as u64;
-
-/// The elements by which tiles are cut into parts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum CutBy {
-    /// All vertices, as those of a mesh.
-    Vertices,
-    /// The vertices that are written as features.
-    Points,
-    Triangles,
-    /// The constraint edges that belong to the tile.
-    Edges,
-}
 
 /// Some of the vertices, triangles or edges of a tile.
 pub(super) struct TilePart {

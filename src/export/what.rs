@@ -41,3 +41,26 @@ impl FromStr for What {
         found.ok_or_else(|| UnknownWhat(name.to_owned()))
     }
 }
+
+/// The elements by which tiles are cut into parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum CutBy {
+    /// All vertices, as those of a mesh.
+    Vertices,
+    /// The vertices that are written as features.
+    Points,
+    Triangles,
+    /// The constraint edges that belong to the tile.
+    Edges,
+}
+
+impl What {
+    /// Returns the elements by which tiles are cut for these features.
+    pub(super) fn cut(self) -> CutBy {
+        match self {
+            Self::Triangles => CutBy::Triangles,
+            Self::Vertices => CutBy::Points,
+            Self::Edges => CutBy::Edges,
+        }
+    }
+}

@@ -254,7 +254,10 @@ fn edges_have_the_numbers_of_their_ends_their_kinds_and_their_lines() {
         let mut ends = BTreeSet::new();
         for edge in &edges {
             for (key, corner) in ["from", "to"].into_iter().zip(&edge.corners) {
-                assert_eq!(vertices[edge.number(key) as usize].corners, [corner.clone()]);
+                assert_eq!(
+                    vertices[edge.number(key) as usize].corners,
+                    std::slice::from_ref(corner)
+                );
             }
             let on_line = |line: [Point; 2]| {
                 let off = |corner: &[f64]| {

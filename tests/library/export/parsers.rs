@@ -183,9 +183,12 @@ pub fn parse_glb(bytes: &[u8]) -> (Value, &[u8]) {
     (json, &rest[8..])
 }
 
+/// Positions, triangles and edges.
+pub type Mesh = (Vec<[f64; 3]>, Vec<[usize; 3]>, Vec<[usize; 2]>);
+
 /// Returns the positions of a glTF file in the axes of the input, with 64 bits, and its triangles and
 /// edges. Checks the counts and bounds that it states.
-pub fn mesh_of_glb(bytes: &[u8]) -> (Vec<[f64; 3]>, Vec<[usize; 3]>, Vec<[usize; 2]>) {
+pub fn mesh_of_glb(bytes: &[u8]) -> Mesh {
     let (json, binary) = parse_glb(bytes);
     let Some(primitives) = json["meshes"][0]["primitives"].as_array() else {
         return Default::default();

@@ -50,7 +50,11 @@ fn points_come_from_columns_and_geometries() {
             }
             _ => None,
         };
-        assert_eq!(read.source.crs_of_files().first().map(|(_, crs)| crs), crs.as_ref(), "{name}");
+        assert_eq!(
+            read.source.crs_of_files().first().map(|(_, crs)| crs),
+            crs.as_ref(),
+            "{name}"
+        );
         let note = match name {
             "geo_wkb.parquet" => Some("28 rows have no geometry"),
             "geo_multipoint.parquet" => Some("1 rows have no geometry"),

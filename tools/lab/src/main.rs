@@ -58,7 +58,7 @@ enum Command {
     Peer(peer::PeerArgs),
     /// The commands of tiletool; experiments run them in processes of their own
     #[command(hide = true)]
-    Tool(ToolArgs),
+    Tool(Box<ToolArgs>),
 }
 
 #[derive(clap::Args, Debug)]
