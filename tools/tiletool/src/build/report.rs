@@ -202,7 +202,7 @@ fn input_row(summary: &BuildSummary, read: &InputCounts) -> String {
     for (count, what) in [
         (summary.duplicates, "merged with points at the same position"),
         (read.withheld, "withheld"),
-        (read.filtered, "of other classes or returns"),
+        (read.filtered, "left out by the filters"),
         (read.invalid, "invalid"),
     ] {
         if count > 0 {
