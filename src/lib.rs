@@ -198,16 +198,18 @@
 //! | `spade` (default) | crate `spade` as a second in-core engine |
 //! | `text` | the reader of text separated by commas, blanks or tabs, and gzip |
 //! | `geojson` | the reader of GeoJSON |
-//! | `flatgeobuf` | the reader of FlatGeobuf |
+//! | `flatgeobuf` | the reader of FlatGeobuf, and the export to it |
 //! | `shapefile` | the reader of shapefiles |
 //! | `geopackage` | the reader of GeoPackage, with SQLite compiled in; it needs a C compiler |
 //! | `las` | the reader of LAS and LAZ |
+//! | `parquet` | the reader of Parquet and GeoParquet, and the export to GeoParquet |
 //! | `epsg` | the definitions of EPSG codes |
 //! | `object-store` | tile files on web servers and in S3 |
 //! | `serde` | `serde::Serialize` for answers and summaries |
 //! | `baselines` | other methods for the same queries, for comparison |
 //!
-//! The readers of raw f64 and of Triangle's `.node` and `.poly` files are always available.
+//! The readers of raw f64, of Triangle's `.node` and `.poly` files, of PLY and of OBJ are always
+//! available.
 //!
 //! # Sources
 //!

@@ -6,8 +6,8 @@
 //!
 //! The specification wants the reference system as PROJJSON, which the input seldom has, and which
 //! cannot be made of a name or of WKT without the tables of EPSG. So the text is written as it is:
-//! PROJJSON as an object, any other text as a string, which GDAL (WKT) and geopandas (all) accept, and
-//! `null` if there is none.
+//! PROJJSON as an object, and any other text as a string, which the specification does not allow but
+//! geopandas accepts. It is `null` if there is none, and absent if it is WGS 84.
 
 use std::io::{self, Write};
 use std::mem;
