@@ -6,6 +6,7 @@ use crate::input::sites::{self, Sites};
 use crate::input::{Read, drain, gzip};
 use crate::support::test_data::data;
 use delaunay_tiles::input::{InputError, InputOptions, PointSource, SegmentSource, SiteId, SiteSource};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -182,7 +183,9 @@ fn each_file_tells_its_reference_system() {
             _ => assert_eq!(crs, "EPSG:25833"),
         }
         let sites = SiteSource::open(&[path.clone(), formats("sites.geojson")], None).unwrap();
-        assert_eq!(sites.crs_of_files().len(), 2);
+        // A file that is given twice is listed once.
+        let files = BTreeSet::from([path, formats("sites.geojson")]);
+        assert_eq!(sites.crs_of_files().len(), files.len());
     }
 }
 
