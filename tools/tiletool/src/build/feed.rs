@@ -70,7 +70,9 @@ impl Fed {
         let source = push_points(source, &mut builder, is_filtered, &mut extents, cancelled).await?;
         let mut read = self.describe(&source, &mut builder, &extents)?;
         let summary = builder.finish().await?;
-        read.notes.extend(self.notes(&source, &summary, read.records));
+        // They come first, since they tell of faults.
+        let of_summary = self.notes(&source, &summary, read.records);
+        read.notes.splice(..0, of_summary);
         Ok((summary, read))
     }
 

@@ -159,7 +159,7 @@ fn segments_become_chains_of_edges() {
             "cross.csv: row 0 (counted from 0) and cross.csv: row 1 (counted from 0) at (2, 2)",
         ),
         ("word.csv", "segment 1 (line 2)"),
-        ("segments.bin", "does not tell how segments are written"),
+        ("segments.bin", "tells how segments are written"),
         ("none.csv", "cannot be opened"),
     ] {
         let error = scratch.fails(1, &["build", "p.csv", "--segments", segments, "-o", "no.tiles"]);

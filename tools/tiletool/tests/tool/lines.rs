@@ -366,7 +366,7 @@ fn segments_of_a_poly_file_refer_to_its_own_points() {
     let town = town();
     let error = town.fails(1, "build grid.csv court.poly -o no.tiles --quiet");
     assert!(
-        error.contains("court.poly: give .poly files before all other inputs"),
+        error.contains("court.poly: give .poly files, and those whose edges are kept, before all other inputs"),
         "{error}"
     );
     // Two .poly files, the second shifted by 20 to the right, and points after them.
