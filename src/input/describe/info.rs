@@ -105,7 +105,7 @@ impl Contents {
     /// Adds a valid position to the counts and the bounds. NaN stands for a missing z.
     pub(super) fn add_position(&mut self, point: Point, z: f64) {
         self.counts.positions += 1;
-        self.bounds = self.bounds.union(Rect::around([point]));
+        self.bounds = self.bounds.including(point);
         if !z.is_nan() {
             self.counts.positions_with_z += 1;
             let [low, high] = self.z.unwrap_or([z, z]);
