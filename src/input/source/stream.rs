@@ -132,7 +132,7 @@ pub struct Source<B: Records> {
     crs: Vec<(PathBuf, String)>,
     notes: Vec<String>,
     /// What the input that ended last says of itself.
-    about: About,
+    about: Box<About>,
     /// The sum of the file sizes, if all inputs are regular files.
     pub(super) total_bytes: Option<u64>,
     /// The access to all inputs, if each of them can be read in any order.
@@ -159,7 +159,7 @@ impl<B: Records> Source<B> {
             has_z: false,
             crs: Vec::new(),
             notes: Vec::new(),
-            about: About::default(),
+            about: Box::default(),
             total_bytes: Some(0),
             random_access: Some(Vec::new()),
             stamps: Vec::new(),
@@ -296,7 +296,7 @@ impl<B: Records> Source<B> {
         let name = name.to_string_lossy().into_owned();
         self.done.push((name, self.done_records - before));
         self.notes.extend(opened.reader.notes());
-        self.about = opened.reader.about();
+        *self.about = opened.reader.about();
         self.notes.extend(self.totals.notes(&input.path));
     }
 
