@@ -14,6 +14,7 @@
 
 mod agreement;
 mod code;
+mod method;
 mod system;
 mod unit;
 mod wkt;
@@ -133,7 +134,8 @@ impl Crs {
     /// Returns how two systems differ, for a person, or `None` if nothing proves that they do.
     ///
     /// Two different EPSG codes differ. If one has no code, the systems differ if one has angles and
-    /// the other has lengths, or if their units or the parameters of their projections differ.
+    /// the other has lengths, or if their units, or the methods or parameters of their projections
+    /// differ. A method counts if it has one of the usual names.
     #[must_use]
     pub fn conflict(&self, other: &Self) -> Option<String> {
         if self.text == other.text {

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::code;
+use super::method::Method;
 use super::unit::Unit;
 use super::wkt::Node;
 
@@ -17,6 +18,8 @@ pub struct System {
     pub name: Option<String>,
     pub is_geographic: bool,
     pub unit: Unit,
+    /// The method of the projection, if it has one of the usual names.
+    method: Option<Method>,
     /// The parameters of the projection, lengths in metres and angles in degrees.
     parameters: Vec<(Parameter, f64)>,
 }
@@ -90,14 +93,15 @@ impl System {
             (None, _) => Unit::Unknown,
         };
         let own = node.children.iter();
-        let conversion = node
-            .child(&["CONVERSION"])
-            .map_or(&[][..], |conversion| &conversion.children);
+        let conversion = node.child(&["CONVERSION"]);
+        let method = conversion.unwrap_or(node).child(&["PROJECTION", "METHOD"]);
+        let conversion = conversion.map_or(&[][..], |conversion| &conversion.children);
         let parameters = own.chain(conversion).filter(|child| child.keyword == "PARAMETER");
         Some(Self {
             name: node.texts.first().cloned(),
             is_geographic,
             unit,
+            method: method.and_then(|method| Method::of_name(method.texts.first()?)),
             parameters: parameters.filter_map(|node| parameter(node, factor?)).collect(),
         })
     }
@@ -115,6 +119,7 @@ impl System {
             name: None,
             is_geographic,
             unit: if is_geographic { Unit::Degree } else { Unit::Metre },
+            method: None,
             parameters: Vec::new(),
         })
     }
@@ -132,6 +137,7 @@ impl System {
             name: None,
             is_geographic,
             unit: if is_geographic { Unit::Degree } else { Unit::Unknown },
+            method: None,
             parameters: Vec::new(),
         })
     }
@@ -149,11 +155,16 @@ impl System {
         if known(self) && known(other) && self.unit != other.unit {
             return Some(format!("{} are not {}", self.unit.name(), other.unit.name()));
         }
+        if let (Some(this), Some(that)) = (self.method, other.method)
+            && this != that
+        {
+            return Some(format!("{} is not {}", this.name(), that.name()));
+        }
         for &(parameter, this) in &self.parameters {
             let same = other.parameters.iter().find(|(of, _)| *of == parameter);
             let Some(&(_, that)) = same else { continue };
             // Far below the resolution of any data, far above rounding in units and texts.
-            if (this - that).abs() > 1e-6 * this.abs().max(1.0) {
+            if (this - that).abs() > 1e-6 * this.abs().max(that.abs()).max(1.0) {
                 return Some(format!("{} {this} is not {that}", parameter.name()));
             }
         }

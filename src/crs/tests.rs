@@ -157,3 +157,56 @@ fn files_agree_on_one_system_or_the_error_names_two_of_them() {
     add(&mut given, "d.fgb", "EPSG:4326").unwrap();
     assert_eq!(given.crs().unwrap().epsg(), Some(3857));
 }
+
+#[test]
+fn methods_of_any_name_are_compared_and_unknown_ones_are_not() {
+    let of = |method: &str| Crs::new(&UTM.replace("Transverse_Mercator", method));
+    let wkt2 = |method: &str| {
+        Crs::new(&format!(
+            r#"PROJCRS["x",CONVERSION["c",METHOD["{method}",ID["EPSG",1]],PARAMETER["Longitude of natural origin",9]],CS[Cartesian,2],LENGTHUNIT["metre",1]]"#
+        ))
+    };
+    for same in [
+        ["Transverse_Mercator", "Gauss_Kruger", "Transverse Mercator"],
+        [
+            "Lambert_Conformal_Conic",
+            "Lambert_Conformal_Conic_2SP",
+            "Lambert Conic Conformal (2SP)",
+        ],
+        [
+            "Mercator_1SP",
+            "Mercator_Auxiliary_Sphere",
+            "Popular Visualisation Pseudo Mercator",
+        ],
+        ["Albers", "Albers_Conic_Equal_Area", "Albers Equal Area"],
+        [
+            "Stereographic_North_Pole",
+            "Polar_Stereographic",
+            "Polar Stereographic (variant B)",
+        ],
+    ] {
+        let [a, b, c] = [of(same[0]), of(same[1]), wkt2(same[2])];
+        for (this, that) in [(&a, &b), (&b, &c), (&c, &a)] {
+            assert_eq!(this.conflict(that), None, "{same:?}");
+        }
+        if same[0] != "Albers" {
+            let why = a.conflict(&wkt2("Albers Equal Area")).unwrap();
+            assert!(why.ends_with(" is not Albers Equal Area"), "{why}");
+        }
+        assert_eq!(a.conflict(&of("Stereographic")), None);
+        assert_eq!(a.conflict(&wkt2("my method")), None);
+    }
+}
+
+/// The limit for a difference does not depend on which of two systems comes first.
+#[test]
+fn parameters_are_compared_in_both_directions_alike() {
+    let of =
+        |northing: &str| Crs::new(&UTM.replace(r#""false_northing",0"#, &format!(r#""false_northing",{northing}"#)));
+    let [a, b, c] = [of("10000000"), of("10000009.999995"), of("10000010.1")];
+    assert_eq!((a.conflict(&b), b.conflict(&a)), (None, None));
+    // More than the limit of the smaller one, less than that of the larger one.
+    let d = of("10000010.000005");
+    assert_eq!((a.conflict(&d), d.conflict(&a)), (None, None));
+    assert!(a.conflict(&c).is_some() && c.conflict(&a).is_some());
+}

@@ -36,15 +36,23 @@ impl Clip {
     /// The number of strips that an edge is in on average, at most.
     const PER_EDGE: f64 = 8.0;
 
+    /// The bytes of memory per edge that [`new`](Self::new) and the list of edges given to it take, at
+    /// most.
+    pub const BYTES_PER_EDGE: u64 = 144;
+
     /// Creates the polygons from their edges, in any order. The interior is on the left of the edges:
     /// outer rings are counter-clockwise and inner ones clockwise, as
     /// [`SegmentSource::open_obstacles`](crate::input::SegmentSource::open_obstacles) reads them.
     ///
+    /// Two edges between the same points in opposite directions cancel out, so that a ring without area
+    /// covers nothing, not even its own points.
+    ///
     /// # Panics
     /// Panics if there are more than [`MAX_EDGES`](Self::MAX_EDGES).
     #[must_use]
-    pub fn new(edges: Vec<[Point; 2]>) -> Self {
+    pub fn new(mut edges: Vec<[Point; 2]>) -> Self {
         assert!(edges.len() <= Self::MAX_EDGES, "{} edges", edges.len());
+        cancel_opposites(&mut edges);
         let bounds = Rect::around(edges.iter().copied().flatten());
         let height = bounds.max_y - bounds.min_y;
         let heights: f64 = edges.iter().map(|[a, b]| (a.y - b.y).abs()).sum();
@@ -76,6 +84,13 @@ impl Clip {
             }
         }
         clip
+    }
+
+    /// Returns the bytes of memory that the polygons take.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        let lists = self.in_strips.capacity() + self.starts.capacity();
+        (self.edges.capacity() * size_of::<[Point; 2]>() + lists * size_of::<u32>()) as u64
     }
 
     /// Returns the strips from the one of `a` to that of `b`.
@@ -146,6 +161,33 @@ impl Clip {
                 .edges_in(self.strips(a.y, b.y))
                 .any(|[c, d]| segments_cross(a, b, c, d))
     }
+}
+
+/// Removes pairs of edges between the same points in opposite directions. Neither side of them is the
+/// inside more than the other, so they change no winding number.
+fn cancel_opposites(edges: &mut Vec<[Point; 2]>) {
+    let is_forward = |edge: &[Point; 2]| edge[0].lex_cmp(edge[1]).is_lt();
+    let key = |edge: &[Point; 2]| if is_forward(edge) { *edge } else { [edge[1], edge[0]] };
+    edges.sort_unstable_by(|one, other| {
+        let ([a, b], [c, d]) = (key(one), key(other));
+        a.lex_cmp(c).then(b.lex_cmp(d))
+    });
+    let (mut kept, mut next) = (0, 0);
+    while let Some(&edge) = edges.get(next) {
+        let same = edges[next..].iter().take_while(|other| key(other) == key(&edge));
+        let (forward, all) = same.fold((0, 0), |(forward, all), other| {
+            (forward + usize::from(is_forward(other)), all + 1)
+        });
+        next += all;
+        let [a, b] = key(&edge);
+        let (backward, left) = (all - forward, if forward * 2 >= all { [a, b] } else { [b, a] });
+        for _ in 0..forward.abs_diff(backward) {
+            edges[kept] = left;
+            kept += 1;
+        }
+    }
+    edges.truncate(kept);
+    edges.shrink_to_fit();
 }
 
 /// Returns whether a segment meets the interior of a triangle whose corners are counter-clockwise:
@@ -238,6 +280,27 @@ mod tests {
             found += u32::from(inside);
         }
         assert!((500..4500).contains(&found));
+    }
+
+    #[test]
+    fn rings_without_area_cover_nothing_and_borders_between_polygons_are_inside() {
+        let line = [(1.0, 1.0), (3.0, 1.0), (2.0, 1.0)].map(|(x, y)| Point::new(x, y));
+        let mut edges: Vec<_> = (0..3).map(|i| [line[i], line[(i + 1) % 3]]).collect();
+        edges.extend(edges.clone().into_iter().map(|[a, b]| [b, a]));
+        let nothing = Clip::new(edges.clone());
+        let around = triangle([(0.0, 0.0), (9.0, 0.0), (0.0, 9.0)]);
+        assert!(!nothing.covers(line[2]) && !nothing.meets_triangle(around));
+        assert!(!nothing.meets_edge([Point::new(2.0, 0.0), Point::new(2.0, 2.0)]));
+        // Two squares side by side, one of them twice, and the line in one of them.
+        for x in [0.0, 0.0, 10.0] {
+            edges.extend(ring(&[(x, 0.0), (x + 10.0, 0.0), (x + 10.0, 10.0), (x, 10.0)]));
+        }
+        let clip = Clip::new(edges);
+        assert_eq!(clip.edges.len(), 10);
+        for (x, covered) in [(0.0, true), (2.0, true), (10.0, true), (20.0, true), (20.5, false)] {
+            assert_eq!(clip.covers(Point::new(x, 1.0)), covered, "{x}");
+        }
+        assert!(clip.meets_triangle(triangle([(9.0, 4.0), (11.0, 4.0), (10.0, 5.0)])));
     }
 
     #[test]

@@ -41,6 +41,7 @@
 //! | `content` | what a file is by its first bytes |
 //! | `formats` | a folder or file per format, with a reader per kind of record |
 //! | `source` | the stream of batches, and the formats from which each kind is read |
+//! | `about`, `describe` | what a file has: counts, bounds, fields, reference system, layers |
 //!
 //! | format | in `formats` | as a stream | feature |
 //! |---|---|---|---|
@@ -88,9 +89,11 @@
 //! any. Ends of lines and sites without z have NaN in batches that have z, because they need no z
 //! of their own where a point with z has the same position. A NaN in a file is never accepted.
 
+mod about;
 mod bytes;
 mod caught;
 mod content;
+mod describe;
 mod error;
 #[cfg_attr(
     not(all(feature = "text", feature = "geojson")),
@@ -113,7 +116,9 @@ mod sites;
 mod source;
 mod watch;
 
+pub use about::{CopcInfo, Field, LasInfo};
 pub use caught::panic_is_caught;
+pub use describe::{Contents, FileInfo, ItemCounts, describe};
 pub use error::{InputError, Location, RecordKind};
 pub use lines::SegmentBatch;
 pub use options::{Column, Columns, Format, InputOptions, MissingZ, Returns};

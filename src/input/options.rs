@@ -321,6 +321,9 @@ pub struct InputOptions {
     pub(super) every: NonZeroU64,
     pub(super) skip_invalid: bool,
     pub(super) missing_z: MissingZ,
+    /// Whether readers also count what only a description of the file needs, and the z that a point
+    /// lacks is NaN instead of 0.
+    pub(super) is_description: bool,
 }
 
 impl Default for InputOptions {
@@ -336,6 +339,7 @@ impl Default for InputOptions {
             every: NonZeroU64::MIN,
             skip_invalid: false,
             missing_z: MissingZ::Error,
+            is_description: false,
         }
     }
 }

@@ -148,7 +148,8 @@ impl Sink<'_, PointBatch> {
         self.batch.records.push(self.totals.counts.records);
         if self.wants_z {
             self.totals.padded += u64::from(z.is_none());
-            self.batch.z.push(point_z.z.unwrap_or(0.0));
+            let missing = if self.options.is_description { f64::NAN } else { 0.0 };
+            self.batch.z.push(point_z.z.unwrap_or(missing));
         }
         self.totals.counts.records += 1;
         self.totals.counts.points += 1;

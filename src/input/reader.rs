@@ -5,6 +5,7 @@
 //! the records, and fills a [`Batch`]. The methods of the sink depend on the kind of record; they
 //! are defined in the modules `points`, `lines` and `sites`.
 
+use crate::input::about::About;
 use crate::input::error::{InputError, Location, RecordKind};
 use crate::input::flaw::Flaw;
 use crate::input::sample::RandomAccess;
@@ -79,6 +80,11 @@ pub trait Reader<B: Batch>: Send {
     /// Returns the counts so far.
     fn tally(&self) -> B::Tally {
         B::Tally::default()
+    }
+
+    /// Returns what the file says of itself, at its end.
+    fn about(&self) -> About {
+        About::default()
     }
 
     /// Returns notes for the user, at the end of the file.

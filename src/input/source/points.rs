@@ -22,7 +22,7 @@ use crate::input::points::{InputCounts, PointBatch};
 use crate::input::reader::Started;
 use crate::input::sample::sample;
 use crate::input::source::stream::{Input, Opened, Records, Source, start_stream};
-use crate::input::watch::Watched;
+use crate::input::watch::{Reading, Watched};
 use std::fmt::Write;
 use std::fs::File;
 use std::io::Read;
@@ -160,6 +160,18 @@ impl Source<PointBatch> {
     pub fn from_reader(name: &str, reader: Box<dyn Read + Send>, options: &InputOptions) -> Result<Self, InputError> {
         let mut source = Self::with_options(options)?;
         source.add_stream(name, reader)?;
+        Ok(source)
+    }
+
+    /// Opens one file, whose reading `reading` follows and stops.
+    pub(in crate::input) fn open_followed(
+        path: &Path,
+        options: &InputOptions,
+        reading: &Reading,
+    ) -> Result<Self, InputError> {
+        let mut source = Self::with_options(options)?;
+        source.reading = reading.clone();
+        source.add_points(path)?;
         Ok(source)
     }
 

@@ -4,6 +4,7 @@
 //! file and those that can be read only once (standard input, pipes); these stay open. While
 //! reading, the state is one reader and the remaining inputs. An error ends the stream.
 
+use crate::input::about::About;
 use crate::input::bytes::ByteInput;
 use crate::input::content;
 use crate::input::error::{InputError, RecordKind};
@@ -130,6 +131,8 @@ pub struct Source<B: Records> {
     /// The coordinate reference system of each file that names one, as far as it is known.
     crs: Vec<(PathBuf, String)>,
     notes: Vec<String>,
+    /// What the input that ended last says of itself.
+    about: Box<About>,
     /// The sum of the file sizes, if all inputs are regular files.
     pub(super) total_bytes: Option<u64>,
     /// The access to all inputs, if each of them can be read in any order.
@@ -156,6 +159,7 @@ impl<B: Records> Source<B> {
             has_z: false,
             crs: Vec::new(),
             notes: Vec::new(),
+            about: Box::default(),
             total_bytes: Some(0),
             random_access: Some(Vec::new()),
             stamps: Vec::new(),
@@ -292,6 +296,7 @@ impl<B: Records> Source<B> {
         let name = name.to_string_lossy().into_owned();
         self.done.push((name, self.done_records - before));
         self.notes.extend(opened.reader.notes());
+        *self.about = opened.reader.about();
         self.notes.extend(self.totals.notes(&input.path));
     }
 
@@ -334,6 +339,11 @@ impl<B: Records> Source<B> {
     #[must_use]
     pub fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    /// Returns what the input that ended last says of itself.
+    pub(in crate::input) fn about(&self) -> &About {
+        &self.about
     }
 
     /// Returns the number of bytes taken from the inputs so far, for progress. In a compressed

@@ -6,8 +6,10 @@ use clap::Args;
 use delaunay_tiles::crs::{Agreement, Crs, Unit};
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::Format;
+use serde::Serialize;
 
 use crate::common;
+use crate::numbers::shortened;
 use crate::units::Measure;
 
 /// The option that overrides the systems of the inputs.
@@ -41,6 +43,37 @@ impl CrsArgs {
         }
         Ok(agreement)
     }
+}
+
+/// What is known of the coordinate reference system.
+#[derive(Serialize)]
+pub struct System {
+    crs_name: Option<String>,
+    epsg: Option<u32>,
+    unit: Option<&'static str>,
+    is_geographic: Option<bool>,
+}
+
+impl System {
+    /// Returns what the text of a system tells.
+    pub fn of(crs: Option<&str>) -> Self {
+        let crs = crs.map(Crs::new);
+        let crs = crs.as_ref();
+        Self {
+            crs_name: crs.and_then(Crs::name).map(str::to_owned),
+            epsg: crs.and_then(Crs::epsg),
+            unit: crs.map(Crs::unit).filter(|&unit| unit != Unit::Unknown).map(Unit::name),
+            is_geographic: crs.and_then(Crs::is_geographic),
+        }
+    }
+}
+
+/// Returns the system that a text describes in a few words, with its unit.
+pub fn shown(text: &str) -> String {
+    /// Maximum number of characters on the screen.
+    const MOST: usize = 72;
+    let crs = Crs::new(text);
+    shortened(&format!("{}, in {}", crs.summary(), crs.unit().name()), MOST)
 }
 
 /// The extents of the inputs.

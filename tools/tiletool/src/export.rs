@@ -13,10 +13,12 @@ use clap::Args;
 use delaunay_tiles::export::{Clip, ExportOptions, Exported, Format, What, export};
 use delaunay_tiles::input::{SegmentBatch, SegmentSource};
 use delaunay_tiles::peak_memory;
+use delaunay_tiles::store::TileReader;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::common::{self, MemoryArgs, counted};
+use crate::crs::CrsArgs;
 use crate::output::{StandardOutput, StreamOutput};
 
 /// Export the triangulation: PLY, Triangle's .node and .ele, OBJ, glTF, GeoJSON, FlatGeobuf, GeoParquet
@@ -58,9 +60,11 @@ pub struct ExportArgs {
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     max_edge: Option<f64>,
     /// Write only triangles and edges that meet the interior of these polygons, whole, and, with --what
-    /// vertices, vertices in them. The polygons must have the file's coordinate reference system
+    /// vertices, vertices in them. The polygons must have the file's coordinate reference system, and take at most half of --memory
     #[arg(long, value_name = "POLYGONS.geojson")]
     clip: Option<PathBuf>,
+    #[command(flatten)]
+    crs: CrsArgs,
     /// Print the summary as one JSON object
     #[arg(long)]
     json: bool,
@@ -164,20 +168,38 @@ fn length(text: &str) -> Result<f64, String> {
     length.ok_or_else(|| "a length is a number above 0".to_owned())
 }
 
-/// Reads the polygons of `--clip`.
-fn read_clip(path: &Path) -> anyhow::Result<Clip> {
+/// The polygons of `--clip`, and the text of their coordinate reference system.
+type ClipFile = (Clip, Vec<(PathBuf, String)>);
+
+/// Opens the tile file, and reads the polygons of `--clip` first, which take at most half of the memory.
+async fn open(args: &ExportArgs) -> anyhow::Result<(TileReader, Option<Arc<Clip>>)> {
+    let Some(path) = args.clip.clone() else {
+        return Ok((args.memory.open(&args.file).await?, None));
+    };
+    let memory = args.memory.bytes() / 2;
+    let (clip, of_clip) = common::on_thread("reading polygons", move || read_clip(&path, memory)).await?;
+    let reader = args.memory.open_beside(&args.file, clip.bytes()).await?;
+    let of_file = reader.lists().await?.crs.clone().map(|crs| (args.file.clone(), crs));
+    args.crs.agree(of_file.iter().chain(&of_clip))?;
+    Ok((reader, Some(Arc::new(clip))))
+}
+
+/// Reads the polygons of `--clip`, which may take this many bytes of memory.
+fn read_clip(path: &Path, memory: u64) -> anyhow::Result<ClipFile> {
     let mut source = SegmentSource::open_obstacles(&[path.to_owned()])?;
     let (mut batch, mut edges) = (SegmentBatch::default(), Vec::new());
+    let most = Clip::MAX_EDGES.min(usize::try_from(memory / Clip::BYTES_PER_EDGE).unwrap_or(usize::MAX));
     while source.next_batch(&mut batch)? {
         edges.extend_from_slice(&batch.ends);
         ensure!(
-            edges.len() <= Clip::MAX_EDGES,
-            "{}: polygons to clip by can have {} edges; simplify them",
+            edges.len() <= most,
+            "{}: polygons to clip by can have {} with this memory, and {} with any; simplify them, or give more --memory",
             common::shown(path),
-            Clip::MAX_EDGES
+            counted(most as u64, "edge", "edges"),
+            common::thousands(Clip::MAX_EDGES as u64)
         );
     }
-    Ok(Clip::new(edges))
+    Ok((Clip::new(edges), source.crs_of_files().to_vec()))
 }
 
 fn usage(why: &str) -> clap::Error {
@@ -237,13 +259,7 @@ async fn write(
     bar: &ProgressBar,
 ) -> anyhow::Result<Exported<Box<dyn Write + Send>>> {
     let file = &args.file;
-    let reader = args.memory.open(file).await?;
-    let clip = match args.clip.clone() {
-        Some(path) => Some(Arc::new(
-            common::on_thread("reading polygons", move || read_clip(&path)).await?,
-        )),
-        None => None,
-    };
+    let (reader, clip) = open(args).await?;
     let mut targets = Vec::new();
     let mut outputs: Vec<Box<dyn Write + Send>> = Vec::new();
     if to_stdout {

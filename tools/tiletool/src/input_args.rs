@@ -1,4 +1,4 @@
-//! The options for reading points, shared by `build` and `verify --against`.
+//! The options for reading points, shared by `build`, `verify --against` and, in part, `info`.
 
 use std::num::NonZeroU64;
 
@@ -7,10 +7,10 @@ use clap::Args;
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{Columns, Format, InputOptions, MissingZ, Returns};
 
-/// Options for reading the input.
+/// Options that tell how to read a file.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Input options")]
-pub struct InputArgs {
+pub struct FormatArgs {
     /// Format of all inputs: text, f64, node, poly, geojson, las, flatgeobuf, shapefile, geopackage,
     /// ply, obj or parquet [default: by file name, otherwise by content]
     #[arg(long, value_name = "FORMAT")]
@@ -21,6 +21,14 @@ pub struct InputArgs {
     /// For raw f64: numbers per point
     #[arg(long, value_name = "2|3", default_value_t = 2, value_parser = clap::value_parser!(u8).range(2..=3))]
     pub dims: u8,
+}
+
+/// Options for reading the input.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Input options")]
+pub struct InputArgs {
+    #[command(flatten)]
+    pub format: FormatArgs,
     /// For LAS: keep only points of these classes; 2 is ground
     #[arg(long = "class", value_name = "CLASS", value_delimiter = ',')]
     pub classes: Vec<u8>,
@@ -44,13 +52,21 @@ pub struct InputArgs {
     pub skip_invalid: bool,
 }
 
-impl InputArgs {
+impl FormatArgs {
     /// Returns the options for the library.
     pub fn options(&self) -> InputOptions {
         InputOptions::default()
             .format(self.format)
             .columns(self.columns.clone())
             .dims(self.dims)
+    }
+}
+
+impl InputArgs {
+    /// Returns the options for the library.
+    pub fn options(&self) -> InputOptions {
+        self.format
+            .options()
             .classes(self.classes.clone())
             .returns(self.returns)
             .keep_withheld(self.keep_withheld)

@@ -17,10 +17,12 @@ mod digest;
 mod export;
 mod flags;
 pub mod generate;
+mod info;
 mod input_args;
 mod inspect;
 mod limits;
 mod lines;
+mod numbers;
 pub mod output;
 pub mod plot;
 mod progress;
@@ -47,6 +49,7 @@ pub enum Command {
     Build(build::BuildArgs),
     Constrain(constrain::ConstrainArgs),
     Compact(compact::CompactArgs),
+    Info(info::InfoArgs),
     Inspect(inspect::InspectArgs),
     Verify(verify::VerifyArgs),
     Digest(digest::DigestArgs),
@@ -107,6 +110,7 @@ pub fn run(command: Command) -> anyhow::Result<()> {
         Command::Build(args) => build::run(args),
         Command::Constrain(args) => constrain::run(args),
         Command::Compact(args) => compact::run(args),
+        Command::Info(args) => info::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Digest(args) => digest::run(args),

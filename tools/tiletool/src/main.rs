@@ -22,6 +22,7 @@ struct Cli {
 
 const EXAMPLES: &str = "\
 Examples:
+  tiletool info survey.laz
   tiletool build survey.laz -o survey.tiles
   tiletool inspect survey.tiles --plot survey.png
   tiletool verify --deep survey.tiles --against survey.laz

@@ -1,5 +1,5 @@
-//! The progress bar of a build: phase, share of the whole build, speed, elapsed time, and about how
-//! much time is left. It is shown only on a terminal.
+//! Progress bars. That of a build has the phase, share of the whole build, speed, elapsed time, and
+//! about how much time is left. Bars are shown only on a terminal.
 //!
 //! The time left is that of the whole build. Each phase has a typical share of it. The phases that
 //! are over, and the current one as far as it went, say how much longer or shorter this build
@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use delaunay_tiles::input::Reading;
 use delaunay_tiles::io::start_thread;
 use delaunay_tiles::{Phase, Progress};
 use indicatif::{FormattedDuration, ProgressBar, ProgressStyle};
@@ -22,8 +23,8 @@ const LENGTH: u64 = 1000;
 /// The share of a build that must be over before the time left is shown.
 const LEAST_SHARE: f64 = 0.02;
 
-/// A progress bar that follows a build until it is dropped.
-pub struct BuildBar {
+/// A progress bar that follows a build, or the reading of a file, until it is dropped.
+pub struct Bar {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -31,13 +32,23 @@ pub struct BuildBar {
 /// Returns the bytes of the input that were read so far, and the total if it is known.
 pub type InputProgress = Arc<dyn Fn() -> (u64, Option<u64>) + Send + Sync>;
 
-impl BuildBar {
-    /// Shows a bar on standard error, if that is a terminal.
-    pub fn show(progress: Arc<Progress>, input: InputProgress) -> Self {
+impl Bar {
+    /// Shows a bar of a build on standard error, if that is a terminal.
+    pub fn of_build(progress: Arc<Progress>, input: InputProgress) -> Self {
+        Self::show(move |stop| follow(&progress, &input, stop))
+    }
+
+    /// Shows a bar of the reading of a file of this many bytes, if they are known, on standard error,
+    /// if that is a terminal.
+    pub fn of_reading(reading: Reading, total: Option<u64>) -> Self {
+        Self::show(move |stop| follow_reading(&reading, total, stop))
+    }
+
+    fn show(follow: impl FnOnce(&AtomicBool) + Send + 'static) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
         let thread = std::io::stderr().is_terminal().then(|| {
             let stop = Arc::clone(&stop);
-            start_thread("progress", move || follow(&progress, &input, &stop))
+            start_thread("progress", move || follow(&stop))
         });
         // Without a thread, no bar is shown.
         let thread = thread.and_then(Result::ok);
@@ -45,7 +56,7 @@ impl BuildBar {
     }
 }
 
-impl Drop for BuildBar {
+impl Drop for Bar {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
@@ -91,6 +102,18 @@ fn follow(progress: &Progress, input: &InputProgress, stop: &AtomicBool) {
             rate / 1e6,
             times(elapsed, left)
         ));
+        thread::sleep(Duration::from_millis(100));
+    }
+    bar.finish_and_clear();
+}
+
+fn follow_reading(reading: &Reading, total: Option<u64>, stop: &AtomicBool) {
+    let bar = total.map_or_else(ProgressBar::no_length, ProgressBar::new);
+    let style = "read {wide_bar} {percent:>3}%  {binary_bytes} of {binary_total_bytes}, {binary_bytes_per_sec}";
+    bar.set_style(ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()));
+    while !stop.load(Ordering::Relaxed) {
+        // The beginning of a file is read twice.
+        bar.set_position(total.unwrap_or(u64::MAX).min(reading.bytes()));
         thread::sleep(Duration::from_millis(100));
     }
     bar.finish_and_clear();

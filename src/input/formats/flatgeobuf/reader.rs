@@ -1,12 +1,13 @@
 //! The header of a file, and its features one after the other.
 
+use crate::input::about::{Field, MOST_FIELDS};
 use crate::input::bytes::ByteInput;
 use crate::input::caught::catch;
 use crate::input::error::InputError;
 use crate::input::formats::flatgeobuf::geometry::add_geometry;
-use crate::input::formats::flatgeobuf::ids::{Field, find_field, id};
+use crate::input::formats::flatgeobuf::ids::{self, find_field, id};
 use crate::input::formats::shapes::{Blocks, Decoded, Decoder, Feature, Shapes};
-use ::flatgeobuf::{GeometryType, Header, size_prefixed_root_as_feature, size_prefixed_root_as_header};
+use ::flatgeobuf::{Column, GeometryType, Header, size_prefixed_root_as_feature, size_prefixed_root_as_header};
 
 /// The limit on the length in bytes of the header.
 const LONGEST_HEADER: u64 = 10 << 20;
@@ -97,7 +98,7 @@ struct FlatGeobuf {
     /// The number of features, if the header tells it.
     count: Option<u64>,
     crs: Option<String>,
-    field: Option<Field>,
+    field: Option<ids::Field>,
     /// The current feature with its length.
     feature: Vec<u8>,
 }
@@ -140,6 +141,14 @@ impl Decoder for FlatGeobuf {
             .ok()
             .and_then(|header| header.columns());
         self.field = Some(find_field(columns, field));
+    }
+
+    fn fields(&self) -> Vec<Field> {
+        // The header was verified before.
+        let header = size_prefixed_root_as_header(&self.header).ok();
+        let columns = header.and_then(|header| header.columns()).into_iter().flatten();
+        let field = |column: Column| Field::new(column.name(), column.type_().variant_name().unwrap_or("unknown"));
+        columns.take(MOST_FIELDS).map(field).collect()
     }
 
     fn crs(&self) -> Option<&str> {

@@ -12,8 +12,10 @@
 //! its `FeatureReader` takes the file's first `[` for that of `features` (a preceding `bbox` makes
 //! it fail) and stores a whole feature at a time.
 
+use crate::input::about::Field;
 use crate::input::bytes::ByteInput;
 use crate::input::error::{InputError, Location};
+use crate::input::formats::geojson::fields::Fields;
 use crate::input::formats::geojson::ids::{read_id, read_property};
 use crate::input::formats::geojson::json::{Json, ValueType};
 use crate::input::formats::geojson::kinds::{kind_of, level_of};
@@ -35,6 +37,8 @@ pub struct GeoJson {
     crs: Option<String>,
     /// The member of a feature that is its id.
     id_field: Option<Box<str>>,
+    /// The properties of all features, if they are to be listed.
+    fields: Option<Fields>,
     /// The id of the feature that has just ended.
     id: Option<FoundId>,
     /// The location of a record that has ended and is still to be reported.
@@ -135,6 +139,14 @@ impl Shapes for GeoJson {
         self.id.take()
     }
 
+    fn keep_fields(&mut self) {
+        self.fields = Some(Fields::default());
+    }
+
+    fn fields(&self) -> Vec<Field> {
+        self.fields.as_ref().map_or_else(Vec::new, Fields::list)
+    }
+
     fn crs(&self) -> Option<&str> {
         self.crs.as_deref()
     }
@@ -149,6 +161,7 @@ impl GeoJson {
             position: no_position(0),
             crs: None,
             id_field: None,
+            fields: None,
             id: None,
             record: None,
         };
@@ -242,6 +255,11 @@ impl GeoJson {
                     && let Some(Frame::Object(object)) = self.open.last_mut()
                 {
                     object.property = id;
+                }
+            }
+            "properties" if role != Role::Geometry && self.fields.is_some() => {
+                if let Some(fields) = &mut self.fields {
+                    fields.read(&mut self.json)?;
                 }
             }
             "id" if role != Role::Geometry && self.id_field.as_deref() == Some("id") => {

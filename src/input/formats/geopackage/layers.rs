@@ -1,8 +1,8 @@
 //! The layers of a file, which are its feature tables, and their coordinate reference systems.
 
+use crate::input::about::{Field, MOST_FIELDS};
 use crate::input::error::{InputError, Location};
 use crate::input::formats::geopackage::database::damaged;
-use crate::input::layer;
 use crate::shown;
 use rusqlite::{Connection, OptionalExtension};
 use std::path::Path;
@@ -16,14 +16,47 @@ pub struct Layer {
     pub table: String,
     /// The column of the geometries.
     pub column: String,
+    geometry_type: String,
     srs: Option<i64>,
 }
 
-/// Returns the layer that `path` names, or the only one.
-pub fn find_layer(connection: &Connection, path: &Path) -> Result<Layer, InputError> {
+/// A layer in the list of a file.
+pub struct ListedLayer {
+    pub name: String,
+    /// The type of its geometries, as the file declares it.
+    pub geometry_type: String,
+}
+
+/// Returns all layers.
+pub fn list(connection: &Connection, path: &Path) -> Result<Vec<ListedLayer>, InputError> {
+    let layers = layers(connection).map_err(|error| damaged(path, "its layers cannot be read", error))?;
+    let listed = layers.into_iter().map(|layer| ListedLayer {
+        name: layer.table,
+        geometry_type: layer.geometry_type,
+    });
+    Ok(listed.collect())
+}
+
+/// Returns the columns of a layer other than that of the geometries. Errors are ignored, since this
+/// is only metadata.
+pub fn fields(connection: &Connection, layer: &Layer) -> Vec<Field> {
+    let list = || {
+        let mut statement = connection.prepare("SELECT name, type FROM pragma_table_info(?1) LIMIT ?2")?;
+        let fields = statement.query_map((&layer.table, MOST_FIELDS as i64), |row| {
+            Ok(Field::new(row.get::<_, String>(0)?, row.get::<_, String>(1)?))
+        })?;
+        fields.collect::<rusqlite::Result<Vec<_>>>()
+    };
+    let mut fields = list().unwrap_or_default();
+    fields.retain(|field| field.name != layer.column);
+    fields
+}
+
+/// Returns the layer `name`, or the only one.
+pub fn find_layer(connection: &Connection, path: &Path, name: Option<&str>) -> Result<Layer, InputError> {
     let mut layers = layers(connection).map_err(|error| damaged(path, "its layers cannot be read", error))?;
-    let (problem, hint) = match layer::split(path) {
-        Some((_, name)) => match layers.iter().position(|layer| layer.table == name) {
+    let (problem, hint) = match name {
+        Some(name) => match layers.iter().position(|layer| layer.table == name) {
             Some(at) => return check_table(connection, path, layers.swap_remove(at)),
             None => (
                 format!("there is no layer `{}`", shown::text(name)),
@@ -58,7 +91,7 @@ pub fn find_layer(connection: &Connection, path: &Path) -> Result<Layer, InputEr
 /// Returns all feature tables, in the order of the list in the file.
 fn layers(connection: &Connection) -> rusqlite::Result<Vec<Layer>> {
     let mut statement = connection.prepare(
-        "SELECT c.table_name, g.column_name, g.srs_id FROM gpkg_contents AS c JOIN gpkg_geometry_columns AS g \
+        "SELECT c.table_name, g.column_name, g.srs_id, g.geometry_type_name FROM gpkg_contents AS c JOIN gpkg_geometry_columns AS g \
          ON g.table_name = c.table_name WHERE c.data_type = 'features' ORDER BY c.rowid LIMIT ?1",
     )?;
     let rows = statement.query_map([MOST], |row| {
@@ -66,6 +99,8 @@ fn layers(connection: &Connection) -> rusqlite::Result<Vec<Layer>> {
             table: row.get(0)?,
             column: row.get(1)?,
             srs: row.get(2)?,
+            // It is only shown.
+            geometry_type: row.get(3).unwrap_or_default(),
         })
     })?;
     rows.collect()

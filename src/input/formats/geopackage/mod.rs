@@ -11,4 +11,5 @@ mod geometry;
 mod layers;
 mod reader;
 
-pub use reader::{no_stream, open};
+pub use layers::ListedLayer;
+pub use reader::{list, no_stream, open, open_layer};

@@ -1,13 +1,15 @@
 //! The features of a layer, in the order of their numbers in the table.
 
+use crate::input::about::Field;
 use crate::input::caught::catch;
 use crate::input::error::{InputError, Location};
 use crate::input::flaw::Flaw;
 use crate::input::formats::geopackage::database;
 use crate::input::formats::geopackage::database::{damaged, quoted};
 use crate::input::formats::geopackage::geometry::add_blob;
-use crate::input::formats::geopackage::layers::{Layer, crs, find_layer};
+use crate::input::formats::geopackage::layers::{self, Layer, ListedLayer, crs, find_layer};
 use crate::input::formats::shapes::{Decoded, Decoder, Feature, FoundId, Shapes};
+use crate::input::layer;
 use crate::input::sites::SiteId;
 use crate::input::watch::{Watch, Watched};
 use rusqlite::Connection;
@@ -28,11 +30,26 @@ pub fn no_stream(path: &Path) -> InputError {
     InputError::malformed(path, Location::File, "GeoPackage is not read from a stream", hint)
 }
 
-/// Opens the file and finds its layer.
+/// Returns the layers of a file, in the order of its list.
+pub fn list(file: &Watched<Arc<File>>) -> Result<Vec<ListedLayer>, InputError> {
+    layers::list(&connect(file)?, &file.watch.path)
+}
+
+/// Opens the file and finds the layer that its path names, or its only one.
 pub fn open(file: Watched<Arc<File>>) -> Result<Box<dyn Shapes>, InputError> {
+    let path = Arc::clone(&file.watch.path);
+    open_layer(&file, layer::split(&path).map(|(_, name)| name))
+}
+
+fn connect(file: &Watched<Arc<File>>) -> Result<Connection, InputError> {
+    database::open(&file.watch.path, &file.head(), file.watch.size().unwrap_or(0))
+}
+
+/// Opens the file and finds the layer `name`, or its only one.
+pub fn open_layer(file: &Watched<Arc<File>>, name: Option<&str>) -> Result<Box<dyn Shapes>, InputError> {
     let watch = Arc::clone(&file.watch);
-    let connection = database::open(&watch.path, &file.head(), watch.size().unwrap_or(0))?;
-    let layer = find_layer(&connection, &watch.path)?;
+    let connection = connect(file)?;
+    let layer = find_layer(&connection, &watch.path, name)?;
     Ok(Box::new(Decoded::new(GeoPackage {
         crs: crs(&connection, &layer),
         connection,
@@ -153,6 +170,10 @@ impl Decoder for GeoPackage {
 
     fn keep_ids(&mut self, field: &str) {
         self.field = Some(field.into());
+    }
+
+    fn fields(&self) -> Vec<Field> {
+        layers::fields(&self.connection, &self.layer)
     }
 
     fn crs(&self) -> Option<&str> {

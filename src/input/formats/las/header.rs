@@ -63,7 +63,13 @@ pub fn records(file: &mut FileReader, header: &Header, end: u64) -> Result<Vec<V
         })?;
         position += SHORTEST + record.data.len() as u64;
         // Only these records are used later; a file may have many others.
-        if matches!(trimmed(&record.user_id), b"LASF_Projection" | b"laszip encoded") {
+        let is_used = match trimmed(&record.user_id) {
+            b"LASF_Projection" | b"laszip encoded" => true,
+            b"LASF_Spec" => record.record_id == 4,
+            b"copc" => record.record_id == 1,
+            _ => false,
+        };
+        if is_used {
             records.push(record);
         }
     }

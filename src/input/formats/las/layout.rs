@@ -15,8 +15,8 @@ pub struct Layout {
     pub length: usize,
     /// Whether the format is 6 or higher.
     pub extended: bool,
-    scale: [f64; 3],
-    offset: [f64; 3],
+    pub scale: [f64; 3],
+    pub offset: [f64; 3],
 }
 
 /// The selection of points to keep.
@@ -77,6 +77,16 @@ impl Layout {
         self.scale[axis] * f64::from(i32::from_le_bytes(bytes)) + self.offset[axis]
     }
 
+    /// Returns the class, the number of the return, and the number of returns of its pulse.
+    #[inline]
+    pub fn class_and_return(&self, record: &[u8]) -> (u8, u8, u8) {
+        if self.extended {
+            (record[16], record[14] & 15, record[14] >> 4)
+        } else {
+            (record[15] & 0x1f, record[14] & 7, (record[14] >> 3) & 7)
+        }
+    }
+
     #[inline]
     pub fn is_withheld(&self, record: &[u8]) -> bool {
         record[15] & (if self.extended { 0x04 } else { 0x80 }) != 0
@@ -100,12 +110,8 @@ impl Keep {
     }
 
     #[inline]
-    pub fn keeps(&self, record: &[u8], extended: bool) -> bool {
-        let (class, number, of) = if extended {
-            (record[16], record[14] & 15, record[14] >> 4)
-        } else {
-            (record[15] & 0x1f, record[14] & 7, (record[14] >> 3) & 7)
-        };
+    pub fn keeps(&self, record: &[u8], layout: &Layout) -> bool {
+        let (class, number, of) = layout.class_and_return(record);
         let returns = match self.returns {
             Returns::First => number == 1,
             Returns::Last => number == of,

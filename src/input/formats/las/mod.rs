@@ -1,5 +1,6 @@
 //! LAS, LAZ and COPC files of lidar points.
 
+mod about;
 mod header;
 mod layout;
 mod laz;

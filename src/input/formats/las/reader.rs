@@ -11,8 +11,10 @@
 //! header, not the suffix, determines whether a file is LAZ.
 
 use crate::geometry::Point;
+use crate::input::about::About;
 use crate::input::bytes::BUFFER;
 use crate::input::error::{InputError, Location};
+use crate::input::formats::las::about::Census;
 use crate::input::formats::las::header::{count, crs, extended_wkt, header, records};
 use crate::input::formats::las::layout::{Keep, Layout};
 use crate::input::formats::las::laz::Laz;
@@ -61,6 +63,8 @@ struct Las {
     /// Space for whole records.
     buffer: Vec<u8>,
     crs: Option<String>,
+    /// The counts for a description, if there is to be one.
+    census: Option<Box<Census>>,
 }
 
 /// The origin of the records.
@@ -80,6 +84,9 @@ impl Las {
             Some(crs) => Some(crs),
             None => extended_wkt(&mut file, &header, size),
         };
+        let census = options
+            .is_description
+            .then(|| Box::new(Census::new(&mut file, &header, &records, &layout, size)));
         file.seek(SeekFrom::Start(start))
             .map_err(|error| Problem::cut_short("the points cannot be found").caused_by(error))?;
         let records = if compressed && count > 0 {
@@ -105,6 +112,7 @@ impl Las {
             keep: Keep::new(options),
             buffer: Vec::new(),
             crs,
+            census,
         })
     }
 }
@@ -130,7 +138,7 @@ impl Reader<PointBatch> for Las {
             count: self.count,
             length: layout.length,
             decode: Box::new(move |record| {
-                let kept = !keep.drops_withheld(record, &layout) && keep.keeps(record, layout.extended);
+                let kept = !keep.drops_withheld(record, &layout) && keep.keeps(record, &layout);
                 let [x, y, z] = [0, 1, 2].map(|axis| layout.coordinate(record, axis));
                 (kept && z.is_finite()).then_some(Point::new(x, y))
             }),
@@ -152,13 +160,16 @@ impl Reader<PointBatch> for Las {
                 Records::Compressed(laz) => laz.read(&mut self.buffer),
             };
             problem.map_err(|problem| problem.at(sink.path, Location::Point(self.read)))?;
+            if let Some(census) = &mut self.census {
+                census.add(&self.buffer, &layout);
+            }
             for record in self.buffer.chunks_exact(layout.length) {
                 let point = self.read;
                 self.read += 1;
                 if self.keep.drops_withheld(record, &layout) {
                     sink.totals.counts.records += 1;
                     sink.totals.counts.withheld += 1;
-                } else if !self.keep.keeps(record, layout.extended) {
+                } else if !self.keep.keeps(record, &layout) {
                     sink.totals.counts.records += 1;
                     sink.totals.counts.filtered += 1;
                 } else {
@@ -168,6 +179,10 @@ impl Reader<PointBatch> for Las {
             }
         }
         Ok(true)
+    }
+
+    fn about(&self) -> About {
+        self.census.as_ref().map(|census| census.about()).unwrap_or_default()
     }
 }
 

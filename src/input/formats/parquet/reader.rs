@@ -1,5 +1,6 @@
 //! The reader of points in Parquet files.
 
+use crate::input::about::{About, Field, MOST_FIELDS};
 use crate::input::caught::catch;
 use crate::input::error::{InputError, Location};
 use crate::input::flaw::Flaw;
@@ -13,9 +14,11 @@ use crate::input::points::PointBatch;
 use crate::input::reader::{FULL, Reader, Sink, Started};
 use crate::input::watch::Watched;
 use crate::shown;
+use ::parquet::basic::ConvertedType;
 use ::parquet::data_type::ByteArray;
 use ::parquet::errors::ParquetError;
 use ::parquet::file::metadata::ParquetMetaData;
+use ::parquet::schema::types::ColumnDescPtr;
 use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
@@ -212,6 +215,20 @@ impl Rows {
     }
 }
 
+/// Returns the columns for a description of the file.
+fn fields(metadata: &ParquetMetaData) -> Vec<Field> {
+    let leaves = metadata.file_metadata().schema_descr().columns().iter();
+    let field = |leaf: &ColumnDescPtr| {
+        let kind = leaf.physical_type().to_string();
+        let kind = match leaf.converted_type() {
+            ConvertedType::NONE => kind,
+            converted => format!("{kind} ({converted})"),
+        };
+        Field::new(leaf.path().string(), kind)
+    };
+    leaves.take(MOST_FIELDS).map(field).collect()
+}
+
 /// Returns what the decoder returns, or its error or panic.
 fn decoded<T>(decode: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, Problem> {
     match catch(decode) {
@@ -251,6 +268,15 @@ impl Reader<PointBatch> for Parquet {
             }
         }
         Ok(true)
+    }
+
+    fn about(&self) -> About {
+        let is_geo = self.choice.layout != Layout::Columns;
+        About {
+            variety: is_geo.then(|| "GeoParquet".to_owned()),
+            fields: fields(&self.metadata),
+            las: None,
+        }
     }
 
     fn notes(&self) -> Vec<String> {

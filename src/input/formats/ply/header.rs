@@ -68,6 +68,20 @@ impl Scalar {
         })
     }
 
+    /// Returns the name in the header.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::I8 => "char",
+            Self::U8 => "uchar",
+            Self::I16 => "short",
+            Self::U16 => "ushort",
+            Self::I32 => "int",
+            Self::U32 => "uint",
+            Self::F32 => "float",
+            Self::F64 => "double",
+        }
+    }
+
     /// Returns the number of bytes of a number.
     pub fn bytes(self) -> usize {
         match self {

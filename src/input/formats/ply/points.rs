@@ -1,10 +1,11 @@
 //! The points of the element `vertex`.
 
 use crate::geometry::Point;
+use crate::input::about::{About, Field, MOST_FIELDS};
 use crate::input::bytes::ByteInput;
 use crate::input::error::InputError;
 use crate::input::formats::ply::body::{Body, Content, open};
-use crate::input::formats::ply::header::Element;
+use crate::input::formats::ply::header::{Element, Encoding, Property};
 use crate::input::formats::ply::rows::Rows;
 use crate::input::points::PointBatch;
 use crate::input::reader::{Reader, Sink};
@@ -16,6 +17,7 @@ pub struct Points {
     /// The elements before and after the vertices that were not passed over yet.
     before: Vec<Element>,
     after: Vec<Element>,
+    fields: Vec<Field>,
     note: Option<String>,
 }
 
@@ -33,9 +35,23 @@ pub fn split(mut elements: Vec<Element>, body: &Body) -> Result<(Vec<Element>, E
     Ok((elements, vertex, after))
 }
 
+/// Returns the properties of an element, for a description of the file.
+fn fields(element: &Element) -> impl Iterator<Item = Field> {
+    let field = |property: &Property| {
+        let name = format!("{}.{}", element.name, property.name);
+        let scalar = property.scalar.name();
+        match property.count {
+            None => Field::new(name, scalar),
+            Some(count) => Field::new(name, format!("list {} {scalar}", count.name())),
+        }
+    };
+    element.properties.iter().map(field)
+}
+
 impl Points {
     pub fn new(input: ByteInput) -> Result<Self, InputError> {
         let (elements, body) = open(input)?;
+        let fields = elements.iter().flat_map(fields).take(MOST_FIELDS).collect();
         let (before, vertex, after) = split(elements, &body)?;
         let [x, y, z] = ["x", "y", "z"].map(|name| vertex.property(&[name], false));
         let (Some(x), Some(y)) = (x, y) else {
@@ -48,6 +64,7 @@ impl Points {
             rows: Rows::new(vertex, wanted, None),
             before,
             after,
+            fields,
             note: None,
         })
     }
@@ -113,6 +130,19 @@ impl Reader<PointBatch> for Points {
             }
         }
         Ok(true)
+    }
+
+    fn about(&self) -> About {
+        let variety = match &self.body.content {
+            Content::Lines(_) => "ascii",
+            Content::Bytes(bytes) if bytes.encoding == Encoding::BigEndian => "binary, big-endian",
+            Content::Bytes(_) => "binary, little-endian",
+        };
+        About {
+            variety: Some(variety.to_owned()),
+            fields: self.fields.clone(),
+            las: None,
+        }
     }
 
     fn notes(&self) -> Vec<String> {

@@ -1,5 +1,6 @@
 //! The files beside a `.shp` file.
 
+use crate::input::about::Field;
 use crate::input::caught::catch;
 use crate::input::error::{InputError, Location};
 use crate::input::flaw::Flaw;
@@ -44,6 +45,19 @@ pub fn crs_beside(path: &Path) -> Option<String> {
     file.take(LONGEST_WKT).read_to_end(&mut text).ok()?;
     let text = String::from_utf8_lossy(&text).trim().to_owned();
     (!text.is_empty()).then_some(text)
+}
+
+/// Returns the fields of the `.dbf` file. Errors are ignored, since this is only metadata.
+pub fn fields_beside(path: &Path) -> Vec<Field> {
+    let table = open_beside(path, "dbf").and_then(|(_, file)| open_table(file)?.ok());
+    let field =
+        |field: &dbase::FieldInfo| Field::new(field.name(), format!("{:?}({})", field.field_type(), field.length()));
+    table.map_or_else(Vec::new, |table| table.fields().iter().map(field).collect())
+}
+
+/// Opens a table; `None` if the crate panics.
+fn open_table(file: File) -> Option<Result<Table, dbase::Error>> {
+    catch(|| Table::open_with_encoding(BufReader::new(file), UnicodeLossy))
 }
 
 /// The ids of the features, from a field of the `.dbf` file.
@@ -95,8 +109,7 @@ impl Ids {
             return Err(InputError::malformed(&self.path, Location::File, problem, hint));
         };
         self.path = path;
-        let opened = catch(|| Table::open_with_encoding(BufReader::new(file), UnicodeLossy));
-        let table = match opened {
+        let table = match open_table(file) {
             Some(Ok(table)) => table,
             Some(Err(error)) => return Err(damaged(&self.path, Location::File, Some(Box::new(error)))),
             None => return Err(damaged(&self.path, Location::File, None)),

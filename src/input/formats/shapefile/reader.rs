@@ -1,9 +1,10 @@
 //! The header of a file, and its records one after the other.
 
+use crate::input::about::Field;
 use crate::input::bytes::ByteInput;
 use crate::input::caught::catch;
 use crate::input::error::InputError;
-use crate::input::formats::shapefile::beside::{Ids, crs_beside};
+use crate::input::formats::shapefile::beside::{Ids, crs_beside, fields_beside};
 use crate::input::formats::shapefile::record::add_record;
 use crate::input::formats::shapes::{Blocks, Decoded, Decoder, Feature, Shapes};
 use ::shapefile::header::Header;
@@ -87,6 +88,10 @@ impl Decoder for Shapefile {
 
     fn keep_ids(&mut self, field: &str) {
         self.ids = Some(Ids::new(&self.blocks.path, field));
+    }
+
+    fn fields(&self) -> Vec<Field> {
+        fields_beside(&self.blocks.path)
     }
 
     fn crs(&self) -> Option<&str> {

@@ -3,6 +3,7 @@
 //! In: one feature at a time, as flat lists of positions, ends of lines and geometries. Out: the
 //! same events that GeoJSON of these features gives. **Memory**: one feature.
 
+use crate::input::about::Field;
 use crate::input::error::{InputError, Location};
 use crate::input::formats::shapes::event::{Event, Kind, Position};
 use crate::input::formats::shapes::{FoundId, Shapes};
@@ -15,6 +16,9 @@ pub trait Decoder: Send {
 
     /// From now on, features must have an id, from the field `field`.
     fn keep_ids(&mut self, field: &str);
+
+    /// Returns the fields of the features. Errors are ignored, since this is only metadata.
+    fn fields(&self) -> Vec<Field>;
 
     /// Returns the coordinate reference system, if the file has one.
     fn crs(&self) -> Option<&str>;
@@ -154,6 +158,10 @@ impl<D: Decoder> Shapes for Decoded<D> {
 
     fn take_id(&mut self) -> Option<FoundId> {
         self.id.take()
+    }
+
+    fn fields(&self) -> Vec<Field> {
+        self.decoder.fields()
     }
 
     fn crs(&self) -> Option<&str> {

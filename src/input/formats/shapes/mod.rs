@@ -16,6 +16,7 @@ mod points;
 mod rings;
 mod sites;
 
+use crate::input::about::Field;
 use crate::input::error::InputError;
 use crate::input::flaw::Flaw;
 use crate::input::sites::SiteId;
@@ -48,6 +49,12 @@ pub trait Shapes: Send {
 
     /// Takes the id of the feature that has just ended; `None` if it has none.
     fn take_id(&mut self) -> Option<FoundId>;
+
+    /// From now on, keeps the names and types of the fields, if the features have them.
+    fn keep_fields(&mut self) {}
+
+    /// Returns the fields of the features, at the end of the file.
+    fn fields(&self) -> Vec<Field>;
 
     /// Returns the coordinate reference system, if the part of the file that was read has one.
     fn crs(&self) -> Option<&str>;

@@ -6,6 +6,7 @@
 //! - **The option `columns`** overrides this, by number from 1 or by a header's name. Without a
 //!   third column there is no z.
 
+use crate::input::about::{About, Field, MOST_FIELDS};
 use crate::input::bytes::ByteInput;
 use crate::input::error::{InputError, Location};
 use crate::input::formats::text::columns::{Layout, Table, header_layout, is_name};
@@ -20,6 +21,7 @@ use std::path::Path;
 pub struct Points {
     rows: Rows,
     layout: Layout,
+    fields: Vec<Field>,
     notes: Vec<String>,
 }
 
@@ -35,7 +37,13 @@ impl Points {
         if !has_rows {
             // There are no rows, so any layout will do.
             let layout = Layout { x: 0, y: 1, z: None };
-            return Ok(Self { rows, layout, notes });
+            let fields = Vec::new();
+            return Ok(Self {
+                rows,
+                layout,
+                fields,
+                notes,
+            });
         }
         let fields = first.fields();
         let chosen = match columns {
@@ -45,6 +53,7 @@ impl Points {
         let mut coordinate_fields = chosen.numbers().filter_map(|n| fields.get(n)).peekable();
         let is_header =
             chosen.named || (coordinate_fields.peek().is_some() && coordinate_fields.all(|field| is_name(field)));
+        let described = described(&fields, is_header);
         let layout = if is_header {
             rows.next_row()?;
             header_layout(&first, columns)?
@@ -63,8 +72,22 @@ impl Points {
                 z: chosen.z,
             }
         };
-        Ok(Self { rows, layout, notes })
+        Ok(Self {
+            rows,
+            layout,
+            fields: described,
+            notes,
+        })
     }
+}
+
+/// Returns the fields for a description of the file, from its first row.
+fn described(first: &[&[u8]], is_header: bool) -> Vec<Field> {
+    let field = |field: &&[u8]| match is_header {
+        true => Field::new(String::from_utf8_lossy(field), ""),
+        false => Field::new("", if number(field).is_some() { "number" } else { "text" }),
+    };
+    first.iter().take(MOST_FIELDS).map(field).collect()
 }
 
 fn is_xyz(path: &Path) -> bool {
@@ -132,6 +155,13 @@ impl Reader<PointBatch> for Points {
             }
         }
         Ok(true)
+    }
+
+    fn about(&self) -> About {
+        About {
+            fields: self.fields.clone(),
+            ..About::default()
+        }
     }
 
     fn notes(&self) -> Vec<String> {

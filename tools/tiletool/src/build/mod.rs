@@ -23,7 +23,7 @@ use crate::crs::CrsArgs;
 use crate::input_args::InputArgs;
 use crate::lines::{LineArgs, LineInput, LineRules, MissingZArgs};
 use crate::plot::{self, PlotFile, Plotted};
-use crate::progress::BuildBar;
+use crate::progress::Bar;
 use crate::unchanged::Unchanged;
 use feed::{Inputs, is_stopped};
 use report::{BuildReport, InputCounts, report};
@@ -242,13 +242,13 @@ impl BuildArgs {
         lines: &LineInput,
         progress: &Arc<Progress>,
         readings: &Arc<[Reading]>,
-    ) -> Option<BuildBar> {
+    ) -> Option<Bar> {
         let of_lines: u64 = lines.stamps().map(|(_, stamp)| stamp.length).sum();
         let total = source.total_bytes().map(|of_points| of_points + of_lines);
         (!self.quiet && !self.json).then(|| {
             let readings = Arc::clone(readings);
             let read = move || readings.iter().map(Reading::bytes).sum();
-            BuildBar::show(Arc::clone(progress), Arc::new(move || (read(), total)))
+            Bar::of_build(Arc::clone(progress), Arc::new(move || (read(), total)))
         })
     }
 }

@@ -1,6 +1,5 @@
 //! `tiletool inspect`: shows the contents of a tile file.
 
-mod numbers;
 mod regions;
 mod summary;
 mod tile;
@@ -14,8 +13,8 @@ use delaunay_tiles::store::TileId;
 use serde::Serialize;
 
 use crate::common::{self, MemoryArgs};
+use crate::numbers::Coordinates;
 use crate::plot::{self, PlotFile, Plotted};
-use numbers::Coordinates;
 use regions::Regions;
 use summary::Summary;
 use tile::WholeTile;

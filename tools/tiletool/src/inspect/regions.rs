@@ -11,8 +11,8 @@ use delaunay_tiles::store::{Tile, TileReader};
 use futures::TryStreamExt;
 use serde::Serialize;
 
-use super::numbers::Table;
 use crate::common::{counted, thousands};
+use crate::numbers::Table;
 
 /// Number of regions that are shown without `--all`.
 const SHOWN: usize = 20;

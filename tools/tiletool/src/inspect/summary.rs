@@ -1,15 +1,13 @@
 //! The summary of a tile file, from its directory.
 
-use delaunay_tiles::crs::{Crs, Unit};
 use delaunay_tiles::shown;
 use delaunay_tiles::store::{Directory, FORMAT_VERSION, LineSource, TileEntry, TileReader};
 use serde::Serialize;
 
-use super::numbers::{Bounds, Coordinates, percent, shortened};
 use crate::common::{bytes, counted, share, thousands};
+use crate::crs::{self, System};
+use crate::numbers::{self, Bounds, Coordinates, Row, percent};
 
-/// Maximum number of characters of a CRS on the screen.
-const CRS_SHOWN: usize = 72;
 /// Maximum number of input files on the screen.
 const SOURCES_SHOWN: usize = 12;
 
@@ -53,28 +51,6 @@ pub struct Summary {
     parts: PartSizes,
     #[serde(skip)]
     rect: delaunay_tiles::geometry::Rect,
-}
-
-/// What is known of the coordinate reference system.
-#[derive(Serialize)]
-struct System {
-    crs_name: Option<String>,
-    epsg: Option<u32>,
-    unit: Option<&'static str>,
-    is_geographic: Option<bool>,
-}
-
-impl System {
-    fn of(crs: Option<&str>) -> Self {
-        let crs = crs.map(Crs::new);
-        let crs = crs.as_ref();
-        Self {
-            crs_name: crs.and_then(Crs::name).map(str::to_owned),
-            epsg: crs.and_then(Crs::epsg),
-            unit: crs.map(Crs::unit).filter(|&unit| unit != Unit::Unknown).map(Unit::name),
-            is_geographic: crs.and_then(Crs::is_geographic),
-        }
-    }
 }
 
 /// The sizes of the parts of a file.
@@ -240,19 +216,10 @@ impl Summary {
             self.mesh_rows(coordinates),
             self.tile_rows(),
         ];
-        let mut text = format!("{}\n", shown::text(&self.file));
-        for (number, group) in groups.iter().enumerate() {
-            if number > 0 {
-                text.push('\n');
-            }
-            for (name, value) in group {
-                text += &format!("  {name:<18} {value}\n");
-            }
-        }
-        text
+        numbers::report(&shown::text(&self.file), &groups)
     }
 
-    fn file_rows(&self) -> Vec<(&'static str, String)> {
+    fn file_rows(&self) -> Vec<Row> {
         let mut size = format!("{} ({} bytes)", bytes(self.file_bytes), thousands(self.file_bytes));
         if self.vertices > 0 {
             size += &format!(", {:.1} per vertex", self.parts.bytes_per_vertex);
@@ -285,7 +252,7 @@ impl Summary {
         ]
     }
 
-    fn input_rows(&self) -> Vec<(&'static str, String)> {
+    fn input_rows(&self) -> Vec<Row> {
         let sources = self
             .sources
             .iter()
@@ -297,11 +264,7 @@ impl Summary {
                 .iter()
                 .map(|l| (&l.name, counted(l.count, &l.kind, &format!("{}s", l.kind)))),
         ));
-        if let Some(crs) = &self.crs {
-            let crs = Crs::new(crs);
-            let text = format!("{}, in {}", crs.summary(), crs.unit().name());
-            lines.push(("CRS", shortened(&text, CRS_SHOWN)));
-        }
+        lines.extend(self.crs.as_deref().map(|crs| ("CRS", crs::shown(crs))));
         let duplicates = match self.duplicates {
             0 => "no duplicates".to_owned(),
             n => format!("{} merged", counted(n, "duplicate", "duplicates")),
@@ -310,7 +273,7 @@ impl Summary {
         lines
     }
 
-    fn mesh_rows(&self, coordinates: Coordinates) -> Vec<(&'static str, String)> {
+    fn mesh_rows(&self, coordinates: Coordinates) -> Vec<Row> {
         let z = if self.has_z { "with z" } else { "without z" };
         let mut lines = vec![
             ("vertices", format!("{}, {z}", thousands(self.vertices))),
@@ -323,23 +286,12 @@ impl Summary {
             lines.push(("constraints", format!("{edges}; {added} added")));
         }
         lines.extend(self.region_rows());
-        if self.rect.is_empty() {
-            lines.push(("bounds", "none".to_owned()));
-            return lines;
-        }
-        let show = |value| coordinates.show(value);
-        let [x, y] = [(self.rect.min_x, self.rect.max_x), (self.rect.min_y, self.rect.max_y)].map(|(min, max)| {
-            let (min, max) = (show(min), show(max));
-            (min.len(), max.len(), min, max)
-        });
-        let (left, right) = (x.0.max(y.0), x.1.max(y.1));
-        lines.push(("bounds", format!("x  {:>left$} to {:>right$}", x.2, x.3)));
-        lines.push(("", format!("y  {:>left$} to {:>right$}", y.2, y.3)));
+        lines.extend(numbers::bounds(self.rect, None, coordinates));
         lines
     }
 
     /// Returns the rows about crossings, regions, holes and sites, if there are any.
-    fn region_rows(&self) -> Vec<(&'static str, String)> {
+    fn region_rows(&self) -> Vec<Row> {
         let mut lines = Vec::new();
         if self.crossings > 0 {
             let crossings = thousands(self.crossings);
@@ -372,7 +324,7 @@ impl Summary {
         lines
     }
 
-    fn tile_rows(&self) -> Vec<(&'static str, String)> {
+    fn tile_rows(&self) -> Vec<Row> {
         let limit = counted(self.tile_vertices.into(), "vertex", "vertices");
         let mut lines = vec![("tiles", format!("{}, at most {limit} each", thousands(self.tiles)))];
         if let Some(d) = &self.vertices_per_tile {
@@ -406,10 +358,7 @@ impl Summary {
 }
 
 /// Returns rows of files and their counts, up to [`SOURCES_SHOWN`].
-fn files<'a>(
-    title: &'static str,
-    files: impl ExactSizeIterator<Item = (&'a String, String)> + Clone,
-) -> Vec<(&'static str, String)> {
+fn files<'a>(title: &'static str, files: impl ExactSizeIterator<Item = (&'a String, String)> + Clone) -> Vec<Row> {
     let hidden = files.len().saturating_sub(SOURCES_SHOWN) as u64;
     let shown = files.take(SOURCES_SHOWN);
     let shown: Vec<_> = shown.map(|(name, count)| (shown::text(name), count)).collect();

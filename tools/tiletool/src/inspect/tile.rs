@@ -6,9 +6,9 @@ use delaunay_tiles::mesh::Twin;
 use delaunay_tiles::store::{Directory, Tile, TileEdge};
 use serde::Serialize;
 
-use super::numbers::Table;
 use super::tiles::TileRow;
 use crate::common::thousands;
+use crate::numbers::Table;
 
 /// A tile with all its content. Its field names are stable keys of `--json`.
 #[derive(Serialize)]

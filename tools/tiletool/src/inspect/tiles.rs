@@ -3,8 +3,8 @@
 use delaunay_tiles::store::{Directory, TileEntry};
 use serde::Serialize;
 
-use super::numbers::{Bounds, Coordinates, Table};
 use crate::common::thousands;
+use crate::numbers::{Bounds, Coordinates, Table};
 
 /// The directory's entry of a tile. Its field names are stable keys of `--json`.
 #[derive(Serialize)]

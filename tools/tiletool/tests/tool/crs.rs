@@ -134,3 +134,68 @@ fn points_are_selected_by_place_and_number() {
     }
     assert!(fails(folder, 2, "build p.geojson -o b.tiles --bounds 5,3,2,4").contains("XMIN,YMIN,XMAX,YMAX"));
 }
+
+#[test]
+fn polygons_to_clip_by_must_have_the_system_of_the_tiles() {
+    let scratch = tempfile::tempdir().unwrap();
+    let folder = scratch.path();
+    write(folder, "p.geojson", Some(UTM), &points(500.0));
+    run(folder, "build p.geojson -o a.tiles");
+    let square = |urn: Option<&str>, name: &str| {
+        let ring = json!([[500.5, 0.5], [502.5, 0.5], [502.5, 2.5], [500.5, 2.5], [500.5, 0.5]]);
+        write(folder, name, urn, &json!({"type": "Polygon", "coordinates": [ring]}));
+    };
+    square(Some("urn:ogc:def:crs:EPSG::26917"), "other.geojson");
+    square(Some(UTM), "same.geojson");
+    square(None, "unknown.geojson");
+    let export = |rest: &str| format!("export a.tiles --what vertices -o v.geojson --json --clip {rest}");
+    let error = fails(folder, 1, &export("other.geojson"));
+    for part in ["other.geojson", "a.tiles", "EPSG:25832", "EPSG:26917", "--crs"] {
+        assert!(error.contains(part), "{part}: {error}");
+    }
+    assert!(!folder.join("v.geojson").exists());
+    for sound in ["same.geojson", "unknown.geojson", "other.geojson --crs EPSG:25832"] {
+        assert_eq!(report(folder, &export(sound))["vertices"], 4, "{sound}");
+    }
+    // A ring without area selects nothing.
+    let flat = json!([[500.5, 0.5], [502.5, 2.5], [501.5, 1.5], [500.5, 0.5]]);
+    write(
+        folder,
+        "flat.geojson",
+        Some(UTM),
+        &json!({"type": "Polygon", "coordinates": [flat]}),
+    );
+    let all = "export a.tiles -o t.geojson --json --clip";
+    assert_eq!(report(folder, &format!("{all} flat.geojson"))["triangles"], 0);
+    assert!(
+        report(folder, &format!("{all} same.geojson"))["triangles"]
+            .as_u64()
+            .unwrap()
+            > 4
+    );
+}
+
+#[test]
+fn polygons_to_clip_by_keep_to_the_memory() {
+    let scratch = tempfile::tempdir().unwrap();
+    let folder = scratch.path();
+    write(folder, "p.geojson", None, &points(0.0));
+    run(folder, "build p.geojson -o a.tiles");
+    // A circle whose edges take more than half of 32 MiB.
+    let corner = |i: u32| {
+        let angle = std::f64::consts::TAU * f64::from(i % 120_000) / 120_000.0;
+        json!([5.0 + angle.cos(), 5.0 + angle.sin()])
+    };
+    let ring: Vec<Value> = (0..=120_000).map(corner).collect();
+    write(
+        folder,
+        "c.geojson",
+        None,
+        &json!({"type": "Polygon", "coordinates": [ring]}),
+    );
+    let export = "export a.tiles -o t.geojson --json --clip c.geojson";
+    let error = fails(folder, 1, &format!("{export} --memory 32MiB"));
+    assert!(error.contains("c.geojson") && error.contains("--memory"), "{error}");
+    let exported = report(folder, &format!("{export} --memory 128MiB"));
+    assert!(exported["triangles"].as_u64().unwrap() > 0);
+}

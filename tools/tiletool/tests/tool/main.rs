@@ -16,6 +16,7 @@ mod crs;
 mod digest;
 mod export;
 mod faults;
+mod info;
 mod inside_out;
 mod inspect;
 mod keep_edges;

@@ -69,6 +69,43 @@ impl Coordinates {
     }
 }
 
+/// A row of a report: its title, or none if it continues the row above, and its text.
+pub type Row = (&'static str, String);
+
+/// Returns a report for people: a title, and groups of rows.
+pub fn report(title: &str, groups: &[Vec<Row>]) -> String {
+    let mut text = format!("{title}\n");
+    for (number, group) in groups.iter().filter(|group| !group.is_empty()).enumerate() {
+        if number > 0 {
+            text.push('\n');
+        }
+        for (name, value) in group {
+            text += &format!("  {name:<18} {value}\n");
+        }
+    }
+    text
+}
+
+/// Returns the rows of the bounds in x and y and, if it is known, in z.
+pub fn bounds(rect: Rect, z: Option<[f64; 2]>, coordinates: Coordinates) -> Vec<Row> {
+    if rect.is_empty() {
+        return vec![("bounds", "none".to_owned())];
+    }
+    let mut ranges = vec![("x", rect.min_x, rect.max_x), ("y", rect.min_y, rect.max_y)];
+    ranges.extend(z.map(|[low, high]| ("z", low, high)));
+    let ranges: Vec<_> = ranges
+        .into_iter()
+        .map(|(axis, min, max)| (axis, coordinates.show(min), coordinates.show(max)))
+        .collect();
+    let width = |of: fn(&(&str, String, String)) -> usize| ranges.iter().map(of).max().unwrap_or(0);
+    let (left, right) = (width(|range| range.1.len()), width(|range| range.2.len()));
+    let row = |(n, (axis, min, max)): (usize, &(&str, String, String))| {
+        let title = if n == 0 { "bounds" } else { "" };
+        (title, format!("{axis}  {min:>left$} to {max:>right$}"))
+    };
+    ranges.iter().enumerate().map(row).collect()
+}
+
 /// Returns the start of a text, up to `limit` characters, on one line.
 pub fn shortened(text: &str, limit: usize) -> String {
     let words: Vec<&str> = text.split_whitespace().collect();
