@@ -9,12 +9,15 @@
 //! ```text
 //! text ──▶ code: EPSG:n, urn:…, http:… ──▶ definition (feature `epsg`) ─┐
 //!     └──▶ wkt: a tree of nodes <────────────────────────────────────────┘
-//!             └──▶ system: unit, angles or lengths, parameters ──▶ conflict
+//!             ├──▶ system: unit, angles or lengths, parameters ──▶ conflict
+//!             └──▶ projjson (feature `parquet`): the same system as PROJJSON
 //! ```
 
 mod agreement;
 mod code;
 mod method;
+#[cfg(feature = "parquet")]
+mod projjson;
 mod system;
 mod unit;
 mod wkt;
@@ -91,6 +94,13 @@ impl Crs {
             Some(_) => Some(&self.text),
             None => code::definition(self.epsg?),
         }
+    }
+
+    /// Returns the system as PROJJSON, if it has [WKT](Self::wkt) that can be expressed so. The text
+    /// itself may be PROJJSON too; then there is no WKT.
+    #[cfg(feature = "parquet")]
+    pub(crate) fn projjson(&self) -> Option<serde_json::Value> {
+        projjson::of(&Node::parse(self.wkt()?)?)
     }
 
     /// Returns the URN of the system for the member `crs` of GeoJSON; `None` if the system is that of

@@ -7,10 +7,10 @@ use super::method::Method;
 use super::unit::Unit;
 use super::wkt::Node;
 
-const PROJECTED: [&str; 3] = ["PROJCS", "PROJCRS", "PROJECTEDCRS"];
-const LOCAL: [&str; 3] = ["LOCAL_CS", "ENGCRS", "ENGINEERINGCRS"];
-const GEOGRAPHIC: [&str; 5] = ["GEOGCS", "GEOGCRS", "GEOGRAPHICCRS", "GEODCRS", "GEODETICCRS"];
-const COMPOUND: [&str; 3] = ["COMPD_CS", "COMPOUNDCRS", "BOUNDCRS"];
+pub const PROJECTED: [&str; 3] = ["PROJCS", "PROJCRS", "PROJECTEDCRS"];
+pub const LOCAL: [&str; 3] = ["LOCAL_CS", "ENGCRS", "ENGINEERINGCRS"];
+pub const GEOGRAPHIC: [&str; 5] = ["GEOGCS", "GEOGCRS", "GEOGRAPHICCRS", "GEODCRS", "GEODETICCRS"];
+pub const COMPOUND: [&str; 3] = ["COMPD_CS", "COMPOUNDCRS", "BOUNDCRS"];
 
 /// The facts about a system of the plane.
 #[derive(Clone, Debug, PartialEq)]

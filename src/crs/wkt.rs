@@ -15,6 +15,8 @@ pub struct Node {
     pub texts: Vec<String>,
     /// The numbers, in order.
     pub numbers: Vec<f64>,
+    /// The words without quotes that are no numbers, such as directions of axes.
+    pub words: Vec<String>,
     pub children: Vec<Node>,
 }
 
@@ -51,8 +53,11 @@ impl Node {
                     });
                 }
                 ',' | ']' | ')' => {
-                    if let Ok(number) = std::mem::take(&mut word).parse() {
-                        open.last_mut()?.numbers.push(number);
+                    let word = std::mem::take(&mut word);
+                    match word.parse::<f64>().ok().filter(|number| number.is_finite()) {
+                        Some(number) => open.last_mut()?.numbers.push(number),
+                        None if word.is_empty() => {}
+                        None => open.last_mut()?.words.push(word),
                     }
                     if c == ',' {
                         continue;

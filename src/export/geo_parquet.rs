@@ -4,10 +4,7 @@
 //! Rows come in the order of the tiles. Since tiles are compact, the statistics of the columns x and y
 //! of vertices let readers skip row groups. The other columns are those of FlatGeobuf.
 //!
-//! The specification wants the reference system as PROJJSON, which the input seldom has, and which
-//! cannot be made of a name or of WKT without the tables of EPSG. So the text is written as it is:
-//! PROJJSON as an object, and any other text as a string, which the specification does not allow but
-//! geopandas accepts. It is `null` if there is none, and absent if it is WGS 84.
+//! The reference system is written as PROJJSON, which the specification demands (see `crs_member`).
 
 use std::io::{self, Write};
 use std::mem;
@@ -21,12 +18,11 @@ use ::parquet::file::properties::{EnabledStatistics, WriterProperties};
 use ::parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use ::parquet::schema::parser::parse_message_type;
 use bytes::Bytes;
-use struson::reader::{JsonReader, JsonStreamReader};
 
 use super::columns::{ColumnKind, signed};
+use super::crs_member::CrsMember;
 use super::error::{Contradiction, ExportError};
 use super::feature::{KINDS, Value};
-use super::json::put_json_text;
 use super::numbering::Numbering;
 use super::output::{ExportJob, Output, Sink, blocking};
 use super::survey::Bounds;
@@ -41,6 +37,8 @@ const GROUP: usize = 1 << 16;
 /// The bytes that a row takes while its group is encoded, at most: as it came, in columns, encoded and
 /// compressed.
 const PER_ROW: u64 = 600;
+/// The key of the reference system's text, where it is not PROJJSON.
+const CRS_TEXT: &str = "delaunay-tiles:crs";
 /// The number that stands for a missing value. No sound file comes near.
 const MISSING: i64 = i64::MIN;
 
@@ -50,8 +48,11 @@ pub(super) async fn write<W: Write + Send + 'static>(
 ) -> Result<(), ExportError> {
     job.passes(1);
     let what = job.numbering.what();
+    let crs = job.reader().directory().lists.crs.as_deref().map(Crs::new);
+    let crs = CrsMember::of(crs.as_ref());
+    job.notes.extend(crs.note());
     let mut groups = RowGroups {
-        table: Some(Table::new(&job.numbering, what).map_err(failed)?),
+        table: Some(Table::new(&job.numbering, what, crs).map_err(failed)?),
         row_bytes: Shape::new(&job.numbering, what).row_bytes(),
         rows: Vec::new(),
         output,
@@ -221,14 +222,13 @@ impl Shape {
 /// A table as it is encoded.
 struct Table {
     shape: Shape,
-    /// The reference system in JSON; `None` for that of the specification's default, WGS 84.
-    crs: Option<Vec<u8>>,
+    crs: CrsMember,
     writer: SerializedFileWriter<Vec<u8>>,
     bounds: Bounds,
 }
 
 impl Table {
-    fn new(numbering: &Numbering, what: What) -> Result<Self, ParquetError> {
+    fn new(numbering: &Numbering, what: What, crs: CrsMember) -> Result<Self, ParquetError> {
         let shape = Shape::new(numbering, what);
         let schema = Arc::new(parse_message_type(&shape.schema())?);
         let mut properties = WriterProperties::builder()
@@ -245,10 +245,9 @@ impl Table {
                 _ => properties.set_column_encoding(name.into(), Encoding::DELTA_BINARY_PACKED),
             };
         }
-        let crs = numbering.reader().directory().lists.crs.as_deref().map(Crs::new);
         Ok(Self {
             shape,
-            crs: crs_in_json(crs.as_ref()),
+            crs,
             writer: SerializedFileWriter::new(Vec::new(), schema, Arc::new(properties.build()))?,
             bounds: Bounds::EMPTY,
         })
@@ -307,9 +306,8 @@ impl Table {
                 if dims == 3 { " Z" } else { "" }
             ),
         );
-        if let Some(crs) = &self.crs {
-            geo.extend_from_slice(b",\"crs\":");
-            geo.extend_from_slice(crs);
+        if let Some(crs) = self.crs.json() {
+            put(&mut geo, format_args!(",\"crs\":{crs}"));
         }
         if what == What::Triangles {
             geo.extend_from_slice(b",\"orientation\":\"counterclockwise\"");
@@ -323,6 +321,10 @@ impl Table {
         let geo = String::from_utf8_lossy(&geo).into_owned();
         self.writer
             .append_key_value_metadata(KeyValue::new("geo".to_owned(), geo));
+        if let CrsMember::Text(text) = &self.crs {
+            let text = KeyValue::new(CRS_TEXT.to_owned(), text.clone());
+            self.writer.append_key_value_metadata(text);
+        }
         self.writer.finish()?;
         Ok(())
     }
@@ -372,47 +374,4 @@ fn geometries(shape: Shape, rows: &[u8], bounds: &mut Bounds) -> Vec<ByteArray> 
     (0..count)
         .map(|row| ByteArray::from(all.slice(row * length..(row + 1) * length)))
         .collect()
-}
-
-/// Returns a reference system as the member `crs`; `None` for WGS 84, which has none.
-fn crs_in_json(crs: Option<&Crs>) -> Option<Vec<u8>> {
-    let Some(crs) = crs else {
-        return Some(b"null".to_vec());
-    };
-    if crs.epsg() == Some(4326) {
-        return None;
-    }
-    if let Some(object) = Some(crs.text()).filter(|text| text.starts_with('{') && is_json(text)) {
-        return Some(object.as_bytes().to_vec());
-    }
-    let mut out = Vec::new();
-    put_json_text(crs.text(), &mut out);
-    Some(out)
-}
-
-/// Returns whether a text is one value of JSON.
-fn is_json(text: &str) -> bool {
-    let mut reader = JsonStreamReader::new(text.as_bytes());
-    reader.skip_value().is_ok() && reader.consume_trailing_whitespace().is_ok()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn reference_systems_are_written_as_readers_take_them() {
-        for (text, json) in [
-            (None, Some("null")),
-            (Some("EPSG:4326"), None),
-            (Some("OGC:CRS84"), None),
-            (Some("EPSG:2056"), Some("\"EPSG:2056\"")),
-            (Some("PROJCS[\"x\"]"), Some("\"PROJCS[\\\"x\\\"]\"")),
-            (Some("{\"type\":\"ProjectedCRS\"}"), Some("{\"type\":\"ProjectedCRS\"}")),
-            (Some("{\"type\":"), Some("\"{\\\"type\\\":\"")),
-        ] {
-            let found = crs_in_json(text.map(Crs::new).as_ref());
-            assert_eq!(found.as_deref(), json.map(str::as_bytes), "{text:?}");
-        }
-    }
 }

@@ -22,6 +22,8 @@
 mod clip;
 #[cfg(any(feature = "flatgeobuf", feature = "parquet"))]
 mod columns;
+#[cfg(feature = "parquet")]
+mod crs_member;
 mod error;
 mod feature;
 #[cfg(feature = "flatgeobuf")]

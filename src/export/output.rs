@@ -106,6 +106,8 @@ pub(super) struct ExportJob<'a> {
     found: Vec<(CutBy, u64)>,
     /// The number of elements that were written: triangles and edges.
     pub(super) written: Written,
+    /// What the user should know about the output.
+    pub(super) notes: Vec<String>,
     progress: &'a mut (dyn FnMut(u64, u64) + Send),
     done: u64,
     total: u64,
@@ -121,6 +123,7 @@ impl<'a> ExportJob<'a> {
             numbering: Arc::new(Numbering::new(reader, options)),
             found: Vec::new(),
             written: Written::default(),
+            notes: Vec::new(),
             progress,
             done: 0,
             total: 0,

@@ -27,6 +27,9 @@ pub struct Exported<W> {
     pub edges: u64,
     /// The number of bytes of all outputs.
     pub bytes: u64,
+    /// What the user should know about the outputs, such as a reference system that the format cannot
+    /// describe.
+    pub notes: Vec<String>,
     /// The outputs, flushed, in the order in which they were given.
     pub outputs: Vec<W>,
 }
@@ -93,6 +96,7 @@ pub async fn export<W: Write + Send + 'static>(
         triangles: job.written.triangles,
         edges: job.written.edges,
         bytes: 0,
+        notes: job.notes,
         outputs: Vec::new(),
     };
     for output in outputs {

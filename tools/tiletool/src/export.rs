@@ -81,6 +81,7 @@ struct ExportReport {
     files: Vec<String>,
     bytes: u64,
     peak_memory_bytes: Option<u64>,
+    notes: Vec<String>,
 }
 
 /// Exports a tile file.
@@ -97,6 +98,9 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
     });
     bar.finish_and_clear();
     let exported = done?;
+    for note in &exported.notes {
+        common::say(format_args!("note: {note}"));
+    }
     let summary = ExportReport {
         vertices: exported.vertices,
         triangles: exported.triangles,
@@ -104,6 +108,7 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
         files: names.iter().map(|name| name.display().to_string()).collect(),
         bytes: exported.bytes,
         peak_memory_bytes: peak_memory(),
+        notes: exported.notes,
     };
     if to_stdout {
         // Standard output holds the triangulation, so the summary goes to standard error.

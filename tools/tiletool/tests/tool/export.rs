@@ -62,8 +62,7 @@ fn the_json_summary_has_counts_files_and_bytes() {
     assert!(peak.as_u64().is_none_or(|peak| peak > 0));
     let length = |name| fs::metadata(folder.path().join(name)).unwrap().len();
     let bytes = length("b.node") + length("b.ele");
-    let expected =
-        serde_json::json!({"vertices": 5, "triangles": 4, "edges": 0, "files": ["b.node", "b.ele"], "bytes": bytes});
+    let expected = serde_json::json!({"vertices": 5, "triangles": 4, "edges": 0, "files": ["b.node", "b.ele"], "bytes": bytes, "notes": []});
     assert_eq!(summary, expected);
 }
 
