@@ -77,6 +77,11 @@ impl Layout {
         self.scale[axis] * f64::from(i32::from_le_bytes(bytes)) + self.offset[axis]
     }
 
+    /// Returns the distance between neighbouring coordinates.
+    pub fn step(&self, axis: usize) -> f64 {
+        self.scale[axis].abs()
+    }
+
     #[inline]
     pub fn is_withheld(&self, record: &[u8]) -> bool {
         record[15] & (if self.extended { 0x04 } else { 0x80 }) != 0

@@ -1,5 +1,17 @@
 //! LAS, LAZ and COPC files of lidar points.
+//!
+//! Each of these modules uses only those above it:
+//!
+//! | module | contents |
+//! |---|---|
+//! | `problem` | what is wrong with a file |
+//! | `layout` | the fields of a point's record, and the selection of points |
+//! | `copc` | the octree of a COPC file, and the choice of its nodes |
+//! | `header` | the header and its records |
+//! | `laz` | decompression, chunk by chunk |
+//! | `reader` | the reader of all three |
 
+mod copc;
 mod header;
 mod layout;
 mod laz;
