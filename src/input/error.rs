@@ -7,6 +7,12 @@ use std::{fmt, io};
 
 use crate::shown;
 
+/// The problem of a file that is not COPC where the options require it, and what to do.
+pub const NOT_COPC: (&str, &str) = (
+    "this is not a COPC file",
+    "only COPC files have levels and resolutions: leave these options out, or convert the file",
+);
+
 /// A location in a file, as reported by [`InputError`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]

@@ -64,11 +64,16 @@
 //! **Memory** is bounded for every file: a read buffer of 256 KiB and a batch; for text one row of
 //! at most 1 MiB with the ends of its fields; for GeoJSON one name of at most 2 MiB; for FlatGeobuf,
 //! Shapefile and GeoPackage one feature of at most 512 MiB, which they have as a whole; for LAZ the
-//! decompressor's state for one chunk; for Parquet the metadata, of at most 8 MiB in the file, and a
+//! decompressor's state for one chunk and 16 bytes for each other chunk, and if parts of a COPC file
+//! are chosen, at most 200 bytes for each; for Parquet the metadata, of at most 8 MiB in the file, and a
 //! page of each column, of at most 16 MiB; for edges 1 MiB of those seen last; for a sample of the
 //! points 4 MiB. No length or count in a
 //! file is trusted before it is compared with the file's size. Every file is treated as hostile:
 //! whatever is wrong with it becomes an [`InputError`], never a panic.
+//!
+//! **Parts**: a COPC file is an octree of points. If [`InputOptions::copc_level`],
+//! [`InputOptions::copc_resolution`] or [`InputOptions::bounds`] exclude nodes, these are not read.
+//! The points and their record numbers are the same as if they were.
 //!
 //! **A file that changes** while it is read (in length, in time of modification, or because another
 //! file replaces it between two openings) is reported as [`InputError::Changed`], at the latest

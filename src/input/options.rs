@@ -302,7 +302,8 @@ pub enum MissingZ {
     Zero,
 }
 
-/// The options of reading points. An option that does not apply to a format has no effect.
+/// The options of reading points. An option that does not apply to a format has no effect, except
+/// [`copc_level`](Self::copc_level) and [`copc_resolution`](Self::copc_resolution).
 ///
 /// ```
 /// use delaunay_tiles::input::{Format, InputOptions};
@@ -319,6 +320,8 @@ pub struct InputOptions {
     pub(super) keep_withheld: bool,
     pub(super) bounds: Option<Rect>,
     pub(super) every: NonZeroU64,
+    pub(super) copc_level: Option<u8>,
+    pub(super) copc_resolution: Option<f64>,
     pub(super) skip_invalid: bool,
     pub(super) missing_z: MissingZ,
     /// Whether readers also count what only a description of the file needs, and the z that a point
@@ -337,6 +340,8 @@ impl Default for InputOptions {
             keep_withheld: false,
             bounds: None,
             every: NonZeroU64::MIN,
+            copc_level: None,
+            copc_resolution: None,
             skip_invalid: false,
             missing_z: MissingZ::Error,
             is_description: false,
@@ -390,7 +395,7 @@ impl InputOptions {
     }
 
     /// Keeps only points within a rectangle, its border included. With `None`, the default, all are
-    /// kept.
+    /// kept. Of a COPC file, only nodes of the octree that meet the rectangle are read.
     #[must_use]
     pub fn bounds(mut self, bounds: impl Into<Option<Rect>>) -> Self {
         self.bounds = bounds.into();
@@ -405,8 +410,53 @@ impl InputOptions {
         self
     }
 
-    /// Returns whether some valid points may be left out. Then the number of records that an input
-    /// announces says little about the number of points.
+    /// For COPC, keeps only points in nodes of the octree up to this level; 0 is the root. With
+    /// `None`, the default, all levels are kept.
+    ///
+    /// The points up to a level are spread over the whole file, at about half the distance that
+    /// those up to the level before have. The rest is not read. Each file has an octree of its own,
+    /// so for several files [`copc_resolution`](Self::copc_resolution) is the better measure.
+    ///
+    /// An input that is not COPC is an error.
+    ///
+    /// ```
+    /// use delaunay_tiles::input::{InputOptions, PointSource};
+    ///
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let dir = tempfile::tempdir()?;
+    /// # let path = dir.path().join("points.f64");
+    /// # std::fs::write(&path, [0; 16])?;
+    /// let error = PointSource::open(&[path], &InputOptions::default().copc_level(3)).unwrap_err();
+    /// assert!(error.to_string().contains("points.f64: this is not a COPC file"));
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[must_use]
+    pub fn copc_level(mut self, level: impl Into<Option<u8>>) -> Self {
+        self.copc_level = level.into();
+        self
+    }
+
+    /// For COPC, keeps only points in nodes of the octree up to the first level at which points are
+    /// at most `resolution` apart, in the unit of the coordinates. A file says how far apart the
+    /// points of the root are, and each level halves that. With `None`, the default, all are kept.
+    ///
+    /// If a level is set too, the one nearer to the root is the limit. `resolution` must be finite and
+    /// above 0. An input that is not COPC is an error.
+    #[must_use]
+    pub fn copc_resolution(mut self, resolution: impl Into<Option<f64>>) -> Self {
+        self.copc_resolution = resolution.into();
+        self
+    }
+
+    /// Returns whether the options select levels of an octree.
+    pub(super) fn selects_levels(&self) -> bool {
+        self.copc_level.is_some() || self.copc_resolution.is_some()
+    }
+
+    /// Returns whether some valid points may be left out that an input announces. Then the number of
+    /// these says little about the number of points. Levels of COPC leave out points that are not
+    /// announced.
     #[must_use]
     pub fn is_filtered(&self) -> bool {
         !self.classes.is_empty() || self.returns != Returns::All || self.is_thinned()

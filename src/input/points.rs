@@ -78,11 +78,13 @@ pub struct InputCounts {
     /// The number of LAS points that were skipped because they are marked as withheld.
     pub withheld: u64,
     /// The number of points that the options exclude: by their place, their number, or for LAS by
-    /// their class and return.
+    /// their class and return. Points in nodes of a COPC file that are not read count here too,
+    /// withheld ones included.
     pub filtered: u64,
     /// The number of invalid records that were skipped.
     pub invalid: u64,
-    /// The number of bytes read from the inputs. In a compressed input, compressed bytes count.
+    /// The number of bytes read from the inputs. In a compressed input, compressed bytes count. An
+    /// input that has ended counts as a whole, even if parts of it were not needed.
     pub bytes_read: u64,
 }
 

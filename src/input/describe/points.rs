@@ -83,6 +83,8 @@ fn all(options: &InputOptions, format: Format) -> InputOptions {
     .keep_withheld(false)
     .bounds(None)
     .every(NonZeroU64::MIN)
+    .copc_level(None)
+    .copc_resolution(None)
     .skip_invalid(true)
     .missing_z(MissingZ::Zero)
 }

@@ -4,7 +4,7 @@
 use crate::geometry::Point;
 use crate::input::bytes::ByteInput;
 use crate::input::content;
-use crate::input::error::{InputError, RecordKind};
+use crate::input::error::{InputError, Location, NOT_COPC, RecordKind};
 #[cfg(feature = "las")]
 use crate::input::formats::las;
 use crate::input::formats::node::Node;
@@ -67,10 +67,11 @@ impl Records for PointBatch {
     }
 
     fn start(format: Option<Format>, input: ByteInput, options: &InputOptions) -> Started<Self> {
-        match format
+        let format = format
             .or_else(|| content::recognise(&input.head))
-            .unwrap_or(Format::Text)
-        {
+            .unwrap_or(Format::Text);
+        check_levels(format, &input.path, options)?;
+        match format {
             Format::F64 => Ok(Box::new(raw::Points::new(input, options)?)),
             Format::Node => Ok(Box::new(Node::new(input)?)),
             Format::Poly => Ok(Box::new(Node::of_poly(input)?)),
@@ -92,6 +93,9 @@ impl Records for PointBatch {
     }
 
     fn start_file(format: Option<Format>, file: Watched<Arc<File>>, options: &InputOptions) -> Started<Self> {
+        if let Some(format) = format {
+            check_levels(format, &file.watch.path, options)?;
+        }
         match (format, file.watch.size()) {
             #[cfg(feature = "las")]
             (Some(Format::Las), Some(size)) => las::open(file, size, options),
@@ -109,6 +113,14 @@ impl Records for PointBatch {
             _ => start_stream(format, file, options),
         }
     }
+}
+
+/// Fails if the options select levels of an octree, and files of this format have none.
+fn check_levels(format: Format, path: &Path, options: &InputOptions) -> Result<(), InputError> {
+    if options.selects_levels() && format != Format::Las {
+        return Err(InputError::malformed(path, Location::File, NOT_COPC.0, NOT_COPC.1));
+    }
+    Ok(())
 }
 
 fn start_vector(vector: Vector, input: ByteInput) -> Started<PointBatch> {
@@ -183,6 +195,15 @@ impl Source<PointBatch> {
                 expected: "expected 2 or 3".to_owned(),
             });
         }
+        if let Some(resolution) = options.copc_resolution
+            && !(resolution.is_finite() && resolution > 0.0)
+        {
+            return Err(InputError::Option {
+                option: "copc_resolution",
+                value: resolution.to_string(),
+                expected: "expected a finite number above 0".to_owned(),
+            });
+        }
         Ok(Self::new(options.clone()))
     }
 
@@ -233,7 +254,7 @@ impl Source<PointBatch> {
 
     /// Returns the number of points that remain, as estimated from the beginnings of the inputs:
     /// for raw f64 from the file's size, for LAS, LAZ, `.node`, `.poly`, PLY and most Parquet files
-    /// from the header. Returns `None` if an input gives no estimate: text, GeoJSON, OBJ, and raw f64
+    /// from the header, for COPC from the nodes that the options select. Returns `None` if an input gives no estimate: text, GeoJSON, OBJ, and raw f64
     /// from a stream or gzip.
     ///
     /// This is an estimate for planning and progress, and 0 after an error. It is too high where

@@ -41,12 +41,19 @@ pub struct InputArgs {
     /// For LAS: drop points that are marked as withheld, which is the default
     #[arg(long, conflicts_with = "keep_withheld")]
     pub drop_withheld: bool,
-    /// Keep only points within this rectangle
+    /// Keep only points within this rectangle; of COPC, only what meets it is read
     #[arg(long, value_name = "XMIN,YMIN,XMAX,YMAX", allow_hyphen_values = true, value_parser = rect)]
     pub bounds: Option<Rect>,
     /// Keep only each N-th record, counted over all inputs from the first one
     #[arg(long, value_name = "N", default_value_t = NonZeroU64::MIN)]
     pub every: NonZeroU64,
+    /// For COPC: keep only points in nodes of the octree up to this level; 0 is the root
+    #[arg(long, value_name = "N")]
+    pub level: Option<u8>,
+    /// For COPC: keep only levels of the octree up to the first at which points are at most this far
+    /// apart, in the unit of the coordinates
+    #[arg(long, value_name = "DISTANCE", value_parser = distance)]
+    pub resolution: Option<f64>,
     /// Skip and count invalid records; without this option, the first one is an error
     #[arg(long)]
     pub skip_invalid: bool,
@@ -72,6 +79,8 @@ impl InputArgs {
             .keep_withheld(self.keep_withheld)
             .bounds(self.bounds)
             .every(self.every)
+            .copc_level(self.level)
+            .copc_resolution(self.resolution)
             .skip_invalid(self.skip_invalid)
             // A build overrides this. A comparison of a file with its input does not require z.
             .missing_z(MissingZ::Zero)
@@ -93,6 +102,16 @@ fn rect(text: &str) -> anyhow::Result<Rect> {
     Ok(rect)
 }
 
+/// Parses a distance above 0.
+fn distance(text: &str) -> anyhow::Result<f64> {
+    let distance = text.trim().parse().unwrap_or(f64::NAN);
+    ensure!(
+        distance.is_finite() && distance > 0.0,
+        "a distance is a finite number above 0, such as 0.5"
+    );
+    Ok(distance)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -103,6 +122,14 @@ mod tests {
         assert_eq!(rect("1,1,1,1").unwrap(), Rect::new(1.0, 1.0, 1.0, 1.0));
         for wrong in ["", "1,2,3", "1,2,3,4,5", "a,b,c,d", "0,0,inf,1", "0,NaN,1,1", "1,0,0,1"] {
             assert!(rect(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn distances_are_finite_and_above_0() {
+        assert_eq!(distance(" 0.5").unwrap(), 0.5);
+        for wrong in ["", "0", "-1", "inf", "NaN", "1e999", "1m"] {
+            assert!(distance(wrong).is_err(), "{wrong}");
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The header of a LAS file, and the variable length records after it.
 
+use crate::input::formats::las::copc::is_info;
 use crate::input::formats::las::problem::{FileReader, Problem, trimmed};
 use ::las::raw::Vlr;
 use ::las::raw::header::Header;
@@ -62,12 +63,12 @@ pub fn records(file: &mut FileReader, header: &Header, end: u64) -> Result<Vec<V
             Problem::cut_short(format!("variable length record {n} of {number} cannot be read")).caused_by(error)
         })?;
         position += SHORTEST + record.data.len() as u64;
-        // Only these records are used later; a file may have many others.
+        // Only these records are used later; a file may have many others. In a COPC file, its own is
+        // the first one: another program than one that knows COPC may keep it elsewhere.
         let is_used = match trimmed(&record.user_id) {
             b"LASF_Projection" | b"laszip encoded" => true,
             b"LASF_Spec" => record.record_id == 4,
-            b"copc" => record.record_id == 1,
-            _ => false,
+            _ => n == 0 && is_info(&record),
         };
         if is_used {
             records.push(record);

@@ -87,6 +87,11 @@ impl Layout {
         }
     }
 
+    /// Returns the distance between neighbouring coordinates.
+    pub fn step(&self, axis: usize) -> f64 {
+        self.scale[axis].abs()
+    }
+
     #[inline]
     pub fn is_withheld(&self, record: &[u8]) -> bool {
         record[15] & (if self.extended { 0x04 } else { 0x80 }) != 0

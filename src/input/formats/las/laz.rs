@@ -1,6 +1,7 @@
 //! Decompression of LAZ, with checks of everything that the crate `laz` trusts.
 //!
-//! In: a file at its point data, and the LASzip record of its header. Out: point records as in LAS.
+//! In: a file at its point data, the LASzip record of its header, and the nodes to read if it is a
+//! COPC file. Out: point records as in LAS, chunk by chunk.
 //! Format: LASzip 2 and 3 (chunks of points; from point format 6 on, the fields of a chunk are in
 //! layers).
 //!
@@ -10,6 +11,9 @@
 //!   table:  u32 version | u32: chunks | compressed entries (points), bytes
 //! ```
 //!
+//! This uses the decompressors of records, not the crate's `LasZipDecompressor`: that one cannot
+//! begin at a chunk if chunks differ in size, and reads the table a second time.
+//!
 //! `laz` 0.13 handles hostile numbers as follows. This module checks them first:
 //!
 //! - It allocates 16 bytes for each chunk that the table claims. Here the number of chunks is
@@ -17,47 +21,45 @@
 //! - It allocates the bytes that each layer claims. Here the sum is compared with the rest of the
 //!   file.
 //! - It allocates about 10 KiB per extra byte. The limit on the record length bounds this.
-//! - It indexes the table by chunk and panics beyond its end, and it loops over chunks of no
-//!   points. Here the table must have as many points as the header, and no chunk without points.
+//! - It accepts tables of any numbers of points. Here the table must have as many points as the
+//!   header, and no chunk without points.
 //!
 //! Its arithmetic decoder can still divide by zero or index out of range on damaged data. Only
 //! decoding itself could detect this, so such a panic is caught and becomes an error (where panics
 //! unwind; `caught` tells the program's panic hook not to report it).
 
+use crate::geometry::Rect;
 use crate::input::caught::catch;
+use crate::input::formats::las::copc::Node;
 use crate::input::formats::las::layout::Layout;
 use crate::input::formats::las::problem::{CUT_SHORT, FileReader, Problem, trimmed};
 use ::las::raw::Vlr;
-use laz::laszip::ChunkTable;
-use laz::{DecompressionSelection, LasZipDecompressor, LazItemType, LazVlr};
+use laz::laszip::{ChunkTable, ChunkTableEntry, LazItem};
+use laz::record::{LayeredPointRecordDecompressor, RecordDecompressor, SequentialPointRecordDecompressor};
+use laz::{DecompressionSelection, LazItemType, LazVlr};
+use std::io;
 use std::io::{Read, Seek, SeekFrom};
 
 /// The least number of bytes of the file per chunk: a chunk stores its first point uncompressed,
 /// and the smallest point has 20 bytes.
 const LARGEST_TABLE: u64 = 20;
 
-pub struct Laz {
-    decompressor: LasZipDecompressor<'static, FileReader>,
-    size: u64,
-    length: usize,
-    chunks: Chunks,
-    /// The number of points left in the chunk.
-    left: u64,
+/// How the points of a file are compressed.
+pub struct Compression {
+    items: Vec<LazItem>,
     /// The number of layers of a chunk; `None` if chunks have no layers.
     layers: Option<usize>,
-    /// Whether the decoder panicked or failed, so that its state must not be used.
-    broken: bool,
+    /// The chunks; `None` if they have no table.
+    table: Option<ChunkTable>,
+    /// The number of points of each chunk, where there is no table.
+    chunk_points: u64,
+    /// The offset of the first chunk, in bytes.
+    pub start: u64,
 }
 
-/// The number of points in each remaining chunk.
-enum Chunks {
-    Fixed(u64),
-    Table(std::vec::IntoIter<u64>),
-}
-
-impl Laz {
+impl Compression {
     pub fn new(
-        mut file: FileReader,
+        file: &mut FileReader,
         size: u64,
         start: u64,
         count: u64,
@@ -70,74 +72,147 @@ impl Laz {
                 "compressed points, but no record that describes the compression",
             ));
         };
-        let mut data = record.data.clone();
-        if is_pointwise(&data)
-            && let Some(chunk_size) = data.get_mut(12..16)
-        {
-            // There is one chunk. Old files have arbitrary sizes here, and the crate panics at the
-            // value that means that sizes differ.
-            chunk_size.copy_from_slice(&u32::MAX.wrapping_sub(1).to_le_bytes());
-        }
-        let vlr = LazVlr::from_buffer(&data).map_err(|error| {
+        let vlr = LazVlr::from_buffer(&record.data).map_err(|error| {
             Problem::damaged("the record that describes the compression is invalid").caused_by(error)
         })?;
         let layers = check_items(&vlr, &record.data, layout)?;
-        let chunks = if is_pointwise(&record.data) {
-            // There is one chunk, as in `laz`.
-            Chunks::Fixed(u64::from(u32::MAX))
-        } else {
-            let table = read_table(&mut file, size, start, &vlr)?;
-            check_table(&vlr, table, count)?
-        };
-        file.seek(SeekFrom::Start(start))
-            .map_err(|error| Problem::cut_short("the points cannot be found").caused_by(error))?;
-        // Fields that are not read need not be decompressed; only layers can be left out.
-        let selection = DecompressionSelection::xy_returns_channel()
-            .decompress_z()
-            .decompress_classification()
-            .decompress_flags();
-        let decompressor = match catch(|| LasZipDecompressor::selective(file, vlr, selection)) {
-            Some(Ok(decompressor)) => decompressor,
-            Some(Err(error)) => return Err(undecodable().caused_by(error)),
-            None => return Err(undecodable()),
+        let items = vlr.items().clone();
+        if is_pointwise(&record.data) {
+            // There is one chunk, and neither a table nor its offset. The size of chunks in the
+            // record is arbitrary.
+            return Ok(Self {
+                items,
+                layers,
+                table: None,
+                chunk_points: u64::from(u32::MAX),
+                start,
+            });
+        }
+        let table = read_table(file, size, start, &vlr)?;
+        check_table(&vlr, table.as_ref(), count)?;
+        Ok(Self {
+            items,
+            layers,
+            table,
+            chunk_points: u64::from(vlr.chunk_size()),
+            start: start + ChunkTable::OFFSET_SIZE as u64,
+        })
+    }
+
+    /// Returns the table of the chunks, if there is one.
+    pub fn table(&self) -> Option<&[ChunkTableEntry]> {
+        self.table.as_ref().map(AsRef::as_ref)
+    }
+}
+
+/// The points of the chunks that are read.
+pub struct Laz {
+    decompressor: Box<dyn RecordDecompressor<FileReader> + Send + Sync>,
+    items: Vec<LazItem>,
+    size: u64,
+    length: usize,
+    layers: Option<usize>,
+    chunks: Chunks,
+    /// The number of points left in the chunk.
+    left: u64,
+    /// Contains the points of the chunk.
+    bounds: Option<Rect>,
+    /// Whether the decoder panicked or failed, so that its state must not be used.
+    broken: bool,
+}
+
+/// The remaining chunks.
+enum Chunks {
+    /// All have this number of points, and one follows another.
+    Fixed(u64),
+    /// As in the table, from this index on.
+    Table(ChunkTable, usize),
+    /// Those of these nodes.
+    Nodes(std::vec::IntoIter<Node>),
+}
+
+impl Laz {
+    /// Starts the decompression of all chunks, or of those of some nodes.
+    pub fn new(
+        mut file: FileReader,
+        size: u64,
+        compression: Compression,
+        nodes: Option<Vec<Node>>,
+        layout: Layout,
+    ) -> Result<Self, Problem> {
+        file.seek(SeekFrom::Start(compression.start)).map_err(not_found)?;
+        let chunks = match (nodes, compression.table) {
+            (Some(nodes), _) => Chunks::Nodes(nodes.into_iter()),
+            (None, Some(table)) => Chunks::Table(table, 0),
+            (None, None) => Chunks::Fixed(compression.chunk_points),
         };
         Ok(Self {
-            decompressor,
+            decompressor: match compression.layers {
+                Some(_) => Box::new(LayeredPointRecordDecompressor::new(file)),
+                None => Box::new(SequentialPointRecordDecompressor::new(file)),
+            },
+            items: compression.items,
             size,
             length: layout.length,
+            layers: compression.layers,
             chunks,
             left: 0,
-            layers,
+            bounds: None,
             broken: false,
         })
     }
 
-    /// Fills the buffer with whole records.
-    pub fn read(&mut self, mut buffer: &mut [u8]) -> Result<(), Problem> {
-        while !buffer.is_empty() {
-            if self.left == 0 {
-                self.next_chunk()?;
-            }
-            let points = ((buffer.len() / self.length) as u64).min(self.left);
-            let (now, later) = buffer.split_at_mut(points as usize * self.length);
-            self.decompress(now)?;
-            self.left -= points;
-            buffer = later;
-        }
-        Ok(())
+    /// Returns the number of points left in the chunk.
+    pub fn left(&self) -> u64 {
+        self.left
     }
 
-    fn next_chunk(&mut self) -> Result<(), Problem> {
+    /// Returns a rectangle that the octree of the file says contains the points of the chunk.
+    pub fn bounds(&self) -> Option<Rect> {
+        self.bounds
+    }
+
+    /// Fills the buffer with whole records of the chunk, at most as many as are left.
+    pub fn read(&mut self, buffer: &mut [u8]) -> Result<(), Problem> {
+        self.left -= (buffer.len() / self.length) as u64;
+        self.decompress(|decompressor| decompressor.decompress_many(buffer))
+    }
+
+    /// Begins the next chunk to read, once no point of the last one is left. Returns the number of
+    /// points between them; `None` if there is no chunk to read.
+    pub fn next_chunk(&mut self) -> Result<Option<u64>, Problem> {
+        let mut skipped = 0;
         self.left = match &mut self.chunks {
             Chunks::Fixed(points) => *points,
-            Chunks::Table(table) => table
-                .next()
-                .ok_or_else(|| Problem::damaged("the chunk table has fewer points than the header"))?,
+            Chunks::Table(table, next) => {
+                let chunk = table.as_ref().get(*next);
+                *next += 1;
+                chunk
+                    .ok_or_else(|| Problem::damaged("the chunk table has fewer points than the header"))?
+                    .point_count
+            }
+            Chunks::Nodes(nodes) => {
+                let Some(node) = nodes.next() else {
+                    return Ok(None);
+                };
+                let file = self.decompressor.get_mut();
+                file.seek(SeekFrom::Start(node.offset)).map_err(not_found)?;
+                self.bounds = Some(node.bounds);
+                skipped = node.skipped;
+                node.points
+            }
         };
-        match self.layers {
-            Some(layers) => self.check_layers(layers),
-            None => Ok(()),
+        if let Some(layers) = self.layers {
+            self.check_layers(layers)?;
         }
+        let items = self.items.clone();
+        self.decompress(|decompressor| {
+            decompressor.reset();
+            decompressor.set_fields_from(&items).map_err(io::Error::other)?;
+            decompressor.set_selection(selection());
+            Ok(())
+        })?;
+        Ok(Some(skipped))
     }
 
     /// Compares the sizes of the next chunk's layers with the rest of the file.
@@ -164,13 +239,17 @@ impl Laz {
         Ok(())
     }
 
-    fn decompress(&mut self, buffer: &mut [u8]) -> Result<(), Problem> {
+    /// Lets the decompressor work. See the head of this file: the state that a panic leaves behind
+    /// is never used again.
+    fn decompress(
+        &mut self,
+        work: impl FnOnce(&mut dyn RecordDecompressor<FileReader>) -> io::Result<()>,
+    ) -> Result<(), Problem> {
         if self.broken {
             return Err(undecodable());
         }
-        let decompressor = &mut self.decompressor;
-        // See the head of this file. The state that a panic leaves behind is never used again.
-        let result = catch(|| decompressor.decompress_many(buffer));
+        let decompressor = &mut *self.decompressor;
+        let result = catch(|| work(decompressor));
         self.broken = !matches!(result, Some(Ok(())));
         match result {
             Some(Ok(())) => Ok(()),
@@ -182,6 +261,19 @@ impl Laz {
             None => Err(undecodable()),
         }
     }
+}
+
+/// Returns the fields to decompress. Those that are not read need not be; only layers can be left
+/// out.
+fn selection() -> DecompressionSelection {
+    DecompressionSelection::xy_returns_channel()
+        .decompress_z()
+        .decompress_classification()
+        .decompress_flags()
+}
+
+fn not_found(error: io::Error) -> Problem {
+    Problem::cut_short("the points cannot be found").caused_by(error)
 }
 
 /// Returns the error of points that the decoder cannot decode.
@@ -246,6 +338,10 @@ fn check_items(vlr: &LazVlr, record: &[u8], layout: Layout) -> Result<Option<usi
 /// Reads the table of chunks; `None` if there is none, because the writer was interrupted.
 fn read_table(file: &mut FileReader, size: u64, start: u64, vlr: &LazVlr) -> Result<Option<ChunkTable>, Problem> {
     let number = |file: &mut FileReader, at: u64| {
+        // Nothing is read behind the end: that would look like a file that changed its length.
+        if at > size.saturating_sub(8) {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
         let mut bytes = [0; 8];
         file.seek(SeekFrom::Start(at))?;
         file.read_exact(&mut bytes)?;
@@ -276,24 +372,25 @@ fn read_table(file: &mut FileReader, size: u64, start: u64, vlr: &LazVlr) -> Res
     }
 }
 
-/// Returns the points per chunk. The table must have at least as many points as the header.
-fn check_table(vlr: &LazVlr, table: Option<ChunkTable>, count: u64) -> Result<Chunks, Problem> {
-    let entries = table.as_ref().map(AsRef::as_ref);
-    let points = match (vlr.uses_variable_size_chunks(), entries) {
-        (true, None) => return Err(Problem::damaged("chunks of different sizes, but no table of them")),
-        (false, None) => return Ok(Chunks::Fixed(u64::from(vlr.chunk_size()))),
-        (_, Some(entries)) => entries.iter().map(|entry| entry.point_count).collect::<Vec<_>>(),
+/// Checks that the table has at least as many points as the header, and is there if it must be.
+fn check_table(vlr: &LazVlr, table: Option<&ChunkTable>, count: u64) -> Result<(), Problem> {
+    let Some(table) = table else {
+        return match vlr.uses_variable_size_chunks() {
+            true => Err(Problem::damaged("chunks of different sizes, but no table of them")),
+            false => Ok(()),
+        };
     };
-    if points.iter().any(|&n| n == 0 || n > u64::from(u32::MAX)) {
+    let points = || table.as_ref().iter().map(|chunk| chunk.point_count);
+    if points().any(|n| n == 0 || n > u64::from(u32::MAX)) {
         return Err(Problem::damaged(
             "the chunk table has a chunk of no points, or of too many",
         ));
     }
-    let sum = points.iter().fold(0u64, |sum, &n| sum.saturating_add(n));
+    let sum = points().fold(0, u64::saturating_add);
     if sum < count {
         return Err(Problem::cut_short(format!(
             "the chunk table has {sum} of {count} points"
         )));
     }
-    Ok(Chunks::Table(points.into_iter()))
+    Ok(())
 }

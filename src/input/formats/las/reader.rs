@@ -1,7 +1,8 @@
 //! The reader of LAS, LAZ and COPC files of lidar points.
 //!
 //! In: a file. Out: its points with z, scaled according to the header, without withheld points and
-//! without points that the selected classes and returns exclude. Source: ASPRS, LAS Specification
+//! without points that the selected classes and returns exclude. Of a COPC file, nodes that the
+//! options exclude are not read; their points count as filtered. Source: ASPRS, LAS Specification
 //! 1.4 R15.
 //!
 //! The crate `las` parses the header and records, `laz` decompresses. `las::Reader` is not used: it
@@ -10,17 +11,18 @@
 //! anything is allocated or decoded according to it. A file that is cut short fails at open. The
 //! header, not the suffix, determines whether a file is LAZ.
 
-use crate::geometry::Point;
+use crate::geometry::{Point, Rect};
 use crate::input::about::About;
 use crate::input::bytes::BUFFER;
 use crate::input::error::{InputError, Location};
 use crate::input::formats::las::about::Census;
+use crate::input::formats::las::copc::{Choice, stale};
 use crate::input::formats::las::header::{count, crs, extended_wkt, header, records};
 use crate::input::formats::las::layout::{Keep, Layout};
-use crate::input::formats::las::laz::Laz;
+use crate::input::formats::las::laz::{Compression, Laz};
 use crate::input::formats::las::problem::{FileReader, Problem};
 use crate::input::options::InputOptions;
-use crate::input::points::PointBatch;
+use crate::input::points::{InputCounts, PointBatch};
 use crate::input::reader::{Reader, Sink, Started};
 use crate::input::sample::RandomAccess;
 use crate::input::watch::Watched;
@@ -32,6 +34,10 @@ use std::sync::Arc;
 
 /// The number of bytes of points read at once.
 const CHUNK: usize = 1 << 20;
+
+/// The size of the buffer for parts of the file here and there: its header and tables, and nodes of
+/// which others are left out.
+const SMALL_BUFFER: usize = 8192;
 
 /// Returns the error for LAS in an input that is not a file.
 pub fn no_stream(path: &Path) -> InputError {
@@ -45,7 +51,7 @@ pub fn no_stream(path: &Path) -> InputError {
 /// Starts the reader of a file of `size` bytes.
 pub fn open(file: Watched<Arc<File>>, size: u64, options: &InputOptions) -> Started<PointBatch> {
     let path = Arc::clone(&file.watch.path);
-    match Las::new(BufReader::with_capacity(BUFFER, file), size, options) {
+    match Las::new(BufReader::with_capacity(SMALL_BUFFER, file), size, options) {
         Ok(las) => Ok(Box::new(las)),
         Err(problem) => Err(problem.at(&path, Location::File)),
     }
@@ -56,9 +62,11 @@ struct Las {
     records: Records,
     /// The offset of the first point, in bytes.
     start: u64,
-    /// The number of points in the file, and how many of them were read.
+    /// The number of points in the file, and how many of them were read or passed over.
     count: u64,
     read: u64,
+    /// The number of points that are still to be read.
+    left: u64,
     keep: Keep,
     /// Space for whole records.
     buffer: Vec<u8>,
@@ -87,10 +95,20 @@ impl Las {
         let census = options
             .is_description
             .then(|| Box::new(Census::new(&mut file, &header, &records, &layout, size)));
-        file.seek(SeekFrom::Start(start))
-            .map_err(|error| Problem::cut_short("the points cannot be found").caused_by(error))?;
+        let choice = Choice::new(&records, compressed, &layout, options)?;
+        let mut left = count;
         let records = if compressed && count > 0 {
-            Records::Compressed(Box::new(Laz::new(file, size, start, count, &records, layout)?))
+            let compression = Compression::new(&mut file, size, start, count, &records, layout)?;
+            let nodes = match (choice, compression.table()) {
+                (Some(choice), Some(table)) => choice.nodes(&mut file, size, compression.start, table, count)?,
+                (Some(_), None) => return Err(stale("there is no chunk table".to_owned())),
+                (None, _) => None,
+            };
+            match &nodes {
+                Some(nodes) => left = nodes.iter().map(|node| node.points).sum(),
+                None => file = widened(file),
+            }
+            Records::Compressed(Box::new(Laz::new(file, size, compression, nodes, layout)?))
         } else {
             let end = count
                 .checked_mul(layout.length as u64)
@@ -101,6 +119,8 @@ impl Las {
                     layout.length
                 )));
             }
+            file = widened(file);
+            file.seek(SeekFrom::Start(start)).map_err(unreadable)?;
             Records::Plain(file)
         };
         Ok(Self {
@@ -109,12 +129,42 @@ impl Las {
             start,
             count,
             read: 0,
+            left,
             keep: Keep::new(options),
             buffer: Vec::new(),
             crs,
             census,
         })
     }
+
+    /// Begins the next chunk if no point of the last one is left. Points that are passed over count
+    /// as filtered. Returns the number of points that can be read now, 0 at the end.
+    fn advance(&mut self, counts: &mut InputCounts) -> Result<u64, Problem> {
+        let rest = self.count - self.read;
+        let Records::Compressed(laz) = &mut self.records else {
+            return Ok(rest);
+        };
+        if laz.left() == 0 && rest > 0 {
+            let skipped = laz.next_chunk()?.unwrap_or(rest);
+            counts.records += skipped;
+            counts.filtered += skipped;
+            self.read += skipped;
+        }
+        Ok(laz.left().min(self.count - self.read))
+    }
+
+    /// Returns a rectangle that must contain the points that were just read.
+    fn bounds(&self) -> Option<Rect> {
+        match &self.records {
+            Records::Plain(_) => None,
+            Records::Compressed(laz) => laz.bounds(),
+        }
+    }
+}
+
+/// Returns the file with a large buffer, for reading all of it. Its position is not kept.
+fn widened(file: FileReader) -> FileReader {
+    BufReader::with_capacity(BUFFER, file.into_inner())
 }
 
 impl Reader<PointBatch> for Las {
@@ -127,7 +177,7 @@ impl Reader<PointBatch> for Las {
     }
 
     fn expected(&self) -> Option<u64> {
-        Some(self.count.saturating_sub(self.read))
+        Some(self.left)
     }
 
     fn random_access(&self) -> Option<RandomAccess> {
@@ -148,9 +198,10 @@ impl Reader<PointBatch> for Las {
     fn fill(&mut self, sink: &mut Sink<'_, PointBatch>) -> Result<bool, InputError> {
         let layout = self.layout;
         while !sink.is_full() {
-            let n = (sink.room() as u64)
-                .min((CHUNK / layout.length) as u64)
-                .min(self.count - self.read);
+            let can_read = self
+                .advance(&mut sink.totals.counts)
+                .map_err(|problem| problem.at(sink.path, Location::Point(self.read)))?;
+            let n = can_read.min(sink.room() as u64).min((CHUNK / layout.length) as u64);
             if n == 0 {
                 return Ok(false);
             }
@@ -163,6 +214,8 @@ impl Reader<PointBatch> for Las {
             if let Some(census) = &mut self.census {
                 census.add(&self.buffer, &layout);
             }
+            self.left = self.left.saturating_sub(n);
+            let bounds = self.bounds();
             for record in self.buffer.chunks_exact(layout.length) {
                 let point = self.read;
                 self.read += 1;
@@ -174,6 +227,9 @@ impl Reader<PointBatch> for Las {
                     sink.totals.counts.filtered += 1;
                 } else {
                     let [x, y, z] = [0, 1, 2].map(|axis| layout.coordinate(record, axis));
+                    if bounds.is_some_and(|bounds| !bounds.contains(Point::new(x, y))) {
+                        return Err(out_of_node().at(sink.path, Location::Point(point)));
+                    }
                     sink.point(x, y, Some(z), || Location::Point(point))?;
                 }
             }
@@ -184,6 +240,10 @@ impl Reader<PointBatch> for Las {
     fn about(&self) -> About {
         self.census.as_ref().map(|census| census.about()).unwrap_or_default()
     }
+}
+
+fn out_of_node() -> Problem {
+    stale("the point is not within the cube of its node of the octree".to_owned())
 }
 
 fn unreadable(error: io::Error) -> Problem {

@@ -196,6 +196,30 @@ fn lidar_is_built_with_z_and_filters() {
 }
 
 #[test]
+fn copc_is_built_by_level_and_resolution() {
+    let scratch = Scratch::new();
+    // This file has only the root of an octree.
+    let copc = data("las/autzen.copc.laz");
+    for choice in [["--level", "0"], ["--resolution", "0.25"]] {
+        let args = [&["build", &copc, "-o", "a.tiles", "--force", "--json"], &choice[..]].concat();
+        assert_eq!(scratch.json(&args)["points"], 107);
+        scratch.ok(&["verify", "a.tiles", "--against", &copc, choice[0], choice[1]]);
+        let laz = data("las/autzen.laz");
+        let error = scratch.fails(1, &["build", &laz, "-o", "no.tiles", choice[0], choice[1]]);
+        assert!(error.contains("autzen.laz: this is not a COPC file"), "{error}");
+        assert!(!scratch.path("no.tiles").exists());
+    }
+    for wrong in [
+        ["--level", "-1"],
+        ["--level", "256"],
+        ["--resolution", "0"],
+        ["--resolution", "inf"],
+    ] {
+        scratch.fails(2, &["build", &copc, "-o", "no.tiles", wrong[0], wrong[1]]);
+    }
+}
+
+#[test]
 fn points_are_read_from_a_pipe() {
     let scratch = Scratch::new();
     let mut child = scratch
