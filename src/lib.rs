@@ -172,6 +172,7 @@
 //! | [`query`] | locating points, shortest paths, nearest sites, distance matrices |
 //! | [`edit`] | changes of a file on disk |
 //! | [`export`] | the triangulation in other programs' formats |
+//! | [`terrain`] | the triangulation as a surface: rasters |
 //! | [`constraints`] | checks of polygons, and splitting of lines where they cross |
 //! | [`mesh`] | in-core triangulations, with and without constraints |
 //! | [`geometry`] | points, rectangles and exact predicates |
@@ -242,6 +243,7 @@ pub mod pipeline;
 pub mod query;
 pub mod shown;
 pub mod store;
+pub mod terrain;
 
 pub use constraints::{
     ConstraintError, Crossing, Inverted, InvertedPolygons, LinesToSplit, MissingZ, Overlapping, PolygonCheck,

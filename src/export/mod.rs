@@ -19,7 +19,6 @@
 //! [requested](ExportOptions::holes). Whatever a file contains, an export ends with a complete
 //! output or an error. After an error, what was written so far must be discarded.
 
-mod clip;
 #[cfg(any(feature = "flatgeobuf", feature = "parquet"))]
 mod columns;
 mod error;
@@ -51,7 +50,6 @@ mod hole_tests;
 #[cfg(test)]
 mod tests;
 
-pub use clip::Clip;
 pub use error::ExportError;
 pub use format::{Format, UnknownFormat};
 pub use options::ExportOptions;
