@@ -204,6 +204,7 @@
 //! | `geopackage` | the reader of GeoPackage, with SQLite compiled in; it needs a C compiler |
 //! | `las` | the reader of LAS and LAZ |
 //! | `parquet` | the reader of Parquet and GeoParquet, and the export to GeoParquet |
+//! | `geotiff` | the export of rasters to GeoTIFF |
 //! | `epsg` | the definitions of EPSG codes |
 //! | `object-store` | tile files on web servers and in S3 |
 //! | `serde` | `serde::Serialize` for answers and summaries |

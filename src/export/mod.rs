@@ -37,6 +37,7 @@ mod obj;
 mod options;
 mod output;
 mod ply;
+mod raster;
 mod survey;
 mod text;
 mod tile_part;
@@ -53,5 +54,8 @@ mod tests;
 pub use error::ExportError;
 pub use format::{Format, UnknownFormat};
 pub use options::ExportOptions;
+pub use raster::{
+    ExportedRaster, RasterFormat, RasterOutput, Samples, UnknownRasterFormat, export_raster,
+};
 pub use what::{UnknownWhat, What};
 pub use write::{Exported, export};

@@ -14,6 +14,7 @@ use super::error::TerrainError;
 use super::grid::{Grid, Window};
 use super::measure::{Measure, Measuring};
 use super::surface::Surface;
+use crate::crs::Crs;
 use crate::memory::FileShares;
 use crate::store::{Needs, PassReader, ReadError, TileId, TileReader};
 
@@ -83,7 +84,7 @@ impl RasterOptions {
     }
 
     /// Returns these options for cells that are `factor` times as large.
-    pub(crate) fn coarser(&self, factor: u32) -> Self {
+    fn coarser(&self, factor: u32) -> Self {
         Self {
             grid: self.grid.coarser(factor),
             ..self.clone()
@@ -132,6 +133,19 @@ impl Raster {
 
     pub(crate) fn options(&self) -> &RasterOptions {
         &self.options
+    }
+
+    /// Returns the coordinate reference system of the file.
+    pub(crate) fn crs(&self) -> Option<Crs> {
+        self.reader.directory().lists.crs.as_deref().map(Crs::new)
+    }
+
+    /// Returns a raster of the same surface with cells that are `factor` times as large.
+    pub(crate) fn coarser(&self, factor: u32) -> Self {
+        Self {
+            reader: self.reader.clone(),
+            options: self.options.coarser(factor),
+        }
     }
 
     fn needs(&self, fixed: u64) -> Needs {
