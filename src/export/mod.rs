@@ -54,8 +54,6 @@ mod tests;
 pub use error::ExportError;
 pub use format::{Format, UnknownFormat};
 pub use options::ExportOptions;
-pub use raster::{
-    ExportedRaster, RasterFormat, RasterOutput, Samples, UnknownRasterFormat, export_raster,
-};
+pub use raster::{ExportedRaster, RasterFormat, RasterOutput, Samples, UnknownRasterFormat, export_raster};
 pub use what::{UnknownWhat, What};
 pub use write::{Exported, export};

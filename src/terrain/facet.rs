@@ -178,7 +178,11 @@ mod tests {
     }
 
     fn corners_min(corners: [Corner; 3]) -> Point {
-        corners.map(|c| c.point).into_iter().min_by(|a, b| a.lex_cmp(*b)).unwrap()
+        corners
+            .map(|c| c.point)
+            .into_iter()
+            .min_by(|a, b| a.lex_cmp(*b))
+            .unwrap()
     }
 
     #[test]
@@ -212,8 +216,17 @@ mod tests {
         ] {
             let places: Vec<_> = facets.iter().map(|facet| facet.place(p)).collect();
             assert_eq!(places.iter().flatten().count(), touching, "{p:?}");
-            let at = || facets.iter().zip(&places).filter_map(|(facet, place)| Some((facet, (*place)?)));
-            assert_eq!(at().filter(|(facet, place)| facet.has_moved(*place)).count(), 1, "{p:?}");
+            let at = || {
+                facets
+                    .iter()
+                    .zip(&places)
+                    .filter_map(|(facet, place)| Some((facet, (*place)?)))
+            };
+            assert_eq!(
+                at().filter(|(facet, place)| facet.has_moved(*place)).count(),
+                1,
+                "{p:?}"
+            );
             assert!(at().all(|(facet, place)| facet.z_at(p, place) == z), "{p:?}");
         }
     }

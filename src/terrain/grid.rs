@@ -7,10 +7,10 @@ use crate::geometry::{Point, Rect};
 /// The cells of a raster: squares in columns from left to right and rows from top to bottom.
 ///
 /// ```
-/// use delaunay_tiles::geometry::Rect;
+/// use delaunay_tiles::geometry::{Point, Rect};
 /// use delaunay_tiles::terrain::Grid;
 ///
-/// let grid = Grid::covering(Rect::new(0.5, 0.5, 9.0, 4.0), 2.0, (0.0, 0.0)).unwrap();
+/// let grid = Grid::covering(Rect::new(0.5, 0.5, 9.0, 4.0), 2.0, Point::default()).unwrap();
 /// assert_eq!((grid.columns(), grid.rows()), (5, 2));
 /// assert_eq!(grid.bounds(), Rect::new(0.0, 0.0, 10.0, 4.0));
 /// assert_eq!((grid.centre(0, 0).x, grid.centre(0, 0).y), (1.0, 3.0));
@@ -57,11 +57,11 @@ impl Grid {
     /// # Errors
     /// Fails if `resolution` is not a positive number, if `bounds` is empty, or if the cells would be
     /// too many or too small.
-    pub fn covering(bounds: Rect, resolution: f64, align: (f64, f64)) -> Result<Self, GridError> {
+    pub fn covering(bounds: Rect, resolution: f64, align: Point) -> Result<Self, GridError> {
         Self::checked(bounds, resolution)?;
         let snapped = |v: f64, origin: f64| origin + ((v - origin) / resolution).floor() * resolution;
-        let left = snapped(bounds.min_x, align.0);
-        let top = -snapped(-bounds.max_y, -align.1);
+        let left = snapped(bounds.min_x, align.x);
+        let top = -snapped(-bounds.max_y, -align.y);
         Self::from_corner(left, top, bounds, resolution)
     }
 
@@ -90,7 +90,11 @@ impl Grid {
         let count = |length: f64| {
             let cells = length / resolution;
             let nearest = cells.round();
-            let count = if (cells - nearest).abs() <= 1e-9 * nearest { nearest } else { cells.ceil() };
+            let count = if (cells - nearest).abs() <= 1e-9 * nearest {
+                nearest
+            } else {
+                cells.ceil()
+            };
             count.max(1.0)
         };
         let (columns, rows) = (count(bounds.max_x - left), count(top - bounds.min_y));
@@ -105,7 +109,8 @@ impl Grid {
             columns: columns as u32,
             rows: rows as u32,
         };
-        let [last, end] = [1, 0].map(|before| grid.centre(grid.columns - 1 - before.min(grid.columns - 1), grid.rows - 1));
+        let [last, end] =
+            [1, 0].map(|before| grid.centre(grid.columns - 1 - before.min(grid.columns - 1), grid.rows - 1));
         let Rect { max_x, min_y, .. } = grid.bounds();
         let distinct = (grid.columns == 1 || last.x < end.x) && end.x < max_x && end.y > min_y;
         match distinct && grid.centre(0, 0).x > left && grid.centre(0, 0).y < top {
@@ -250,15 +255,15 @@ mod tests {
     #[test]
     fn grids_cover_their_bounds_without_a_column_too_many() {
         let bounds = Rect::new(0.0, 0.0, 0.3, 0.7);
-        let grid = Grid::covering(bounds, 0.1, (0.0, 0.0)).unwrap();
+        let grid = Grid::covering(bounds, 0.1, Point::default()).unwrap();
         assert_eq!((grid.columns(), grid.rows()), (3, 7));
-        let moved = Grid::covering(bounds, 0.1, (0.05, 0.05)).unwrap();
+        let moved = Grid::covering(bounds, 0.1, Point::new(0.05, 0.05)).unwrap();
         assert_eq!((moved.columns(), moved.rows()), (4, 8));
         assert!(moved.bounds().min_x < 0.0 && moved.bounds().max_y > 0.7);
         let exact = Grid::starting_at(Rect::new(1.0, 1.0, 2.1, 1.5), 0.25).unwrap();
         assert_eq!((exact.columns(), exact.rows()), (5, 2));
         assert_eq!((exact.bounds().min_x, exact.bounds().max_y), (1.0, 1.5));
-        let point = Grid::covering(Rect::new(3.0, 3.0, 3.0, 3.0), 1.0, (0.0, 0.0)).unwrap();
+        let point = Grid::covering(Rect::new(3.0, 3.0, 3.0, 3.0), 1.0, Point::default()).unwrap();
         assert_eq!(point.cells(), 1);
     }
 
@@ -267,12 +272,15 @@ mod tests {
         let bounds = Rect::new(0.0, 0.0, 1.0, 1.0);
         for resolution in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert!(matches!(
-                Grid::covering(bounds, resolution, (0.0, 0.0)),
+                Grid::covering(bounds, resolution, Point::default()),
                 Err(GridError::Resolution(_))
             ));
         }
         assert_eq!(Grid::starting_at(Rect::EMPTY, 1.0), Err(GridError::Empty));
-        assert!(matches!(Grid::starting_at(bounds, 1e-12), Err(GridError::TooLarge { .. })));
+        assert!(matches!(
+            Grid::starting_at(bounds, 1e-12),
+            Err(GridError::TooLarge { .. })
+        ));
         let far = Rect::new(1e20, 1e20, 1e20 + 1e6, 1e20 + 1e6);
         assert!(matches!(Grid::starting_at(far, 1.0), Err(GridError::TooFine(_))));
     }

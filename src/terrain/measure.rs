@@ -143,7 +143,11 @@ impl Measuring {
             Measure::Hillshade(_) => {
                 let [x, y, z] = self.light;
                 let lit = (z - x * east - y * north) / steepness.hypot(1.0);
-                if lit.is_nan() { f64::NAN } else { 1.0 + 254.0 * lit.max(0.0) }
+                if lit.is_nan() {
+                    f64::NAN
+                } else {
+                    1.0 + 254.0 * lit.max(0.0)
+                }
             }
         }
     }
@@ -178,7 +182,10 @@ mod tests {
             (-2.0 * diagonal, 2.0 * diagonal, 2f64.atan().to_degrees(), 135.0, 1.0),
         ] {
             for (found, expected) in values(east, north).into_iter().zip([slope, aspect, shade]) {
-                assert!((found - expected).abs() < 1e-9, "{east} {north}: {found}, not {expected}");
+                assert!(
+                    (found - expected).abs() < 1e-9,
+                    "{east} {north}: {found}, not {expected}"
+                );
             }
         }
         let [slope, aspect, shade] = values(0.0, 0.0);

@@ -26,9 +26,8 @@ mod surface;
 
 pub use clip::Clip;
 pub use error::TerrainError;
-pub(crate) use facet::{Corner, Place, z_on_edge};
 pub use grid::{Grid, GridError};
 pub use measure::{Light, Measure, UnknownMeasure};
-pub(crate) use raster::{Block, BlockSize, Raster};
 pub use raster::RasterOptions;
+pub(crate) use raster::{Block, BlockSize, Raster};
 pub use surface::Surface;

@@ -223,7 +223,9 @@ impl Raster {
         let cells = Arc::new(Cells::new(window, surface, Measuring::new(measure, z_factor)));
         let plan = self.reader.plan(self.needs(others + cells.bytes()))?;
         let filled = Arc::clone(&cells);
-        let mut passes = self.reader.for_some_tiles(tiles, plan, move |tile, ()| filled.fill(&tile));
+        let mut passes = self
+            .reader
+            .for_some_tiles(tiles, plan, move |tile, ()| filled.fill(&tile));
         while let Some(done) = passes.next().await {
             done?;
             advance();
@@ -291,7 +293,7 @@ impl TileReader {
     /// # builder.push(&PointBatch { records: (0..2500).collect(), points, z }).await?;
     /// # builder.finish().await?;
     /// let slope = TileReader::open(&path, OpenOptions::default()).await?;
-    /// let grid = Grid::covering(Rect::new(0.0, 0.0, 52.0, 49.0), 2.0, (0.0, 0.0))?;
+    /// let grid = Grid::covering(Rect::new(0.0, 0.0, 52.0, 49.0), 2.0, Point::default())?;
     /// let options = RasterOptions::new(grid);
     /// // The northern row: its centres have y = 49, and the last one is outside.
     /// let row = slope.raster(&options, 0..26, 0..1).await?;
@@ -311,7 +313,10 @@ impl TileReader {
         rows: Range<u32>,
     ) -> Result<Vec<f64>, TerrainError> {
         let grid = options.grid;
-        assert!(columns.end <= grid.columns() && rows.end <= grid.rows(), "{columns:?} and {rows:?}");
+        assert!(
+            columns.end <= grid.columns() && rows.end <= grid.rows(),
+            "{columns:?} and {rows:?}"
+        );
         let raster = Raster::new(self.for_passes().await?, options.clone())?;
         // The copy.
         let bytes = columns.len() as u64 * rows.len() as u64 * size_of::<f64>() as u64;

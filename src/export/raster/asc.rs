@@ -40,7 +40,11 @@ fn header(grid: &Grid, samples: Samples) -> Vec<u8> {
     let mut out = Vec::new();
     put(&mut out, format_args!("ncols {columns}\nnrows {rows}\n"));
     let size = grid.resolution();
-    for (name, number) in [("xllcorner", bounds.min_x), ("yllcorner", bounds.min_y), ("cellsize", size)] {
+    for (name, number) in [
+        ("xllcorner", bounds.min_x),
+        ("yllcorner", bounds.min_y),
+        ("cellsize", size),
+    ] {
         put(&mut out, format_args!("{name} "));
         put_number(&mut out, number);
         out.push(b'\n');

@@ -21,12 +21,26 @@ impl Value {
                 let bytes = [text.as_bytes(), b"\0"].concat();
                 (2, bytes.len() as u64, bytes)
             }
-            Self::Short(values) => (3, values.len() as u64, values.iter().flat_map(|v| v.to_le_bytes()).collect()),
-            Self::Long(values) => (4, values.len() as u64, values.iter().flat_map(|v| v.to_le_bytes()).collect()),
-            Self::Double(values) => (12, values.len() as u64, values.iter().flat_map(|v| v.to_le_bytes()).collect()),
-            Self::Offsets(values) if is_big => {
-                (16, values.len() as u64, values.iter().flat_map(|v| v.to_le_bytes()).collect())
-            }
+            Self::Short(values) => (
+                3,
+                values.len() as u64,
+                values.iter().flat_map(|v| v.to_le_bytes()).collect(),
+            ),
+            Self::Long(values) => (
+                4,
+                values.len() as u64,
+                values.iter().flat_map(|v| v.to_le_bytes()).collect(),
+            ),
+            Self::Double(values) => (
+                12,
+                values.len() as u64,
+                values.iter().flat_map(|v| v.to_le_bytes()).collect(),
+            ),
+            Self::Offsets(values) if is_big => (
+                16,
+                values.len() as u64,
+                values.iter().flat_map(|v| v.to_le_bytes()).collect(),
+            ),
             Self::Offsets(values) => {
                 let bytes = values.iter().flat_map(|&v| (v as u32).to_le_bytes());
                 (4, values.len() as u64, bytes.collect())
@@ -47,7 +61,11 @@ const TILE_BYTE_COUNTS: u16 = 325;
 /// Returns the header of a file with some images, each but the first an overview. The tiles of the
 /// last image come first behind the header, those of the first image last.
 pub(super) fn header(images: &[Image]) -> Vec<u8> {
-    let data: u64 = images.iter().flat_map(|image| &image.tile_lengths).map(|&length| u64::from(length)).sum();
+    let data: u64 = images
+        .iter()
+        .flat_map(|image| &image.tile_lengths)
+        .map(|&length| u64::from(length))
+        .sum();
     // The header itself has the same length for all offsets.
     let is_big = lay_out(images, true, 0).len() as u64 + data > u64::from(u32::MAX);
     let start = lay_out(images, is_big, 0).len() as u64;
@@ -112,7 +130,11 @@ fn put_directory(image: &Image, offsets: Vec<u64>, is_big: bool, is_last: bool, 
             out.append(&mut bytes);
         }
     }
-    let next = if is_last { 0 } else { (end + behind.len()).next_multiple_of(2) };
+    let next = if is_last {
+        0
+    } else {
+        (end + behind.len()).next_multiple_of(2)
+    };
     put_offset(next as u64, is_big, out);
     out.append(&mut behind);
     out.resize(out.len().next_multiple_of(2), 0);
