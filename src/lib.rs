@@ -172,6 +172,7 @@
 //! | [`query`] | locating points, shortest paths, nearest sites, distance matrices |
 //! | [`edit`] | changes of a file on disk |
 //! | [`export`] | the triangulation in other programs' formats |
+//! | [`terrain`] | the triangulation as a surface: rasters |
 //! | [`constraints`] | checks of polygons, and splitting of lines where they cross |
 //! | [`mesh`] | in-core triangulations, with and without constraints |
 //! | [`geometry`] | points, rectangles and exact predicates |
@@ -203,6 +204,7 @@
 //! | `geopackage` | the reader of GeoPackage, with SQLite compiled in; it needs a C compiler |
 //! | `las` | the reader of LAS and LAZ |
 //! | `parquet` | the reader of Parquet and GeoParquet, and the export to GeoParquet |
+//! | `geotiff` | the export of rasters to GeoTIFF |
 //! | `epsg` | the definitions of EPSG codes |
 //! | `object-store` | tile files on web servers and in S3 |
 //! | `serde` | `serde::Serialize` for answers and summaries |
@@ -242,6 +244,7 @@ pub mod pipeline;
 pub mod query;
 pub mod shown;
 pub mod store;
+pub mod terrain;
 
 pub use constraints::{
     ConstraintError, Crossing, Inverted, InvertedPolygons, LinesToSplit, MissingZ, Overlapping, PolygonCheck,

@@ -4,6 +4,7 @@ use std::io;
 
 use crate::geometry::VertexIndex;
 use crate::store::{ReadError, VertexId};
+use crate::terrain::TerrainError;
 
 /// The error of a failed export.
 #[derive(Debug, thiserror::Error)]
@@ -21,12 +22,30 @@ pub enum ExportError {
         /// The operating system's error.
         source: io::Error,
     },
+    /// A surface cannot be exported.
+    #[error(transparent)]
+    Terrain(TerrainError),
+    /// The temporary file of an export failed.
+    #[error("cannot write a temporary file: {source}")]
+    Scratch {
+        /// The operating system's error.
+        source: io::Error,
+    },
     /// The triangulation exceeds a limit of the format.
     #[error("{0}")]
     Limit(String),
     /// The runtime was shut down during the export.
     #[error("the export was cancelled, because the runtime is shutting down")]
     Cancelled,
+}
+
+impl From<TerrainError> for ExportError {
+    fn from(error: TerrainError) -> Self {
+        match error {
+            TerrainError::Read(error) => Self::Read(error),
+            error @ TerrainError::NoZ { .. } => Self::Terrain(error),
+        }
+    }
 }
 
 /// A contradiction of a tile to the directory or to other tiles that only an export detects.

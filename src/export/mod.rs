@@ -19,7 +19,6 @@
 //! [requested](ExportOptions::holes). Whatever a file contains, an export ends with a complete
 //! output or an error. After an error, what was written so far must be discarded.
 
-mod clip;
 #[cfg(any(feature = "flatgeobuf", feature = "parquet"))]
 mod columns;
 #[cfg(feature = "parquet")]
@@ -40,6 +39,7 @@ mod obj;
 mod options;
 mod output;
 mod ply;
+mod raster;
 mod survey;
 mod text;
 mod tile_part;
@@ -53,9 +53,9 @@ mod hole_tests;
 #[cfg(test)]
 mod tests;
 
-pub use clip::Clip;
 pub use error::ExportError;
 pub use format::{Format, UnknownFormat};
 pub use options::ExportOptions;
+pub use raster::{ExportedRaster, RasterFormat, RasterOutput, Samples, UnknownRasterFormat, export_raster};
 pub use what::{UnknownWhat, What};
 pub use write::{Exported, export};

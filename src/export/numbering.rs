@@ -7,7 +7,7 @@
 use super::error::Contradiction;
 use super::options::ExportOptions;
 use super::what::{CutBy, What};
-use crate::geometry::{Point, TriangleId, VertexIndex};
+use crate::geometry::{TriangleId, VertexIndex};
 use crate::store::{PassReader, ReadError, Tile, TileEdge, TileId, VertexId};
 
 /// The number of each tile's first vertex.
@@ -65,7 +65,7 @@ impl Numbering {
 
     /// Returns whether there are triangles that are not written because they are in holes.
     pub(super) fn leaves_out_holes(&self) -> bool {
-        !self.options.holes && self.reader.metadata().hole_triangles > 0
+        !self.options.surface.has_holes() && self.reader.metadata().hole_triangles > 0
     }
 
     /// Returns what is exported in a format of features.
@@ -87,7 +87,7 @@ impl Numbering {
         let metadata = self.reader.metadata();
         let is_clipped = self.options.clip.is_some();
         match by {
-            CutBy::Triangles if is_clipped || self.options.max_edge.is_some() => None,
+            CutBy::Triangles if is_clipped || self.options.surface.is_limited() => None,
             // A directory with more triangles in holes than triangles was refused at open.
             CutBy::Triangles if self.leaves_out_holes() => Some(metadata.triangles - metadata.hole_triangles),
             CutBy::Triangles => Some(metadata.triangles),
@@ -111,11 +111,7 @@ impl Numbering {
     /// Returns whether a triangle is written as part of this tile.
     pub(super) fn is_written(&self, tile: &Tile, triangle: TriangleId) -> bool {
         tile.owns(triangle)
-            && !(self.leaves_out_holes() && tile.is_hole(triangle))
-            && self.options.max_edge.is_none_or(|most| {
-                let [a, b, c] = tile.triangle_points(triangle);
-                [(a, b), (b, c), (c, a)].into_iter().all(|(p, q)| length(p, q) <= most)
-            })
+            && self.options.surface.has(tile, triangle)
             && self
                 .options
                 .clip
@@ -134,9 +130,4 @@ impl Numbering {
         let clip = self.options.clip.as_ref();
         clip.is_none_or(|clip| clip.meets_edge(tile.ends(edge).map(|end| end.point)))
     }
-}
-
-/// Returns the length of an edge; the same for both directions.
-fn length(a: Point, b: Point) -> f64 {
-    (a.x - b.x).hypot(a.y - b.y)
 }

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::clip::Clip;
 use super::what::What;
+use crate::terrain::{Clip, Surface};
 
 /// The options of an export.
 ///
@@ -16,10 +16,9 @@ use super::what::What;
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct ExportOptions {
-    pub(super) holes: bool,
+    pub(super) surface: Surface,
     pub(super) edges: bool,
     pub(super) what: Option<What>,
-    pub(super) max_edge: Option<f64>,
     pub(super) clip: Option<Arc<Clip>>,
 }
 
@@ -28,7 +27,7 @@ impl ExportOptions {
     /// exported.
     #[must_use]
     pub fn holes(mut self, holes: bool) -> Self {
-        self.holes = holes;
+        self.surface = self.surface.holes(holes);
         self
     }
 
@@ -52,7 +51,7 @@ impl ExportOptions {
     /// constraint edges are not affected. `None`, the default, leaves out none.
     #[must_use]
     pub fn max_edge(mut self, length: Option<f64>) -> Self {
-        self.max_edge = length;
+        self.surface = self.surface.max_edge(length);
         self
     }
 

@@ -107,7 +107,7 @@ pub async fn export<W: Write + Send + 'static>(
     Ok(exported)
 }
 
-#[cfg(not(all(feature = "flatgeobuf", feature = "parquet")))]
-fn not_compiled(feature: &str) -> ExportError {
+#[cfg(not(all(feature = "flatgeobuf", feature = "parquet", feature = "geotiff")))]
+pub(super) fn not_compiled(feature: &str) -> ExportError {
     ExportError::Limit(format!("the library was compiled without feature '{feature}'"))
 }

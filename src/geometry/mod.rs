@@ -22,5 +22,5 @@ pub use half_edge::{HalfEdge, PackedHalfEdge};
 pub use ids::{TriangleId, VertexIndex};
 pub(crate) use morton::MortonSquare;
 pub use point::{Point, Rect};
-pub(crate) use predicates::compare_lines;
 pub use predicates::{Orientation, in_circle, incircle, orient2d};
+pub(crate) use predicates::{compare_lines, doubled_area};

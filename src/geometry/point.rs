@@ -49,6 +49,14 @@ impl Point {
         ok(self.x) && ok(self.y)
     }
 
+    /// Returns a point that the exact predicates can take, for a point that is not from a
+    /// triangulation: a coordinate closer to 0 than [`Point::MIN_MAGNITUDE`] becomes 0. Coordinates
+    /// that are too large stay, because they are outside every triangulation.
+    pub(crate) fn representable(self) -> Self {
+        let coordinate = |v: f64| if v.abs() < Self::MIN_MAGNITUDE { 0.0 } else { v };
+        Self::new(coordinate(self.x), coordinate(self.y)).normalized()
+    }
+
     /// Compares two points by x, then by y: the order that breaks ties. Coordinates must not be
     /// NaN.
     #[must_use]

@@ -327,6 +327,19 @@ fn orient2d_expansion(a: Point, b: Point, c: Point) -> Ordering {
     orientation_determinant(a, b, c).sign()
 }
 
+/// Returns twice the signed area of a triangle, positive if its corners are counter-clockwise, with a
+/// relative error below 2⁻⁴⁰.
+pub(crate) fn doubled_area(a: Point, b: Point, c: Point) -> f64 {
+    /// Below this share of its terms, the difference has lost too many digits.
+    const CANCELLED: f64 = 1.0 / 1024.0;
+    let (left, right) = ((a.x - c.x) * (b.y - c.y), (a.y - c.y) * (b.x - c.x));
+    let difference = left - right;
+    if difference.abs() > CANCELLED * (left.abs() + right.abs()) {
+        return difference;
+    }
+    orientation_determinant(a, b, c).estimate()
+}
+
 /// Returns the determinant whose sign is the orientation: twice the signed area of the triangle.
 pub(super) fn orientation_determinant(a: Point, b: Point, c: Point) -> Expansion<16> {
     let from_c = |p: Point| Vector::<2>::between(c, p);

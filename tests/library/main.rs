@@ -28,3 +28,4 @@ mod polygons;
 mod proximity;
 mod queries;
 mod regions;
+mod terrain;

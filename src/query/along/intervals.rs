@@ -10,7 +10,7 @@ use super::search::{Candidates, FreeInterval, LineSearch};
 use crate::geometry::Point;
 use crate::query::along::envelope;
 use crate::query::free_space::QueryPoint;
-use crate::query::request::{QueryError, QueryOptions, Tiles, representable, unfold};
+use crate::query::request::{QueryError, QueryOptions, Tiles, unfold};
 use crate::store::TileReader;
 
 /// The maximum number of free intervals that are processed together. A site near both ends of a
@@ -41,7 +41,7 @@ impl LineQuery {
         k: usize,
         options: QueryOptions,
     ) -> Result<Self, QueryError> {
-        let [from, to] = [from, to].map(|p| Point::new(representable(p.x), representable(p.y)).normalized());
+        let [from, to] = [from, to].map(Point::representable);
         let mut tiles = Tiles::new(reader, &options);
         // Also fails if a point is invalid or there are no triangles.
         let start = QueryPoint::find(&mut tiles, from).await?;

@@ -7,7 +7,7 @@ use super::space::FreeSpace;
 use super::wedges::Wedge;
 use crate::geometry::{Point, TriangleId};
 use crate::query::locating::{Location, TriangleRef, Walked};
-use crate::query::request::{QueryError, Tiles, target};
+use crate::query::request::{QueryError, Tiles};
 use crate::store::{TileId, Vertex, VertexId};
 
 /// A point of a query, with its position in the triangulation.
@@ -30,7 +30,7 @@ impl QueryPoint {
     /// Finds the position of a point. A coordinate counts as 0 if it is closer to 0 than any
     /// coordinate of a triangulation can be.
     pub(crate) async fn find(tiles: &mut Tiles, point: Point) -> Result<Self, QueryError> {
-        let point = target(point);
+        let point = point.representable();
         if !point.is_valid() {
             return Err(QueryError::NotAPoint { point });
         }

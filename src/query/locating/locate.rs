@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::location::Location;
 use super::walk::{Locate, WalkStep};
 use crate::geometry::{Point, VertexIndex};
-use crate::query::request::{Contradiction, representable};
+use crate::query::request::Contradiction;
 use crate::store::{ReadError, Tile, TileReader, VertexId};
 
 /// Point location.
@@ -25,7 +25,7 @@ impl TileReader {
     /// Returns the location of a point, with a tile that has the triangle or the vertex. Returns
     /// `None` if the point is outside the box around all vertices.
     async fn locate_in_tile(&self, x: f64, y: f64) -> Result<Option<(Arc<Tile>, Location)>, ReadError> {
-        let target = Point::new(representable(x), representable(y));
+        let target = Point::new(x, y).representable();
         if !self.metadata().bounds.contains(target) {
             return Ok(None);
         }

@@ -5,7 +5,6 @@ use futures::stream::{Stream, StreamExt, TryStreamExt};
 
 use super::location::TriangleRef;
 use crate::geometry::{Orientation, Point, Rect, orient2d};
-use crate::query::request::representable;
 use crate::store::{ReadError, TileReader};
 
 /// Triangles in a rectangle.
@@ -19,8 +18,9 @@ impl TileReader {
         &self,
         rect: Rect,
     ) -> impl Stream<Item = Result<TriangleRef, ReadError>> + Send + Unpin + 'static + use<> {
-        let [min_x, min_y, max_x, max_y] = [rect.min_x, rect.min_y, rect.max_x, rect.max_y].map(representable);
-        let rect = Rect::new(min_x, min_y, max_x, max_y);
+        let least = Point::new(rect.min_x, rect.min_y).representable();
+        let most = Point::new(rect.max_x, rect.max_y).representable();
+        let rect = Rect::new(least.x, least.y, most.x, most.y);
         let reader = self.clone();
         let tiles = async move {
             let ids = reader.tiles_where(|bounds| bounds.intersects(rect)).await?;

@@ -88,7 +88,7 @@ impl InputArgs {
 }
 
 /// Parses a rectangle.
-fn rect(text: &str) -> anyhow::Result<Rect> {
+pub fn rect(text: &str) -> anyhow::Result<Rect> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
     let rect = match numbers.as_deref() {
         Ok(&[min_x, min_y, max_x, max_y]) => Rect::new(min_x, min_y, max_x, max_y),

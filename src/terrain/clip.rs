@@ -12,7 +12,7 @@ use crate::geometry::{Orientation, Point, Rect, orient2d, segments_cross};
 /// Polygons to which an export is limited, in memory.
 ///
 /// ```
-/// use delaunay_tiles::export::Clip;
+/// use delaunay_tiles::terrain::Clip;
 /// use delaunay_tiles::geometry::Point;
 ///
 /// let corners = [(0.0, 0.0), (4.0, 0.0), (0.0, 4.0)].map(|(x, y)| Point::new(x, y));
@@ -133,7 +133,7 @@ impl Clip {
 
     /// Returns whether the interior of a triangle meets the interior of a polygon. The corners are
     /// counter-clockwise.
-    pub(super) fn meets_triangle(&self, mut corners: [Point; 3]) -> bool {
+    pub(crate) fn meets_triangle(&self, mut corners: [Point; 3]) -> bool {
         let around = Rect::around(corners);
         if !self.bounds.intersects(around) {
             return false;
@@ -150,7 +150,7 @@ impl Clip {
 
     /// Returns whether an edge crosses the boundary of a polygon, or has an end or its midpoint in a
     /// polygon.
-    pub(super) fn meets_edge(&self, [a, b]: [Point; 2]) -> bool {
+    pub(crate) fn meets_edge(&self, [a, b]: [Point; 2]) -> bool {
         let middle = Point::new(a.x / 2.0 + b.x / 2.0, a.y / 2.0 + b.y / 2.0);
         if [a, b, middle].into_iter().any(|p| self.covers(p)) {
             return true;

@@ -1,0 +1,4 @@
+//! The promise: what is asked of the surface is exact, and the same whatever the tiles, the threads
+//! and the memory.
+
+mod rasters;
