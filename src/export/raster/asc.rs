@@ -4,8 +4,8 @@
 
 use std::io::Write;
 
+use super::job::{RasterJob, Unit};
 use super::samples::Samples;
-use super::write::{RasterJob, Unit};
 use crate::export::error::ExportError;
 use crate::export::output::Output;
 use crate::export::text::{put, put_number};

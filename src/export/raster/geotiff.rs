@@ -15,9 +15,9 @@ use std::path::Path;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 
+use super::job::{RasterJob, Unit};
 use super::samples::Samples;
 use super::tiff::{Image, Value, header};
-use super::write::{RasterJob, Unit};
 use crate::crs::Crs;
 use crate::export::error::ExportError;
 use crate::export::output::{Output, Sink, blocking};
@@ -72,13 +72,11 @@ pub(super) async fn write<W: Write + Send + 'static>(
 /// Returns the factors of the cells' sizes of all images.
 fn factors(grid: &Grid, overviews: bool) -> Vec<u32> {
     let mut factors = vec![1];
-    while overviews {
-        let last = factors[factors.len() - 1];
-        let coarser = grid.coarser(last);
-        if coarser.columns().max(coarser.rows()) <= TILE {
-            break;
-        }
-        factors.push(2 * last);
+    let mut last = *grid;
+    while overviews && last.columns().max(last.rows()) > TILE {
+        let factor = 2 * factors[factors.len() - 1];
+        factors.push(factor);
+        last = grid.coarser(factor);
     }
     factors
 }

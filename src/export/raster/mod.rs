@@ -11,6 +11,7 @@
 mod asc;
 #[cfg(feature = "geotiff")]
 mod geotiff;
+mod job;
 mod samples;
 #[cfg(feature = "geotiff")]
 mod tiff;

@@ -8,7 +8,7 @@ use delaunay_tiles::TileReader;
 use delaunay_tiles::input::{SegmentBatch, SegmentSource};
 use delaunay_tiles::terrain::Clip;
 
-use super::ExportArgs;
+use super::args::ExportArgs;
 use crate::common::{self, counted};
 
 /// The polygons of `--clip`, and the text of their coordinate reference system.

@@ -9,9 +9,10 @@ use delaunay_tiles::{TileReader, peak_memory};
 use indicatif::ProgressBar;
 use serde::Serialize;
 
+use super::args::{ExportArgs, usage};
 use super::formats::Shown;
+use super::progress::shown_on;
 use super::targets::Targets;
-use super::{ExportArgs, is_stdout, raster, shown_on, usage};
 use crate::common::{self, counted};
 
 /// The output of `--json`. Its keys are stable.
@@ -29,7 +30,7 @@ struct MeshReport {
 /// Fails if an option has no effect on the output.
 pub fn check(args: &ExportArgs, format: Format) -> Result<(), clap::Error> {
     let names = names(&args.output, format);
-    if is_stdout(args) && names.len() > 1 {
+    if args.is_stdout() && names.len() > 1 {
         let count = names.len();
         return Err(usage(&format!(
             "--format {format} writes {count} files, so it cannot go to standard output"
@@ -52,7 +53,7 @@ pub fn check(args: &ExportArgs, format: Format) -> Result<(), clap::Error> {
             false => format!("--edges is for ply and glb; {format} has no edges"),
         },
         _ => match args.raster.given() {
-            Some(option) => format!("{option} is for rasters, {}, and not for {format}", raster::FORMATS),
+            Some(option) => format!("{option} is for rasters, tif and asc, and not for {format}"),
             None => return Ok(()),
         },
     };

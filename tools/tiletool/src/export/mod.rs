@@ -4,84 +4,23 @@
 //! and on the disk. An export that fails or is interrupted leaves no files, and does not change
 //! existing ones.
 
+mod args;
 mod clip;
 mod formats;
 mod mesh;
+mod progress;
 mod raster;
 mod targets;
 
-use std::io::{self, IsTerminal};
-use std::path::{Path, PathBuf};
-
 use anyhow::bail;
-use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 
-use crate::common::{self, MemoryArgs};
-use crate::crs::CrsArgs;
-use formats::{AnyFormat, Shown};
-use raster::RasterArgs;
+use crate::common;
+use args::usage;
+use formats::AnyFormat;
+use progress::bar;
 
-/// Export the triangulation: PLY, Triangle's .node and .ele, OBJ, glTF, GeoJSON, FlatGeobuf, GeoParquet;
-/// and its surface as a raster: GeoTIFF, ASCII grid
-///
-/// PLY, Triangle's format, OBJ and glTF are meshes: all vertices, numbered in the order of the file, and
-/// triangles. GeoJSON, FlatGeobuf and GeoParquet are features for GIS and databases, by --what.
-///
-/// A raster holds, for each cell, the height of the triangle at its centre, or, by --what, its slope,
-/// aspect or shade. Cells without a triangle have the value -9999, of shades 0.
-///
-/// Triangles in holes are left out, and with --max-edge and --clip further ones, but never vertices of
-/// a mesh. An existing output is replaced when the new one is complete.
-#[derive(Args, Clone, Debug)]
-#[command(after_help = "Examples:
-  tiletool export survey.tiles -o survey.ply
-  tiletool export survey.tiles -o survey --format node    # survey.node and survey.ele
-  tiletool export survey.tiles -o survey.fgb --max-edge 50
-  tiletool export survey.tiles -o points.parquet --what vertices --clip district.geojson
-  tiletool export survey.tiles -o dem.tif --resolution 1
-  tiletool export survey.tiles -o shaded.tif --resolution 0.5 --what hillshade --cog
-  tiletool export survey.tiles -o - --format geojson | gzip > survey.geojson.gz")]
-pub struct ExportArgs {
-    /// Tile file to read
-    file: PathBuf,
-    /// File to write: .ply, .node or .ele (writes both), .obj, .glb, .geojson, .fgb, .parquet, .tif or
-    /// .asc; - is standard output
-    #[arg(short, long, value_name = "OUT")]
-    output: PathBuf,
-    /// Output format [default: by the suffix of the output]
-    #[arg(long, value_name = "ply|node|obj|glb|geojson|fgb|parquet|tif|asc")]
-    format: Option<AnyFormat>,
-    /// For GeoJSON, FlatGeobuf and GeoParquet: a feature for each of the triangles, vertices or edges
-    /// (constraint edges, with the kind and number of their lines) [default: triangles; vertices if
-    /// there are no triangles]. For rasters: z, slope or aspect (both in degrees) or hillshade [default:
-    /// z]
-    #[arg(long, value_name = "triangles|vertices|edges|z|slope|aspect|hillshade")]
-    what: Option<Shown>,
-    /// For PLY and glTF: also write constraint edges; some readers of PLY refuse them
-    #[arg(long)]
-    edges: bool,
-    /// Also write triangles in holes
-    #[arg(long)]
-    all: bool,
-    /// Leave out triangles with an edge longer than this, in units of the coordinates
-    #[arg(long, value_name = "LENGTH", value_parser = length)]
-    max_edge: Option<f64>,
-    /// Write only triangles and edges that meet the interior of these polygons, whole, and, with --what
-    /// vertices, vertices in them; of rasters, cells whose centres are in them. The polygons must have
-    /// the file's coordinate reference system, and take at most half of --memory
-    #[arg(long, value_name = "POLYGONS.geojson")]
-    clip: Option<PathBuf>,
-    #[command(flatten)]
-    crs: CrsArgs,
-    #[command(flatten)]
-    raster: RasterArgs,
-    /// Print the summary as one JSON object
-    #[arg(long)]
-    json: bool,
-    #[command(flatten)]
-    memory: MemoryArgs,
-}
+pub use args::ExportArgs;
 
 /// Exports a tile file.
 pub fn run(args: ExportArgs) -> anyhow::Result<()> {
@@ -96,16 +35,12 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
     });
     bar.finish_and_clear();
     let summary = done?;
-    if is_stdout(&args) {
+    if args.is_stdout() {
         // Standard output holds the triangulation, so the summary goes to standard error.
         common::say(summary.trim_end());
         return Ok(());
     }
     common::print("the summary", &summary)
-}
-
-fn is_stdout(args: &ExportArgs) -> bool {
-    args.output == Path::new("-")
 }
 
 /// Exports a tile file. Returns the summary.
@@ -119,7 +54,7 @@ async fn write(args: &ExportArgs, format: AnyFormat, bar: &ProgressBar) -> anyho
 
 /// Returns the format of the output.
 fn format(args: &ExportArgs) -> Result<AnyFormat, clap::Error> {
-    let to_stdout = is_stdout(args);
+    let to_stdout = args.is_stdout();
     let format = match args.format {
         Some(format) => format,
         None if to_stdout => {
@@ -137,35 +72,4 @@ fn format(args: &ExportArgs) -> Result<AnyFormat, clap::Error> {
         AnyFormat::Raster(format) => raster::check(args, format)?,
     }
     Ok(format)
-}
-
-/// Parses a length.
-fn length(text: &str) -> Result<f64, String> {
-    let length = text
-        .parse()
-        .ok()
-        .filter(|length: &f64| *length > 0.0 && length.is_finite());
-    length.ok_or_else(|| "a length is a number above 0".to_owned())
-}
-
-/// Returns a function that shows the number of tiles done on a bar.
-fn shown_on(bar: &ProgressBar) -> impl FnMut(u64, u64) + Send {
-    |done, total| {
-        bar.set_length(total);
-        bar.set_position(done);
-    }
-}
-
-fn usage(why: &str) -> clap::Error {
-    let mut command = ExportArgs::augment_args(clap::Command::new("tiletool export"));
-    command.error(clap::error::ErrorKind::ValueValidation, why)
-}
-
-/// Returns a progress bar that counts tiles, hidden if standard error is not a terminal.
-fn bar(json: bool) -> ProgressBar {
-    if json || !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = "export   {wide_bar} {percent:>3}%  {eta} left";
-    ProgressBar::new(0).with_style(ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

@@ -4,102 +4,40 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::Context;
-use clap::Args;
 use delaunay_tiles::export::{RasterFormat, RasterOutput, Samples, export_raster};
 use delaunay_tiles::terrain::{Clip, Grid, Light, Measure, RasterOptions, Surface};
-use delaunay_tiles::{Point, Rect, TileReader, peak_memory};
+use delaunay_tiles::{Rect, TileReader, peak_memory};
 use indicatif::ProgressBar;
 use serde::Serialize;
 
+use super::args::{ExportArgs, RasterArgs, usage};
 use super::formats::Shown;
+use super::progress::shown_on;
 use super::targets::Targets;
-use super::{ExportArgs, length, shown_on, usage};
 use crate::common::{self, counted};
-use crate::input_args::rect;
-use crate::query::batch::point;
 
-/// The formats of rasters, for messages.
-pub const FORMATS: &str = "tif and asc";
-
-/// Options for rasters.
-#[derive(Args, Clone, Debug)]
-#[command(next_help_heading = "Options for rasters")]
-pub struct RasterArgs {
-    /// Size of the cells, in units of the coordinates; required for rasters
-    #[arg(long, value_name = "SIZE", value_parser = length)]
-    resolution: Option<f64>,
-    /// Rectangle to cover; without --align its upper left corner is that of a cell [default: all]
-    #[arg(long, value_name = "XMIN,YMIN,XMAX,YMAX", allow_hyphen_values = true, value_parser = rect)]
-    bounds: Option<Rect>,
-    /// Corners of cells are whole multiples of the resolution away from this point [default: 0,0]
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point)]
-    align: Option<Point>,
-    /// Multiply heights by this first, for instance to convert feet to metres
-    #[arg(long, value_name = "FACTOR", value_parser = length)]
-    z_factor: Option<f64>,
-    /// For hillshade: direction of the light, in degrees clockwise from north [default: 315]
-    #[arg(long, value_name = "DEGREES", value_parser = azimuth)]
-    azimuth: Option<f64>,
-    /// For hillshade: height of the light above the horizon, in degrees [default: 45]
-    #[arg(long, value_name = "DEGREES", value_parser = altitude)]
-    altitude: Option<f64>,
-    /// Store numbers of 32 bits instead of 64
-    #[arg(long)]
-    float32: bool,
-    /// For GeoTIFF: add overviews, which make it a Cloud Optimized GeoTIFF
-    #[arg(long)]
-    cog: bool,
+/// Returns the cells of a raster of a file.
+fn grid(args: &RasterArgs, reader: &TileReader) -> anyhow::Result<Grid> {
+    let bounds = args.bounds.unwrap_or(reader.metadata().bounds);
+    let resolution = args.resolution.context("a raster needs --resolution SIZE")?;
+    let grid = match (args.bounds, args.align) {
+        (Some(bounds), None) => Grid::starting_at(bounds, resolution),
+        (_, align) => Grid::covering(bounds, resolution, align.unwrap_or_default()),
+    };
+    Ok(grid?)
 }
 
-impl RasterArgs {
-    /// Returns the first option that is given.
-    pub fn given(&self) -> Option<&'static str> {
-        let given = [
-            ("--resolution", self.resolution.is_some()),
-            ("--bounds", self.bounds.is_some()),
-            ("--align", self.align.is_some()),
-            ("--z-factor", self.z_factor.is_some()),
-            ("--azimuth", self.azimuth.is_some()),
-            ("--altitude", self.altitude.is_some()),
-            ("--float32", self.float32),
-            ("--cog", self.cog),
-        ];
-        given.into_iter().find_map(|(name, is_given)| is_given.then_some(name))
+/// Returns what a raster shows.
+fn measure(args: &ExportArgs) -> Measure {
+    let default = Light::default();
+    match args.what {
+        Some(Shown::Raster(Measure::Hillshade(_))) => Measure::Hillshade(Light {
+            azimuth: args.raster.azimuth.unwrap_or(default.azimuth),
+            altitude: args.raster.altitude.unwrap_or(default.altitude),
+        }),
+        Some(Shown::Raster(measure)) => measure,
+        _ => Measure::Z,
     }
-
-    /// Returns the cells of a raster of a file.
-    fn grid(&self, reader: &TileReader) -> anyhow::Result<Grid> {
-        let bounds = self.bounds.unwrap_or(reader.metadata().bounds);
-        let resolution = self.resolution.context("a raster needs --resolution SIZE")?;
-        let grid = match (self.bounds, self.align) {
-            (Some(bounds), None) => Grid::starting_at(bounds, resolution),
-            (_, align) => Grid::covering(bounds, resolution, align.unwrap_or_default()),
-        };
-        Ok(grid?)
-    }
-
-    /// Returns what the raster shows.
-    fn measure(&self, what: Option<Shown>) -> Measure {
-        let default = Light::default();
-        match what {
-            Some(Shown::Raster(Measure::Hillshade(_))) => Measure::Hillshade(Light {
-                azimuth: self.azimuth.unwrap_or(default.azimuth),
-                altitude: self.altitude.unwrap_or(default.altitude),
-            }),
-            Some(Shown::Raster(measure)) => measure,
-            _ => Measure::Z,
-        }
-    }
-}
-
-fn azimuth(text: &str) -> Result<f64, String> {
-    let degrees = text.parse().ok().filter(|degrees| (0.0..=360.0).contains(degrees));
-    degrees.ok_or_else(|| "a direction is a number from 0 to 360".to_owned())
-}
-
-fn altitude(text: &str) -> Result<f64, String> {
-    let degrees = text.parse().ok().filter(|degrees| (0.0..=90.0).contains(degrees));
-    degrees.ok_or_else(|| "a height above the horizon is a number from 0 to 90".to_owned())
 }
 
 /// The output of `--json`. Its keys are stable.
@@ -145,8 +83,8 @@ pub async fn write(
     clip: Option<Arc<Clip>>,
     bar: &ProgressBar,
 ) -> anyhow::Result<String> {
-    let grid = args.raster.grid(reader)?;
-    let measure = args.raster.measure(args.what);
+    let grid = grid(&args.raster, reader)?;
+    let measure = measure(args);
     let mut targets = Targets::create(vec![args.output.clone()], &args.file)?;
     let options = RasterOptions::new(grid)
         .measure(measure)
@@ -160,7 +98,7 @@ pub async fn write(
     let mut how = RasterOutput::new(format).samples(samples).overviews(args.raster.cog);
     if let Some(folder) = args.output.parent().filter(|folder| *folder != Path::new("")) {
         how = how.scratch(folder);
-    } else if !super::is_stdout(args) {
+    } else if !args.is_stdout() {
         how = how.scratch(".");
     }
     let output = targets.writers()?.remove(0);

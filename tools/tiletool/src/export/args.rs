@@ -1,0 +1,152 @@
+//! The options of `tiletool export`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use delaunay_tiles::{Point, Rect};
+
+use super::formats::{AnyFormat, Shown};
+use crate::common::MemoryArgs;
+use crate::crs::CrsArgs;
+use crate::input_args::rect;
+use crate::query::batch::point;
+
+/// Export the triangulation: PLY, Triangle's .node and .ele, OBJ, glTF, GeoJSON, FlatGeobuf, GeoParquet;
+/// and its surface as a raster: GeoTIFF, ASCII grid
+///
+/// PLY, Triangle's format, OBJ and glTF are meshes: all vertices, numbered in the order of the file, and
+/// triangles. GeoJSON, FlatGeobuf and GeoParquet are features for GIS and databases, by --what.
+///
+/// A raster holds, for each cell, the height of the triangle at its centre, or, by --what, its slope,
+/// aspect or shade. Cells without a triangle have the value -9999, of shades 0.
+///
+/// Triangles in holes are left out, and with --max-edge and --clip further ones, but never vertices of
+/// a mesh. An existing output is replaced when the new one is complete.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Examples:
+  tiletool export survey.tiles -o survey.ply
+  tiletool export survey.tiles -o survey --format node    # survey.node and survey.ele
+  tiletool export survey.tiles -o survey.fgb --max-edge 50
+  tiletool export survey.tiles -o points.parquet --what vertices --clip district.geojson
+  tiletool export survey.tiles -o dem.tif --resolution 1
+  tiletool export survey.tiles -o shaded.tif --resolution 0.5 --what hillshade --cog
+  tiletool export survey.tiles -o - --format geojson | gzip > survey.geojson.gz")]
+pub struct ExportArgs {
+    /// Tile file to read
+    pub file: PathBuf,
+    /// File to write: .ply, .node or .ele (writes both), .obj, .glb, .geojson, .fgb, .parquet, .tif or
+    /// .asc; - is standard output
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// Output format [default: by the suffix of the output]
+    #[arg(long, value_name = "ply|node|obj|glb|geojson|fgb|parquet|tif|asc")]
+    pub format: Option<AnyFormat>,
+    /// For GeoJSON, FlatGeobuf and GeoParquet: a feature for each of the triangles, vertices or edges
+    /// (constraint edges, with the kind and number of their lines) [default: triangles; vertices if
+    /// there are no triangles]. For rasters: z, slope or aspect (both in degrees) or hillshade [default:
+    /// z]
+    #[arg(long, value_name = "triangles|vertices|edges|z|slope|aspect|hillshade")]
+    pub what: Option<Shown>,
+    /// For PLY and glTF: also write constraint edges; some readers of PLY refuse them
+    #[arg(long)]
+    pub edges: bool,
+    /// Also write triangles in holes
+    #[arg(long)]
+    pub all: bool,
+    /// Leave out triangles with an edge longer than this, in units of the coordinates
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    pub max_edge: Option<f64>,
+    /// Write only triangles and edges that meet the interior of these polygons, whole, and, with --what
+    /// vertices, vertices in them; of rasters, cells whose centres are in them. The polygons must have
+    /// the file's coordinate reference system, and take at most half of --memory
+    #[arg(long, value_name = "POLYGONS.geojson")]
+    pub clip: Option<PathBuf>,
+    #[command(flatten)]
+    pub crs: CrsArgs,
+    #[command(flatten)]
+    pub raster: RasterArgs,
+    /// Print the summary as one JSON object
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub memory: MemoryArgs,
+}
+
+impl ExportArgs {
+    /// Returns whether the output is standard output.
+    pub fn is_stdout(&self) -> bool {
+        self.output == Path::new("-")
+    }
+}
+
+/// Options for rasters.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Options for rasters")]
+pub struct RasterArgs {
+    /// Size of the cells, in units of the coordinates; required for rasters
+    #[arg(long, value_name = "SIZE", value_parser = length)]
+    pub resolution: Option<f64>,
+    /// Rectangle to cover; without --align its upper left corner is that of a cell [default: all]
+    #[arg(long, value_name = "XMIN,YMIN,XMAX,YMAX", allow_hyphen_values = true, value_parser = rect)]
+    pub bounds: Option<Rect>,
+    /// Corners of cells are whole multiples of the resolution away from this point [default: 0,0]
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point)]
+    pub align: Option<Point>,
+    /// Multiply heights by this first, for instance to convert feet to metres
+    #[arg(long, value_name = "FACTOR", value_parser = length)]
+    pub z_factor: Option<f64>,
+    /// For hillshade: direction of the light, in degrees clockwise from north [default: 315]
+    #[arg(long, value_name = "DEGREES", value_parser = azimuth)]
+    pub azimuth: Option<f64>,
+    /// For hillshade: height of the light above the horizon, in degrees [default: 45]
+    #[arg(long, value_name = "DEGREES", value_parser = altitude)]
+    pub altitude: Option<f64>,
+    /// Store numbers of 32 bits instead of 64
+    #[arg(long)]
+    pub float32: bool,
+    /// For GeoTIFF: add overviews, which make it a Cloud Optimized GeoTIFF
+    #[arg(long)]
+    pub cog: bool,
+}
+
+impl RasterArgs {
+    /// Returns the first option that is given.
+    pub fn given(&self) -> Option<&'static str> {
+        let given = [
+            ("--resolution", self.resolution.is_some()),
+            ("--bounds", self.bounds.is_some()),
+            ("--align", self.align.is_some()),
+            ("--z-factor", self.z_factor.is_some()),
+            ("--azimuth", self.azimuth.is_some()),
+            ("--altitude", self.altitude.is_some()),
+            ("--float32", self.float32),
+            ("--cog", self.cog),
+        ];
+        given.into_iter().find_map(|(name, is_given)| is_given.then_some(name))
+    }
+}
+
+/// Parses a length.
+fn length(text: &str) -> Result<f64, String> {
+    let length = text
+        .parse()
+        .ok()
+        .filter(|length: &f64| *length > 0.0 && length.is_finite());
+    length.ok_or_else(|| "a length is a number above 0".to_owned())
+}
+
+fn azimuth(text: &str) -> Result<f64, String> {
+    let degrees = text.parse().ok().filter(|degrees| (0.0..=360.0).contains(degrees));
+    degrees.ok_or_else(|| "a direction is a number from 0 to 360".to_owned())
+}
+
+fn altitude(text: &str) -> Result<f64, String> {
+    let degrees = text.parse().ok().filter(|degrees| (0.0..=90.0).contains(degrees));
+    degrees.ok_or_else(|| "a height above the horizon is a number from 0 to 90".to_owned())
+}
+
+/// Returns the error of options that do not fit together.
+pub fn usage(why: &str) -> clap::Error {
+    let mut command = ExportArgs::augment_args(clap::Command::new("tiletool export"));
+    command.error(clap::error::ErrorKind::ValueValidation, why)
+}
