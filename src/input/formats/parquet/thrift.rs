@@ -81,18 +81,16 @@ impl<'a> Scan<'a> {
             }
             LIST | 10 => {
                 let (kind, count) = self.list()?;
-                // In lists, truth values are bytes.
-                let kind = if kind < 3 { 3 } else { kind };
                 for _ in 0..count {
-                    self.skip(kind, depth)?;
+                    self.skip(item(kind), depth)?;
                 }
             }
             11 => {
                 let count = self.number()?;
                 let kinds = if count > 0 { self.byte()? } else { 0 };
                 for _ in 0..count {
-                    self.skip(kinds >> 4, depth)?;
-                    self.skip(kinds & 15, depth)?;
+                    self.skip(item(kinds >> 4), depth)?;
+                    self.skip(item(kinds & 15), depth)?;
                 }
             }
             STRUCT => {
@@ -108,21 +106,52 @@ impl<'a> Scan<'a> {
     }
 }
 
-/// Returns the sizes of a page in bytes, uncompressed and compressed, from the bytes that begin with
-/// its header; `None` if these are no whole header.
-pub fn page_sizes(header: &[u8]) -> Option<[i64; 2]> {
-    let (mut scan, mut last, mut sizes) = (Scan(header), 0, [0; 2]);
+/// Returns the type by which to skip an item of a list or map: there, truth values are bytes. So
+/// each item takes a byte at least, and a count that is too large soon comes to the end.
+fn item(kind: u8) -> u8 {
+    if kind == 1 || kind == 2 { 3 } else { kind }
+}
+
+/// What a page's header says.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub struct PageHeader {
+    /// The bytes of the page, uncompressed and compressed.
+    pub sizes: [i64; 2],
+    /// The bytes of the levels at its beginning that are never compressed.
+    pub levels: i64,
+}
+
+/// Returns what a page's header says, from the bytes that begin with it; `None` if these are no
+/// whole header. If a field comes twice, the larger value counts.
+pub fn page_header(bytes: &[u8]) -> Option<PageHeader> {
+    let (mut scan, mut last, mut header) = (Scan(bytes), 0, PageHeader::default());
     while let Some((id, kind)) = scan.field(&mut last)? {
         match (id, kind) {
-            // If a field comes twice, the larger value counts here.
             (2 | 3, I32) => {
-                let size = &mut sizes[id as usize - 2];
+                let size = &mut header.sizes[id as usize - 2];
                 *size = scan.signed()?.max(*size);
+            }
+            // The part for pages of version 2.
+            (8, STRUCT) => header.levels = levels(&mut scan)?.max(header.levels),
+            _ => scan.skip(kind, DEEPEST)?,
+        }
+    }
+    Some(header)
+}
+
+/// Returns the sum of the lengths of definition and repetition levels.
+fn levels(scan: &mut Scan<'_>) -> Option<i64> {
+    let (mut last, mut lengths) = (0, [0; 2]);
+    while let Some((id, kind)) = scan.field(&mut last)? {
+        match (id, kind) {
+            (5 | 6, I32) => {
+                let length = &mut lengths[id as usize - 5];
+                *length = scan.signed()?.max(*length);
             }
             _ => scan.skip(kind, DEEPEST)?,
         }
     }
-    Some(sizes)
+    lengths[0].checked_add(lengths[1])
 }
 
 /// The nesting of a schema.
@@ -197,10 +226,23 @@ mod tests {
     fn the_sizes_of_a_page_are_found() {
         // Type 0, 300 and 200 bytes, then a structure with a number.
         let header = [0x15, 0, 0x15, 0xd8, 4, 0x15, 0x90, 3, 0x2c, 0x15, 8, 0, 0, 77];
-        assert_eq!(page_sizes(&header), Some([300, 200]));
+        let found = |sizes, levels| Some(PageHeader { sizes, levels });
+        assert_eq!(page_header(&header), found([300, 200], 0));
         for length in 0..header.len() - 1 {
-            assert_eq!(page_sizes(&header[..length]), None, "{length}");
+            assert_eq!(page_header(&header[..length]), None, "{length}");
         }
+        // Type 3, 300 and 200 bytes, then field 8 with levels of 5 and 7 bytes (fields 5 and 6).
+        let header = [0x15, 6, 0x15, 0xd8, 4, 0x15, 0x90, 3, 0x5c, 0x55, 10, 0x15, 14, 0, 0];
+        assert_eq!(page_header(&header), found([300, 200], 12));
+    }
+
+    /// Items without a byte would be skipped as often as the count says.
+    #[test]
+    fn a_map_of_more_truth_values_than_bytes_is_refused() {
+        let mut header = vec![0x1b];
+        header.extend([0xff; 9]);
+        header.extend([1, 0x11, 1, 2, 1, 2, 0]);
+        assert_eq!(page_header(&header), None);
     }
 
     #[test]
