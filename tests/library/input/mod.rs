@@ -3,6 +3,8 @@
 
 mod ahead;
 mod changed;
+#[cfg(all(feature = "geojson", feature = "text"))]
+mod crafted;
 mod hostile;
 mod mesh;
 mod node;

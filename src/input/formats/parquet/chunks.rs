@@ -115,7 +115,12 @@ impl ChunkReader for PageBytes {
         loop {
             let bytes = self.chunks.read(start, length)?;
             match thrift::page_header(&bytes) {
-                Some(header) if header.sizes.iter().all(|&size| size <= (LONGEST_PAGE + OVERHEAD) as i64) => {
+                Some(header)
+                    if header
+                        .sizes
+                        .iter()
+                        .all(|&size| size <= (LONGEST_PAGE + OVERHEAD) as i64) =>
+                {
                     let plain = usize::try_from(header.levels).unwrap_or(0);
                     self.plain.store(plain, Ordering::Relaxed);
                     return Ok(Bytes::from(bytes).reader());

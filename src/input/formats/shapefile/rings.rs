@@ -23,13 +23,25 @@ struct Bounds {
     max: [f64; 2],
 }
 
-/// Returns the numbers of the rings of each polygon, the outer one first, in the order of the outer
-/// rings.
-pub fn sort_rings(rings: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<usize>>, String> {
+/// The rings of a record, sorted.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Sorted {
+    /// The numbers of the rings of each polygon, the outer one first, in the order of the outer
+    /// rings.
+    pub polygons: Vec<Vec<usize>>,
+    /// The number of holes that are in no outer ring.
+    pub lone_holes: u64,
+}
+
+/// Sorts the rings of a record into polygons.
+pub fn sort_rings(rings: &[Vec<[f64; 3]>]) -> Result<Sorted, String> {
     let is_valid = |&[x, y, _]: &[f64; 3]| Point::new(x, y).is_valid();
     if rings.len() < 2 || !rings.iter().flatten().all(is_valid) {
         // An invalid position is reported when it is read.
-        return Ok((0..rings.len()).map(|ring| vec![ring]).collect());
+        return Ok(Sorted {
+            polygons: (0..rings.len()).map(|ring| vec![ring]).collect(),
+            lone_holes: 0,
+        });
     }
     let is_hole = |ring: &Vec<[f64; 3]>| area_sign(ring.iter().map(point)) == Ordering::Greater;
     let (holes, outers): (Vec<usize>, Vec<usize>) = (0..rings.len()).partition(|&ring| is_hole(&rings[ring]));
@@ -42,10 +54,14 @@ pub fn sort_rings(rings: &[Vec<[f64; 3]>]) -> Result<Vec<Vec<usize>>, String> {
             None => lone.push(Outer::new(hole, &rings[hole])),
         }
     }
+    let lone_holes = lone.len() as u64;
     outers.append(&mut lone);
     outers.sort_by_key(|outer| outer.ring);
     let rings = |outer: Outer| std::iter::once(outer.ring).chain(outer.holes).collect();
-    Ok(outers.into_iter().map(rings).collect())
+    Ok(Sorted {
+        polygons: outers.into_iter().map(rings).collect(),
+        lone_holes,
+    })
 }
 
 /// Returns which of the outer rings, the smallest first, is the smallest around a hole.
@@ -81,12 +97,16 @@ fn find_outer(
 }
 
 /// Returns whether the first vertex of a hole that is not on a ring is inside of it; `None` if all
-/// are on it.
+/// are on it, or if there are too many steps.
 fn side(hole: &[[f64; 3]], ring: &[[f64; 3]], steps: &mut u64) -> Option<bool> {
-    hole.iter().map(point).find_map(|vertex| {
+    for vertex in hole.iter().map(point) {
         *steps += ring.len() as u64;
-        is_inside(vertex, ring)
-    })
+        let is_inside = is_inside(vertex, ring);
+        if is_inside.is_some() || *steps > MOST_STEPS {
+            return is_inside;
+        }
+    }
+    None
 }
 
 /// Returns whether a point is inside of a ring; `None` if it is on the ring. The ring may be closed
@@ -159,6 +179,13 @@ mod tests {
         ring.into_iter().map(|[x, y]| [x, y, 0.0]).collect()
     }
 
+    fn sorted(polygons: &[&[usize]], lone_holes: u64) -> Result<Sorted, String> {
+        Ok(Sorted {
+            polygons: polygons.iter().map(|rings| rings.to_vec()).collect(),
+            lone_holes,
+        })
+    }
+
     #[test]
     fn holes_belong_to_the_smallest_outer_ring_around_them() {
         let rings = [
@@ -169,7 +196,7 @@ mod tests {
             square(30.0, 2.0, false),
             square(30.5, 0.5, true),
         ];
-        assert_eq!(sort_rings(&rings), Ok(vec![vec![1, 2], vec![3, 0], vec![4, 5]]));
+        assert_eq!(sort_rings(&rings), sorted(&[&[1, 2], &[3, 0], &[4, 5]], 0));
     }
 
     #[test]
@@ -177,7 +204,7 @@ mod tests {
         let diamond = [[5.0, 0.0], [10.0, 5.0], [5.0, 10.0], [0.0, 5.0], [5.0, 0.0]];
         let diamond = diamond.map(|[x, y]| [x, y, 0.0]).to_vec();
         let rings = [diamond, square(0.0, 10.0, false), square(20.0, 10.0, false)];
-        assert_eq!(sort_rings(&rings), Ok(vec![vec![1, 0], vec![2]]));
+        assert_eq!(sort_rings(&rings), sorted(&[&[1, 0], &[2]], 0));
     }
 
     #[test]
@@ -187,8 +214,21 @@ mod tests {
             square(20.0, 1.0, false),
             square(40.0, 1.0, false),
         ];
-        assert_eq!(sort_rings(&rings), Ok(vec![vec![0], vec![1], vec![2]]));
+        assert_eq!(sort_rings(&rings), sorted(&[&[0], &[1], &[2]], 1));
         let holes = [square(0.0, 10.0, true), square(20.0, 1.0, true)];
-        assert_eq!(sort_rings(&holes), Ok(vec![vec![0], vec![1]]));
+        assert_eq!(sort_rings(&holes), sorted(&[&[0], &[1]], 2));
+    }
+
+    /// Each vertex of the hole is compared with all edges of the ring that it is on.
+    #[test]
+    fn a_long_hole_on_a_long_ring_is_refused_in_bounded_time() {
+        let n = 1 << 17;
+        let bottom = (0..n).map(|i| [f64::from(i), 0.0, 0.0]);
+        let mut hole: Vec<[f64; 3]> = bottom.collect();
+        hole.push([0.0, f64::from(n), 0.0]);
+        let outer: Vec<[f64; 3]> = hole.iter().rev().copied().collect();
+        let rings = [outer, hole, square(-9.0, 1.0, false)];
+        let found = sort_rings(&rings);
+        assert!(found.is_err_and(|problem| problem.contains("overlap too often")));
     }
 }
