@@ -312,8 +312,8 @@ mod geopackage {
             .unwrap();
         let sql = "SELECT rootpage, (SELECT page_size FROM pragma_page_size) FROM sqlite_schema WHERE name = 'a'";
         let at = connection.query_row(sql, [], |row| {
-            let (page, size): (usize, usize) = (row.get(0)?, row.get(1)?);
-            Ok((page - 1) * size)
+            let (page, size): (u32, u32) = (row.get(0)?, row.get(1)?);
+            Ok(((page - 1) * size) as usize)
         });
         let at = at.unwrap();
         drop(connection);

@@ -23,7 +23,10 @@ const SAMPLES: [Sample; 33] = [
     &[("csv", data!("formats/points.csv"))],
     &[("csv", b"0,0,5,5\n1.5,2e3,\"3\",4\n# c\n5,5,0,1\n")],
     &[("csv", b"x,y,name\n1,2,a\n3,4,\"b, c\"\n5,6,7\n")],
-    &[("f64", b"\0\0\0\0\0\0\xf0\x3f\0\0\0\0\0\0\xf0\x3f\0\0\0\0\0\0\xf0\x3f\0\0\0\0\0\0\xf0\x3f")],
+    &[(
+        "f64",
+        b"\0\0\0\0\0\0\xf0\x3f\0\0\0\0\0\0\xf0\x3f\0\0\0\0\0\0\xf0\x3f\0\0\0\0\0\0\xf0\x3f",
+    )],
     &[("u32", b"\0\0\0\0\x01\0\0\0\x01\0\0\0\x02\0\0\0")],
     &[("geojson", data!("formats/lines.geojson"))],
     &[("geojson", data!("formats/mixed.geojson"))],
@@ -59,7 +62,10 @@ const SAMPLES: [Sample; 33] = [
         ("node", b"4 3 1 1\n1 0 0 7 1 1\n2 1 0 7 1 1\n3 1 1 7 1 1\n4 0 1 7 1 1\n"),
         ("ele", b"2 3 0\n1 1 2 3\n2 1 3 4\n"),
     ],
-    &[("poly", b"4 2 0 1\n1 0 0 1\n2 9 0 1\n3 9 9 1\n4 0 9 1\n2 0\n1 1 2\n2 2 3\n1\n1 2.5 2.5\n0\n")],
+    &[(
+        "poly",
+        b"4 2 0 1\n1 0 0 1\n2 9 0 1\n3 9 9 1\n4 0 9 1\n2 0\n1 1 2\n2 2 3\n1\n1 2.5 2.5\n0\n",
+    )],
 ];
 
 /// The limit on the records of a file, which has fewer bytes. Files with compression may exceed it.
@@ -81,7 +87,10 @@ pub fn run(data: &[u8]) {
         return;
     };
     let number = usize::from(sample) % SAMPLES.len();
-    let mut files: Vec<(&str, Vec<u8>)> = SAMPLES[number].iter().map(|&(suffix, bytes)| (suffix, bytes.to_vec())).collect();
+    let mut files: Vec<(&str, Vec<u8>)> = SAMPLES[number]
+        .iter()
+        .map(|&(suffix, bytes)| (suffix, bytes.to_vec()))
+        .collect();
     // A fourth of the values means a file of the fuzzer's own.
     match sample < 192 {
         true => rest.chunks_exact(6).for_each(|change| apply(change, &mut files)),
@@ -151,11 +160,18 @@ fn read(path: &Path, bytes: &[u8], kind: u8, most: Option<u64>) {
     let paths = [path.to_owned()];
     let options = InputOptions::default()
         .skip_invalid(kind & 0x40 != 0)
-        .missing_z(if kind & 0x80 == 0 { MissingZ::Error } else { MissingZ::Zero })
+        .missing_z(if kind & 0x80 == 0 {
+            MissingZ::Error
+        } else {
+            MissingZ::Zero
+        })
         .dims(2 + (kind >> 5 & 1));
     match kind % 8 {
         0 => points(PointSource::open(&paths, &options), most),
-        1 => points(PointSource::open(&paths, &options.bounds(Rect::new(0.0, 0.0, 9.0, 1e6))), most),
+        1 => points(
+            PointSource::open(&paths, &options.bounds(Rect::new(0.0, 0.0, 9.0, 1e6))),
+            most,
+        ),
         2 => {
             let options = options.format(Format::from_path(path));
             let stream = Box::new(std::io::Cursor::new(bytes.to_vec()));
@@ -177,7 +193,9 @@ fn goes_on(records: u64, most: Option<u64>) -> bool {
 }
 
 fn points<E: std::fmt::Display>(source: Result<PointSource, E>, most: Option<u64>) {
-    let Ok(mut source) = source.map_err(|error| error.to_string()) else { return };
+    let Ok(mut source) = source.map_err(|error| error.to_string()) else {
+        return;
+    };
     let _ = source.sample(100);
     let _ = (source.expected_points(), source.identity());
     let mut batch = PointBatch::default();
@@ -189,7 +207,9 @@ fn points<E: std::fmt::Display>(source: Result<PointSource, E>, most: Option<u64
 }
 
 fn segments<E: std::fmt::Display>(source: Result<SegmentSource, E>, most: Option<u64>) {
-    let Ok(mut source) = source.map_err(|error| error.to_string()) else { return };
+    let Ok(mut source) = source.map_err(|error| error.to_string()) else {
+        return;
+    };
     let mut batch = SegmentBatch::default();
     while source.next_batch(&mut batch).is_ok_and(|any| any) && goes_on(source.segments(), most) {
         assert!(batch.ends.iter().flatten().all(|point| point.is_valid()));
@@ -199,7 +219,9 @@ fn segments<E: std::fmt::Display>(source: Result<SegmentSource, E>, most: Option
 }
 
 fn sites<E: std::fmt::Display>(source: Result<SiteSource, E>, most: Option<u64>) {
-    let Ok(mut source) = source.map_err(|error| error.to_string()) else { return };
+    let Ok(mut source) = source.map_err(|error| error.to_string()) else {
+        return;
+    };
     let mut batch = SiteBatch::default();
     while source.next_batch(&mut batch).is_ok_and(|any| any) && goes_on(source.sites(), most) {
         assert!(batch.points.iter().all(|point| point.is_valid()));

@@ -224,3 +224,38 @@ impl PageReader for Pages {
 fn refused(what: String) -> ParquetError {
     ParquetError::General(what)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::watch::Reading;
+    use ::parquet::basic::GzipLevel;
+    use flate2::write::GzEncoder;
+    use std::io::Write;
+
+    /// Returns the error of reading a page that gzip makes of `length` bytes behind `plain` others.
+    fn error_of_page(plain: usize, length: usize) -> Option<String> {
+        let mut encoder = GzEncoder::new(vec![7; plain], flate2::Compression::fast());
+        encoder.write_all(&vec![0; length]).unwrap();
+        let page = encoder.finish().unwrap();
+        assert!(page.len() < length / 100);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("page");
+        std::fs::write(&path, &page).unwrap();
+        let file = Watched::open(&path, &Reading::default(), None).unwrap();
+        let chunks = Arc::new(Chunks::new(file, page.len() as u64));
+        let pages = PageBytes::new(&chunks, Compression::GZIP(GzipLevel::default())).unwrap();
+        pages.plain.store(plain, Ordering::Relaxed);
+        pages.get_bytes(0, page.len()).err().map(|error| error.to_string())
+    }
+
+    /// The crate would decode all of it, whatever the header says.
+    #[test]
+    fn a_gzip_page_of_more_bytes_than_the_limit_is_refused() {
+        for plain in [0, 12] {
+            assert_eq!(error_of_page(plain, LONGEST_PAGE), None);
+            let error = error_of_page(plain, LONGEST_PAGE + OVERHEAD + 1).unwrap();
+            assert!(error.contains("the limit is 16777216"), "{error}");
+        }
+    }
+}

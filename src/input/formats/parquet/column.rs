@@ -120,3 +120,52 @@ fn take<T: DataType, V>(
         false => Err(ParquetError::General("a column has more values than rows".to_owned())),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::watch::{Reading, Watched};
+    use ::parquet::file::metadata::ParquetMetaDataReader;
+    use ::parquet::file::properties::WriterProperties;
+    use ::parquet::file::writer::SerializedFileWriter;
+    use ::parquet::schema::parser::parse_message_type;
+
+    /// Rows of several pages would hold all of these pages in memory.
+    #[test]
+    fn bytes_are_read_page_by_page() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bytes.parquet");
+        let schema = Arc::new(parse_message_type("message m { required binary b; }").unwrap());
+        let properties = WriterProperties::builder()
+            .set_dictionary_enabled(false)
+            .set_write_batch_size(1)
+            .set_data_page_size_limit(1000);
+        let file = std::fs::File::create(&path).unwrap();
+        let mut writer = SerializedFileWriter::new(file, schema, Arc::new(properties.build())).unwrap();
+        let mut group = writer.next_row_group().unwrap();
+        let mut column = group.next_column().unwrap().unwrap();
+        let values: Vec<ByteArray> = (0..100u8).map(|n| vec![n; 100].into()).collect();
+        column
+            .typed::<::parquet::data_type::ByteArrayType>()
+            .write_batch(&values, None, None)
+            .unwrap();
+        column.close().unwrap();
+        group.close().unwrap();
+        writer.close().unwrap();
+
+        let file = std::fs::File::open(&path).unwrap();
+        let size = file.metadata().unwrap().len();
+        let metadata = ParquetMetaDataReader::new().parse_and_finish(&file).unwrap();
+        let watched = Watched::open(&path, &Reading::default(), None).unwrap();
+        let chunks = Arc::new(Chunks::new(watched, size));
+        let mut column = Column::new(&chunks, metadata.row_group(0), 0).unwrap();
+        let mut all = Vec::new();
+        while all.len() < values.len() {
+            let mut some = Vec::new();
+            let rows = column.bytes(values.len() - all.len(), &mut some).unwrap();
+            assert!((1..=10).contains(&rows) && rows == some.len(), "{rows} rows");
+            all.extend(some.into_iter().flatten());
+        }
+        assert_eq!(all, values);
+    }
+}
