@@ -166,7 +166,7 @@ fn holes_of_a_shapefile_in_no_outer_ring_are_reported() {
     let notes = read.source.notes().join("\n");
     for part in [
         "2 rings are directed as holes but are in no outer ring",
-        "what follows the 440 bytes that the header announces is not read",
+        "what follows the 488 bytes that the header announces is not read",
     ] {
         assert!(notes.contains(part), "{notes}");
     }
@@ -230,7 +230,10 @@ fn a_gzip_file_with_a_wrong_name_is_called_gzip() {
     let path = folder.path().join("a.csv.gz");
     fs::write(&path, gzip(b"ply\nformat ascii 1.0\n")).unwrap();
     let read = PointSource::open(&[path], &InputOptions::default()).and_then(crate::input::drain);
-    assert_says(read, &["a.csv.gz", "gzip, this is PLY, and not text"]);
+    assert_says(
+        read,
+        &["a.csv.gz", "by its content, which is gzip, this is ply, and not text"],
+    );
 }
 
 #[cfg(feature = "geopackage")]
