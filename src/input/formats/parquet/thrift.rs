@@ -1,7 +1,8 @@
 //! A scan of Thrift's compact protocol, for checks before the crate decodes the same bytes.
 //!
 //! In: the bytes of a page's header, or of the file's metadata. Out: the numbers that the crate
-//! would allocate by.
+//! would allocate by. The crate takes fields by their ids alone, and the lower bits of numbers that
+//! are too large; here, a field of another type and a number that is too large make no sense.
 
 /// The limit on nested structures. Parquet's own have far fewer.
 const DEEPEST: usize = 32;
@@ -45,6 +46,10 @@ impl<'a> Scan<'a> {
         Some((number >> 1) as i64 ^ -((number & 1) as i64))
     }
 
+    fn signed_32(&mut self) -> Option<i64> {
+        self.signed().filter(|number| i32::try_from(*number).is_ok())
+    }
+
     /// Returns the id and the type of the next field; `Some(None)` at the end of the structure.
     fn field(&mut self, last: &mut i64) -> Option<Option<(i64, u8)>> {
         let head = self.byte()?;
@@ -55,6 +60,7 @@ impl<'a> Scan<'a> {
             0 => self.signed()?,
             delta => last.checked_add(i64::from(delta))?,
         };
+        i16::try_from(*last).ok()?;
         Some(Some((*last, head & 15)))
     }
 
@@ -129,10 +135,11 @@ pub fn page_header(bytes: &[u8]) -> Option<PageHeader> {
         match (id, kind) {
             (2 | 3, I32) => {
                 let size = &mut header.sizes[id as usize - 2];
-                *size = scan.signed()?.max(*size);
+                *size = scan.signed_32()?.max(*size);
             }
             // The part for pages of version 2.
             (8, STRUCT) => header.levels = levels(&mut scan)?.max(header.levels),
+            (2 | 3 | 8, _) => return None,
             _ => scan.skip(kind, DEEPEST)?,
         }
     }
@@ -146,8 +153,9 @@ fn levels(scan: &mut Scan<'_>) -> Option<i64> {
         match (id, kind) {
             (5 | 6, I32) => {
                 let length = &mut lengths[id as usize - 5];
-                *length = scan.signed()?.max(*length);
+                *length = scan.signed_32()?.max(*length);
             }
+            (5 | 6, _) => return None,
             _ => scan.skip(kind, DEEPEST)?,
         }
     }
@@ -179,6 +187,7 @@ pub fn schema(metadata: &[u8]) -> Option<Schema> {
                 schema.elements = schema.elements.saturating_add(count);
                 measure(&mut scan, count, &mut schema)?;
             }
+            (2, _) => return None,
             _ => scan.skip(kind, DEEPEST)?,
         }
     }
@@ -197,7 +206,8 @@ fn measure(scan: &mut Scan<'_>, count: u64, schema: &mut Schema) -> Option<()> {
                     let length = scan.number()?;
                     name = scan.take(length)?.len() as u64;
                 }
-                (5, I32) => children = u64::try_from(scan.signed()?).ok()?,
+                (5, I32) => children = u64::try_from(scan.signed_32()?).ok()?,
+                (4 | 5, _) => return None,
                 _ => scan.skip(kind, DEEPEST)?,
             }
         }
@@ -234,6 +244,19 @@ mod tests {
         // Type 3, 300 and 200 bytes, then field 8 with levels of 5 and 7 bytes (fields 5 and 6).
         let header = [0x15, 6, 0x15, 0xd8, 4, 0x15, 0x90, 3, 0x5c, 0x55, 10, 0x15, 14, 0, 0];
         assert_eq!(page_header(&header), found([300, 200], 12));
+    }
+
+    /// The crate would take the lower 32 bits of a size, and a field of any type for the size.
+    #[test]
+    fn sizes_that_the_crate_takes_for_others_are_refused() {
+        // 2^32 + 300; field 2 as a number of 64 bits; field 65538, whose lower 16 bits are 2.
+        let too_large = [0x15, 0, 0x15, 0xd8, 0x84, 0x80, 0x80, 0x20, 0x15, 2, 0];
+        let other_type = [0x15, 0, 0x16, 0xd8, 4, 0x15, 2, 0];
+        let other_field = [0x15, 0, 0x05, 0x84, 0x80, 8, 0xd8, 4, 0];
+        let negative = [0x15, 0, 0x15, 0xff, 0xff, 0xff, 0xff, 0xff, 0x7f, 0x15, 2, 0];
+        for header in [&too_large[..], &other_type, &other_field, &negative] {
+            assert_eq!(page_header(header), None, "{header:?}");
+        }
     }
 
     /// Items without a byte would be skipped as often as the count says.
