@@ -86,7 +86,7 @@ fn parts_of_a_flatgeobuf_that_share_their_positions_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("shared.fgb");
     fs::write(&path, file(1)).unwrap();
-    let read = PointSource::open(&[path.clone()], &InputOptions::default()).and_then(crate::input::drain);
+    let read = PointSource::open(std::slice::from_ref(&path), &InputOptions::default()).and_then(crate::input::drain);
     assert_eq!(read.unwrap().points.len(), 10_000);
     fs::write(&path, file(1000)).unwrap();
     let read = PointSource::open(&[path], &InputOptions::default()).and_then(crate::input::drain);
@@ -160,7 +160,7 @@ fn holes_of_a_shapefile_in_no_outer_ring_are_reported() {
     let mut bytes = polygons(&rings);
     bytes.extend([0; 8]);
     fs::write(&path, bytes).unwrap();
-    let read = SegmentSource::open_obstacles(&[path.clone()])
+    let read = SegmentSource::open_obstacles(std::slice::from_ref(&path))
         .and_then(segments::drain)
         .unwrap();
     let notes = read.source.notes().join("\n");
