@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::input::error::InputError;
-use crate::input::watch::{Reading, Watched};
+use crate::input::watch::{Reading, Watch, Watched};
 
 /// The size in bytes of a read buffer, and of a read.
 pub const BUFFER: usize = 256 << 10;
@@ -17,6 +17,11 @@ pub const BUFFER: usize = 256 << 10;
 /// The first bytes of a gzip file: the magic number and deflate, the only defined method (RFC
 /// 1952).
 const GZIP: [u8; 3] = [0x1f, 0x8b, 8];
+
+/// Returns whether a file that begins with `head` is gzip.
+pub fn is_gzip(head: &[u8]) -> bool {
+    head.starts_with(&GZIP)
+}
 
 /// An opened input, before the reader of its format takes it.
 pub struct ByteInput {
@@ -28,27 +33,33 @@ pub struct ByteInput {
     pub size: Option<u64>,
     /// A copy of the first decompressed bytes: a few hundred, or fewer if the input is shorter.
     pub head: Vec<u8>,
+    /// Whether the bytes were decompressed.
+    pub was_gzip: bool,
+    /// The state of the input.
+    pub watch: Arc<Watch>,
 }
 
 impl ByteInput {
     /// Reads the first bytes and decompresses gzip. An input is gzip if it begins with gzip's magic
     /// number and, unless `by_magic` is set, its name ends in `.gz`.
     pub fn new(read: Watched<impl Read + Send + 'static>, by_magic: bool) -> Result<Self, InputError> {
-        let (path, size, reading) = (
-            Arc::clone(&read.watch.path),
-            read.watch.size(),
-            read.watch.reading.clone(),
-        );
-        let named = path.extension().is_some_and(|suffix| suffix.eq_ignore_ascii_case("gz"));
-        let plain = Self::with_head(path, Box::new(read), size)?;
-        if !(plain.head.starts_with(&GZIP) && (by_magic || named)) {
+        let watch = Arc::clone(&read.watch);
+        let suffix = watch.path.extension();
+        let named = suffix.is_some_and(|suffix| suffix.eq_ignore_ascii_case("gz"));
+        let size = watch.size();
+        let plain = Self::with_head(watch, Box::new(read), size)?;
+        if !(is_gzip(&plain.head) && (by_magic || named)) {
             return Ok(plain);
         }
         let read = Stoppable {
             read: gunzip(plain.read, &plain.path)?,
-            reading,
+            reading: plain.watch.reading.clone(),
         };
-        Self::with_head(plain.path, Box::new(read), None)
+        let unzipped = Self::with_head(plain.watch, Box::new(read), None)?;
+        Ok(Self {
+            was_gzip: true,
+            ..unzipped
+        })
     }
 
     /// Skips a byte order mark and returns its length.
@@ -61,14 +72,16 @@ impl ByteInput {
         io::copy(&mut self.read.by_ref().take(MARK.len() as u64), &mut io::sink()).unwrap_or(0)
     }
 
-    fn with_head(path: Arc<Path>, mut read: Box<dyn Read + Send>, size: Option<u64>) -> Result<Self, InputError> {
-        let mut head = Vec::new();
+    fn with_head(watch: Arc<Watch>, mut read: Box<dyn Read + Send>, size: Option<u64>) -> Result<Self, InputError> {
+        let (path, mut head) = (Arc::clone(&watch.path), Vec::new());
         match read.by_ref().take(512).read_to_end(&mut head) {
             Ok(_) => Ok(Self {
                 path,
                 read: Box::new(io::Cursor::new(head.clone()).chain(read)),
                 size,
                 head,
+                was_gzip: false,
+                watch,
             }),
             Err(source) => Err(InputError::read(&path, 0, source)),
         }

@@ -1,6 +1,6 @@
 //! What a file is by its first bytes, where its name does not tell, or tells something else.
 
-use crate::input::bytes::ByteInput;
+use crate::input::bytes::{ByteInput, is_gzip};
 use crate::input::error::{InputError, Location};
 use crate::input::options::Format;
 use crate::input::watch::{Reading, Watched};
@@ -55,13 +55,43 @@ pub fn format_of(path: &Path) -> Option<Format> {
     })
 }
 
-/// Fails if a file that begins with `head` is not of the format `expected`, but of another.
+/// Returns whether files of this format are read from any position, and so not from gzip.
+fn needs_file(format: Format) -> bool {
+    matches!(format, Format::Las | Format::GeoPackage | Format::Parquet)
+}
+
+/// Fails if a file that begins with `head` is not of the format `expected`, but of another, or if it
+/// is gzip and must not be.
 pub fn check(path: &Path, expected: Format, head: &[u8]) -> Result<(), InputError> {
+    if is_gzip(head) && needs_file(expected) {
+        let problem = format!("by its content this is gzip, and {expected} is not read from gzip");
+        return Err(InputError::malformed(
+            path,
+            Location::File,
+            problem,
+            "decompress it first",
+        ));
+    }
+    check_content(path, expected, head, "by its content")
+}
+
+/// Fails if the decompressed bytes of a gzip file are not of the format `expected`, but of another.
+pub fn check_unzipped(input: &ByteInput, expected: Format) -> Result<(), InputError> {
+    let is_it = recognise(&input.head) == Some(expected);
+    if !is_it && matches!(expected, Format::FlatGeobuf | Format::Shapefile) {
+        let problem = format!("by its content this is gzip, and what is in it is not {expected}");
+        let hint = "decompress it, and give it the suffix of what it is";
+        return Err(InputError::malformed(&input.path, Location::File, problem, hint));
+    }
+    check_content(&input.path, expected, &input.head, "by its content, which is gzip,")
+}
+
+fn check_content(path: &Path, expected: Format, head: &[u8], by: &str) -> Result<(), InputError> {
     match recognise(head) {
         Some(found) if found != expected && (has_magic(found) || has_magic(expected)) => Err(InputError::malformed(
             path,
             Location::File,
-            format!("by its content this is {found}, and not {expected}"),
+            format!("{by} this is {found}, and not {expected}"),
             "give it the suffix, or the option `format`, of what it is",
         )),
         _ => Ok(()),

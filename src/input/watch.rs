@@ -11,6 +11,7 @@
 
 use crate::input::error::InputError;
 use crate::input::layer;
+use parking_lot::Mutex;
 use std::fs::{File, Metadata};
 use std::io;
 use std::io::{Read, Seek, SeekFrom};
@@ -150,6 +151,8 @@ pub struct Watch {
     /// The smallest offset at which there were no more bytes; `u64::MAX` if the end was not
     /// reached.
     end: AtomicU64,
+    /// The files beside it that are read with it.
+    beside: Mutex<Vec<Arc<Watch>>>,
 }
 
 /// A reader that counts the bytes it hands out, and that can be stopped.
@@ -209,6 +212,7 @@ impl<R> Watched<R> {
                 file,
                 taken: AtomicU64::new(0),
                 end: AtomicU64::new(u64::MAX),
+                beside: Mutex::new(Vec::new()),
             }),
         }
     }
@@ -237,6 +241,31 @@ impl<R: Seek> Seek for Watched<R> {
 }
 
 impl Watch {
+    /// Opens a file beside this one, which must then not change either.
+    pub fn open_beside(&self, path: &Path) -> Result<Watched<Arc<File>>, InputError> {
+        let file = Watched::open(path, &self.reading, None)?;
+        self.beside.lock().push(Arc::clone(&file.watch));
+        Ok(file)
+    }
+
+    /// Returns the files beside this one that were opened, with their stamps.
+    pub fn stamps_beside(&self) -> Vec<(PathBuf, FileStamp)> {
+        let mut stamps = Vec::new();
+        self.beside.lock().iter().for_each(|watch| note(&mut stamps, watch));
+        stamps
+    }
+
+    /// Fails if a file beside this one has changed since it had the stamp `before`.
+    pub fn check_beside(&self, before: &[(PathBuf, FileStamp)]) -> Result<(), InputError> {
+        for (path, now) in self.stamps_beside() {
+            let before = before.iter().find(|(of, _)| *of == path);
+            if let Some(what) = before.and_then(|(_, before)| now.change_since(before)) {
+                return Err(changed(&path, what));
+            }
+        }
+        Ok(())
+    }
+
     /// Returns the stamp of the file at opening; `None` for streams.
     pub fn stamp(&self) -> Option<FileStamp> {
         self.file.as_ref().map(|(_, stamp)| *stamp)
@@ -247,6 +276,12 @@ impl Watch {
         self.stamp().map(|stamp| stamp.length)
     }
 
+    /// Counts bytes that were read from the file in another way.
+    pub fn advance(&self, bytes: u64) {
+        self.taken.fetch_add(bytes, Ordering::Relaxed);
+        self.reading.0.bytes.fetch_add(bytes, Ordering::Relaxed);
+    }
+
     /// Returns the number of bytes handed out so far.
     pub fn taken(&self) -> u64 {
         self.taken.load(Ordering::Relaxed)
@@ -254,6 +289,7 @@ impl Watch {
 
     /// Fails if the file has changed since it was opened. To be called after everything was read.
     pub fn check(&self) -> Result<(), InputError> {
+        self.beside.lock().iter().try_for_each(|watch| watch.check())?;
         let Some((file, before)) = &self.file else {
             return Ok(());
         };
@@ -288,9 +324,10 @@ fn changed(path: &Path, what: String) -> InputError {
     }
 }
 
-/// Adds the stamp of a regular file to `stamps`.
+/// Adds the stamp of a regular file to `stamps`, and those of the files beside it.
 pub fn note(stamps: &mut Vec<(PathBuf, FileStamp)>, watch: &Watch) {
     stamps.extend(watch.stamp().map(|stamp| (watch.path.to_path_buf(), stamp)));
+    stamps.extend(watch.stamps_beside());
 }
 
 /// Opens a file, and returns its metadata if it is a regular file: pipes and devices have no size.

@@ -174,7 +174,16 @@ impl Reader<PointBatch> for Node {
     fn notes(&self) -> Vec<String> {
         match self.vertices.attributes {
             0 => Vec::new(),
-            n => vec![format!("{}: {n} attributes per point are not read", self.name)],
+            n => vec![format!(
+                "{}: {n} attributes per point are not read{}",
+                self.name,
+                // The tool's export writes z as an attribute, which nothing in the file tells.
+                if self.has_z() {
+                    ""
+                } else {
+                    ", even if one is z; for points with z, give CSV, PLY or OBJ"
+                }
+            )],
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The formats of vector data: features with geometries and fields.
 
 use crate::input::bytes::ByteInput;
+use crate::input::content;
 use crate::input::error::InputError;
 #[cfg(feature = "flatgeobuf")]
 use crate::input::formats::flatgeobuf;
@@ -73,6 +74,10 @@ impl Vector {
         if self == Self::GeoPackage && file.watch.size().is_some() {
             return geopackage::open(file);
         }
-        self.start(ByteInput::new(file, true)?)
+        let input = ByteInput::new(file, true)?;
+        if input.was_gzip {
+            content::check_unzipped(&input, self.format())?;
+        }
+        self.start(input)
     }
 }

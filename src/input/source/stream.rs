@@ -51,7 +51,11 @@ pub fn start_stream<B: Records>(
     stream: Watched<impl Read + Send + 'static>,
     options: &B::Options,
 ) -> Started<B> {
-    B::start(format, ByteInput::new(stream, B::may_be_gzip(format))?, options)
+    let input = ByteInput::new(stream, B::may_be_gzip(format))?;
+    if let Some(format) = B::content(format).filter(|_| input.was_gzip) {
+        content::check_unzipped(&input, format)?;
+    }
+    B::start(format, input, options)
 }
 
 /// An input and, if it is open, its reader.
@@ -60,6 +64,8 @@ pub struct Input<B: Records> {
     format: B::Format,
     /// The stamp of the file when it was examined; `None` for streams.
     stamp: Option<FileStamp>,
+    /// The stamps of the files beside it when it was examined.
+    beside: Vec<(PathBuf, FileStamp)>,
     /// The number of records that the file claimed when it was examined.
     expected: Option<u64>,
     opened: Option<Opened<B>>,
@@ -76,6 +82,7 @@ impl<B: Records> Input<B> {
             path: path.into(),
             format,
             stamp: None,
+            beside: Vec::new(),
             expected: None,
             opened: None,
         }
@@ -95,10 +102,10 @@ impl<B: Records> Input<B> {
         if let Some(format) = B::content(self.format) {
             content::check(&self.path, format, &file.head())?;
         }
-        match B::start_file(self.format, file, options) {
-            Ok(reader) => Ok(Opened { reader, watch }),
-            Err(error) => Err(watch.explain(error)),
-        }
+        let reader = B::start_file(self.format, file, options).map_err(|error| watch.explain(error))?;
+        watch.check_beside(&self.beside)?;
+        self.beside = watch.stamps_beside();
+        Ok(Opened { reader, watch })
     }
 
     /// Starts the reader of a stream.

@@ -41,12 +41,15 @@ fn survives(path: &Path, bytes: &[u8], format: Format) -> bool {
     errors[0].is_none()
 }
 
-const FORMATS: [Format; 9] = [
+const FORMATS: [Format; 12] = [
     Format::Text,
     Format::F64,
     Format::Node,
     Format::Poly,
     Format::GeoJson,
+    Format::FlatGeobuf,
+    Format::Shapefile,
+    Format::GeoPackage,
     Format::Las,
     Format::Ply,
     Format::Obj,
@@ -58,7 +61,7 @@ fn noise_gives_points_or_an_error() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("hostile");
     let mut random = Random(1);
-    let heads: [&[u8]; 13] = [
+    let heads: [&[u8]; 16] = [
         b"",
         b"x,y\n1,2\n",
         b"\"",
@@ -73,6 +76,12 @@ fn noise_gives_points_or_an_error() {
           property float x\nproperty float y\nend_header\n",
         b"v 1 2 3\nf 1 2 3\n",
         b"PAR1",
+        // A header of 4 bytes, which is no FlatBuffer; a file of 2 GiB; a database with pages of 4 KiB.
+        b"fgb\x03fgb\x01\x04\0\0\0\x04\0\0\0",
+        &[
+            0, 0, 0x27, 0x0a, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x3f, 0xff, 0xff, 0xff,
+        ],
+        b"SQLite format 3\0\x10\0\x01\x01\0\x40\x20\x20",
     ];
     let likely = b"0123456789.,-+eE \t\n\r\"#{}[]:;xyz\\untf";
     for format in FORMATS {

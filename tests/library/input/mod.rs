@@ -5,6 +5,8 @@ mod ahead;
 mod changed;
 #[cfg(feature = "las")]
 mod copc;
+#[cfg(all(feature = "geojson", feature = "text"))]
+mod crafted;
 mod hostile;
 mod mesh;
 mod node;

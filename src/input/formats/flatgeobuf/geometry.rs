@@ -27,6 +27,7 @@ pub fn add_geometry(geometry: &Geometry, kind: GeometryType, into: &mut Feature)
             }
             return Ok(());
         }
+        GeometryType::Unknown => return Err("neither the file nor the geometry has a type".to_owned()),
         other => {
             let name = other.variant_name().unwrap_or("geometry of an unknown type");
             return Err(format!(

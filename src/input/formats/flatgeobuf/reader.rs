@@ -7,10 +7,19 @@ use crate::input::error::InputError;
 use crate::input::formats::flatgeobuf::geometry::add_geometry;
 use crate::input::formats::flatgeobuf::ids::{self, find_field, id};
 use crate::input::formats::shapes::{Blocks, Decoded, Decoder, Feature, Shapes};
-use ::flatgeobuf::{Column, GeometryType, Header, size_prefixed_root_as_feature, size_prefixed_root_as_header};
+use crate::shown;
+use ::flatgeobuf::{
+    Column, GeometryType, Header, size_prefixed_root_as_feature_with_opts, size_prefixed_root_as_header,
+};
+use flatbuffers_of_flatgeobuf::VerifierOptions;
 
 /// The limit on the length in bytes of the header.
 const LONGEST_HEADER: u64 = 10 << 20;
+
+/// The limit on the bytes of a feature when all its parts are apart, for each byte that it has. Parts
+/// may refer to the same bytes, so that a short feature could have any number of positions. Tables
+/// share only their lists of fields, which are as long as a few of them.
+const MOST_SHARED: usize = 8;
 
 /// The number of bytes of a node of the index.
 const NODE: u64 = 40;
@@ -47,6 +56,7 @@ pub fn open(input: ByteInput) -> Result<Box<dyn Shapes>, InputError> {
         crs,
         field: None,
         feature: Vec::new(),
+        has_rest: false,
     })))
 }
 
@@ -101,12 +111,20 @@ struct FlatGeobuf {
     field: Option<ids::Field>,
     /// The current feature with its length.
     feature: Vec<u8>,
+    /// Whether bytes follow the last feature.
+    has_rest: bool,
 }
 
 impl FlatGeobuf {
     /// Adds the geometries and the id of the feature that was read, or returns what is wrong.
     fn parse(&self, into: &mut Feature) -> Result<(), String> {
-        let table = size_prefixed_root_as_feature(&self.feature).map_err(|error| error.to_string())?;
+        let options = VerifierOptions {
+            max_tables: self.feature.len(),
+            max_apparent_size: self.feature.len().saturating_mul(MOST_SHARED),
+            ..VerifierOptions::default()
+        };
+        let table = size_prefixed_root_as_feature_with_opts(&options, &self.feature);
+        let table = table.map_err(|error| error.to_string())?;
         if let Some(geometry) = table.geometry() {
             add_geometry(&geometry, self.kind, into)?;
         }
@@ -120,7 +138,10 @@ impl FlatGeobuf {
 impl Decoder for FlatGeobuf {
     fn decode(&mut self, number: u64, feature: &mut Feature) -> Result<bool, InputError> {
         match self.count {
-            Some(count) if number == count => return Ok(false),
+            Some(count) if number == count => {
+                self.has_rest = !self.blocks.is_at_end()?;
+                return Ok(false);
+            }
             None if self.blocks.is_at_end()? => return Ok(false),
             _ => {}
         }
@@ -153,5 +174,11 @@ impl Decoder for FlatGeobuf {
 
     fn crs(&self) -> Option<&str> {
         self.crs.as_deref()
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let (path, count) = (shown::path(&self.blocks.path), self.count.unwrap_or(0));
+        let note = || format!("{path}: what follows the {count} features that the header announces is not read");
+        self.has_rest.then(note).into_iter().collect()
     }
 }

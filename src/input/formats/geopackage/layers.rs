@@ -11,13 +11,27 @@ use std::path::Path;
 const MOST: u32 = 1000;
 const MOST_SHOWN: usize = 20;
 
+/// The names of the number of a row, each of which a column of the same name hides.
+const ROW_NUMBERS: [&str; 3] = ["rowid", "_rowid_", "oid"];
+
 /// A feature table.
 pub struct Layer {
     pub table: String,
     /// The column of the geometries.
     pub column: String,
     geometry_type: String,
+    /// The name of the number of a row.
+    pub number: &'static str,
     srs: Option<i64>,
+}
+
+/// A column of a table.
+pub struct Column {
+    pub name: String,
+    /// The type, as the file declares it.
+    pub kind: String,
+    /// Whether SQLite computes its values when they are read.
+    pub is_computed: bool,
 }
 
 /// A layer in the list of a file.
@@ -40,16 +54,10 @@ pub fn list(connection: &Connection, path: &Path) -> Result<Vec<ListedLayer>, In
 /// Returns the columns of a layer other than that of the geometries. Errors are ignored, since this
 /// is only metadata.
 pub fn fields(connection: &Connection, layer: &Layer) -> Vec<Field> {
-    let list = || {
-        let mut statement = connection.prepare("SELECT name, type FROM pragma_table_info(?1) LIMIT ?2")?;
-        let fields = statement.query_map((&layer.table, MOST_FIELDS as i64), |row| {
-            Ok(Field::new(row.get::<_, String>(0)?, row.get::<_, String>(1)?))
-        })?;
-        fields.collect::<rusqlite::Result<Vec<_>>>()
-    };
-    let mut fields = list().unwrap_or_default();
-    fields.retain(|field| field.name != layer.column);
-    fields
+    let columns = columns(connection, &layer.table).unwrap_or_default();
+    let others = columns.into_iter().filter(|column| column.name != layer.column);
+    let fields = others.map(|column| Field::new(column.name, column.kind));
+    fields.take(MOST_FIELDS).collect()
 }
 
 /// Returns the layer `name`, or the only one.
@@ -98,6 +106,7 @@ fn layers(connection: &Connection) -> rusqlite::Result<Vec<Layer>> {
         Ok(Layer {
             table: row.get(0)?,
             column: row.get(1)?,
+            number: ROW_NUMBERS[0],
             srs: row.get(2)?,
             // It is only shown.
             geometry_type: row.get(3).unwrap_or_default(),
@@ -106,23 +115,54 @@ fn layers(connection: &Connection) -> rusqlite::Result<Vec<Layer>> {
     rows.collect()
 }
 
-/// Fails if a layer is not a table.
-fn check_table(connection: &Connection, path: &Path, layer: Layer) -> Result<Layer, InputError> {
-    let sql = "SELECT type FROM sqlite_schema WHERE name = ?1 COLLATE NOCASE";
-    let kind = connection.query_row(sql, [&layer.table], |row| row.get::<_, String>(0));
-    let kind = kind.optional();
-    match kind
-        .map_err(|error| damaged(path, "its tables cannot be read", error))?
-        .as_deref()
-    {
-        Some("table") => Ok(layer),
-        kind => {
-            let kind = kind.map_or("not in the file", |_| "a view");
-            let problem = format!("the layer `{}` is {kind}", shown::text(&layer.table));
-            let hint = "copy it to a table, and give that";
-            Err(InputError::malformed(path, Location::File, problem, hint))
-        }
+/// Fails if a layer is not a table that is in the file as it is. Finds the name of the numbers of
+/// its rows.
+fn check_table(connection: &Connection, path: &Path, mut layer: Layer) -> Result<Layer, InputError> {
+    let refused = |what: &str| {
+        let problem = format!("the layer `{}` {what}", shown::text(&layer.table));
+        InputError::malformed(path, Location::File, problem, "copy it to a plain table, and give that")
+    };
+    let unreadable = |error| damaged(path, "its tables cannot be read", error);
+    // A virtual table has no page of its own.
+    let sql = "SELECT type = 'table' AND rootpage > 0 FROM sqlite_schema WHERE name = ?1 COLLATE NOCASE";
+    let is_table = connection.query_row(sql, [&layer.table], |row| row.get::<_, bool>(0));
+    match is_table.optional().map_err(unreadable)? {
+        Some(true) => {}
+        Some(false) => return Err(refused("is a view or a virtual table")),
+        None => return Err(refused("is not in the file")),
     }
+    let columns = columns(connection, &layer.table).map_err(unreadable)?;
+    match find_column(&columns, &layer.column) {
+        Some(column) if !column.is_computed => {}
+        Some(_) => return Err(refused("computes its geometries")),
+        None => return Err(refused("has no column of geometries")),
+    }
+    let Some(number) = ROW_NUMBERS
+        .into_iter()
+        .find(|name| find_column(&columns, name).is_none())
+    else {
+        return Err(refused("has columns that hide the numbers of its rows"));
+    };
+    layer.number = number;
+    Ok(layer)
+}
+
+/// Returns the columns of a table.
+pub fn columns(connection: &Connection, table: &str) -> rusqlite::Result<Vec<Column>> {
+    let mut statement = connection.prepare("SELECT name, hidden = 2, type FROM pragma_table_xinfo(?1)")?;
+    let rows = statement.query_map([table], |row| {
+        Ok(Column {
+            name: row.get(0)?,
+            is_computed: row.get(1)?,
+            kind: row.get(2).unwrap_or_default(),
+        })
+    })?;
+    rows.collect()
+}
+
+/// Returns the column with this name, as SQLite would.
+pub fn find_column<'a>(columns: &'a [Column], name: &str) -> Option<&'a Column> {
+    columns.iter().find(|column| column.name.eq_ignore_ascii_case(name))
 }
 
 /// Returns the coordinate reference system of a layer: `EPSG:…`, or else WKT. Errors are ignored,

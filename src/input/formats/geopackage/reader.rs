@@ -7,11 +7,12 @@ use crate::input::flaw::Flaw;
 use crate::input::formats::geopackage::database;
 use crate::input::formats::geopackage::database::{damaged, quoted};
 use crate::input::formats::geopackage::geometry::add_blob;
-use crate::input::formats::geopackage::layers::{self, Layer, ListedLayer, crs, find_layer};
+use crate::input::formats::geopackage::layers::{self, Layer, ListedLayer, columns, crs, find_column, find_layer};
 use crate::input::formats::shapes::{Decoded, Decoder, Feature, FoundId, Shapes};
 use crate::input::layer;
 use crate::input::sites::SiteId;
 use crate::input::watch::{Watch, Watched};
+use crate::shown;
 use rusqlite::Connection;
 use rusqlite::types::ValueRef;
 use std::collections::VecDeque;
@@ -89,12 +90,12 @@ impl GeoPackage {
     /// Reads the next rows.
     fn read_rows(&mut self) -> rusqlite::Result<()> {
         let field = self.field.as_ref().map(|field| format!(", {}", quoted(field)));
-        let from = self.after.map_or("", |_| "WHERE rowid > ?1");
+        let (number, table) = (self.layer.number, quoted(&self.layer.table));
+        let from = self.after.map_or(String::new(), |_| format!("WHERE {number} > ?1"));
         let sql = format!(
-            "SELECT rowid, {}{} FROM {} {from} ORDER BY rowid LIMIT {MOST_ROWS}",
+            "SELECT {number}, {}{} FROM {table} {from} ORDER BY {number} LIMIT {MOST_ROWS}",
             quoted(&self.layer.column),
             field.as_deref().unwrap_or_default(),
-            quoted(&self.layer.table)
         );
         let mut statement = self.connection.prepare(&sql)?;
         let mut rows = match self.after {
@@ -119,17 +120,49 @@ impl GeoPackage {
                 Some(_) => id_of(row.get_ref(2)?),
                 None => None,
             };
-            let number = row.get(0)?;
+            let number: i64 = row.get(0)?;
+            // In a damaged file they may come in any order, and again and again.
+            if self.after.is_some_and(|after| after >= number) {
+                let geometry = Err("its number is not above that of the row before");
+                self.rows.push_back(Row {
+                    number,
+                    geometry,
+                    id: None,
+                });
+                self.is_at_end = true;
+                break;
+            }
             self.after = Some(number);
             self.rows.push_back(Row { number, geometry, id });
         }
+        self.watch.advance(bytes as u64);
         Ok(())
+    }
+
+    /// Fails if there is no column of the ids in the table.
+    fn check_field(&self) -> Result<(), InputError> {
+        let Some(field) = &self.field else { return Ok(()) };
+        let path = &self.watch.path;
+        let columns = columns(&self.connection, &self.layer.table);
+        let columns = columns.map_err(|error| damaged(path, "its tables cannot be read", error))?;
+        if find_column(&columns, field).is_some_and(|column| !column.is_computed) {
+            return Ok(());
+        }
+        let names = columns.iter().filter(|column| !column.is_computed);
+        let names: Vec<&str> = names.map(|column| &*column.name).collect();
+        let names = shown::beginning(&names.join(", "), 200);
+        let problem = format!("there is no field `{}`; there are {names}", shown::beginning(field, 60));
+        let hint = "select one of these for the ids, or none";
+        Err(InputError::malformed(path, Location::File, problem, hint))
     }
 
     /// Returns the next row; `None` at the end.
     fn next_row(&mut self) -> Result<Option<Row>, InputError> {
         if self.rows.is_empty() && !self.is_at_end {
             self.watch.reading.check()?;
+            if self.after.is_none() {
+                self.check_field()?;
+            }
             if let Err(error) = self.read_rows() {
                 let problem = match self.after {
                     Some(after) => format!("the features after number {after} cannot be read"),
@@ -158,7 +191,7 @@ impl Decoder for GeoPackage {
             Some(Err(problem)) => problem,
             None => "its geometry cannot be decoded".to_owned(),
         };
-        let problem = format!("the geometry of the row {} is invalid: {problem}", row.number);
+        let problem = format!("row {} is invalid: {problem}", row.number);
         let location = Location::Feature(number);
         Err(InputError::malformed(
             &self.watch.path,

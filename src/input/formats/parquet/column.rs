@@ -1,6 +1,6 @@
 //! The values of one column in one row group.
 
-use crate::input::formats::parquet::chunks::{Chunks, Pages};
+use crate::input::formats::parquet::chunks::{Chunks, PageBytes, Pages};
 use ::parquet::basic::ConvertedType;
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
 use ::parquet::data_type::{ByteArray, DataType, DoubleType, FloatType, Int32Type, Int64Type};
@@ -8,6 +8,7 @@ use ::parquet::errors::{ParquetError, Result};
 use ::parquet::file::metadata::RowGroupMetaData;
 use ::parquet::file::reader::SerializedPageReader;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 pub struct Column {
     reader: ColumnReader,
@@ -17,6 +18,9 @@ pub struct Column {
     /// For decimals, the power of ten by which integers are divided.
     divisor: f64,
     is_unsigned: bool,
+    /// The number of values in the pages that the reader has taken, and of those that were read.
+    in_pages: Arc<AtomicU64>,
+    read: u64,
 }
 
 impl Column {
@@ -25,7 +29,9 @@ impl Column {
         let about = group.column(leaf);
         let descriptor = about.column_descr_ptr();
         let rows = usize::try_from(group.num_rows())?;
-        let pages = SerializedPageReader::new(Arc::clone(chunks), about, rows, None)?;
+        let bytes = Arc::new(PageBytes::new(chunks, about.compression())?);
+        let pages = SerializedPageReader::new(bytes, about, rows, None)?;
+        let in_pages = Arc::new(AtomicU64::new(0));
         let is_decimal = descriptor.converted_type() == ConvertedType::DECIMAL;
         Ok(Self {
             defined: descriptor.max_def_level(),
@@ -36,7 +42,9 @@ impl Column {
                 1.0
             },
             is_unsigned: descriptor.converted_type() == ConvertedType::UINT_32,
-            reader: get_column_reader(descriptor, Box::new(Pages(pages))),
+            reader: get_column_reader(descriptor, Box::new(Pages::new(pages, Arc::clone(&in_pages)))),
+            in_pages,
+            read: 0,
         })
     }
 
@@ -66,14 +74,18 @@ impl Column {
         }
     }
 
-    /// Appends the bytes of the next `rows` rows; `None` for null.
-    pub fn bytes(&mut self, rows: usize, bytes: &mut Vec<Option<ByteArray>>) -> Result<()> {
-        match &mut self.reader {
-            ColumnReader::ByteArrayColumnReader(reader) => {
-                take(reader, self.defined, rows, &mut self.levels, bytes, |value| value)
-            }
-            _ => Err(ParquetError::General("the column has no bytes".to_owned())),
-        }
+    /// Appends the bytes of the next rows, at most `rows`; `None` for null. Returns their number,
+    /// which is not 0 unless `rows` is. They hold the page that they are in, so they are of one page.
+    pub fn bytes(&mut self, rows: usize, bytes: &mut Vec<Option<ByteArray>>) -> Result<usize> {
+        let ColumnReader::ByteArrayColumnReader(reader) = &mut self.reader else {
+            return Err(ParquetError::General("the column has no bytes".to_owned()));
+        };
+        let in_page = self.in_pages.load(Ordering::Relaxed).saturating_sub(self.read);
+        // The first row of a page is read alone: before, the number of those in it is not known.
+        let rows = rows.min(usize::try_from(in_page).unwrap_or(usize::MAX).max(1));
+        take(reader, self.defined, rows, &mut self.levels, bytes, |value| value)?;
+        self.read += rows as u64;
+        Ok(rows)
     }
 }
 
@@ -106,5 +118,54 @@ fn take<T: DataType, V>(
     match taken.len() == rows {
         true => Ok(()),
         false => Err(ParquetError::General("a column has more values than rows".to_owned())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::watch::{Reading, Watched};
+    use ::parquet::file::metadata::ParquetMetaDataReader;
+    use ::parquet::file::properties::WriterProperties;
+    use ::parquet::file::writer::SerializedFileWriter;
+    use ::parquet::schema::parser::parse_message_type;
+
+    /// Rows of several pages would hold all of these pages in memory.
+    #[test]
+    fn bytes_are_read_page_by_page() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bytes.parquet");
+        let schema = Arc::new(parse_message_type("message m { required binary b; }").unwrap());
+        let properties = WriterProperties::builder()
+            .set_dictionary_enabled(false)
+            .set_write_batch_size(1)
+            .set_data_page_size_limit(1000);
+        let file = std::fs::File::create(&path).unwrap();
+        let mut writer = SerializedFileWriter::new(file, schema, Arc::new(properties.build())).unwrap();
+        let mut group = writer.next_row_group().unwrap();
+        let mut column = group.next_column().unwrap().unwrap();
+        let values: Vec<ByteArray> = (0..100u8).map(|n| vec![n; 100].into()).collect();
+        column
+            .typed::<::parquet::data_type::ByteArrayType>()
+            .write_batch(&values, None, None)
+            .unwrap();
+        column.close().unwrap();
+        group.close().unwrap();
+        writer.close().unwrap();
+
+        let file = std::fs::File::open(&path).unwrap();
+        let size = file.metadata().unwrap().len();
+        let metadata = ParquetMetaDataReader::new().parse_and_finish(&file).unwrap();
+        let watched = Watched::open(&path, &Reading::default(), None).unwrap();
+        let chunks = Arc::new(Chunks::new(watched, size));
+        let mut column = Column::new(&chunks, metadata.row_group(0), 0).unwrap();
+        let mut all = Vec::new();
+        while all.len() < values.len() {
+            let mut some = Vec::new();
+            let rows = column.bytes(values.len() - all.len(), &mut some).unwrap();
+            assert!((1..=10).contains(&rows) && rows == some.len(), "{rows} rows");
+            all.extend(some.into_iter().flatten());
+        }
+        assert_eq!(all, values);
     }
 }

@@ -27,6 +27,9 @@
 //! - The metadata at the end of the file has at most 8 MiB. Its schema is scanned before the crate
 //!   reads it, because the crate recurses into groups and copies the path of each leaf.
 //! - A page has at most 16 MiB, compressed and not. Its header is scanned before the crate allocates.
+//!   gzip is decoded once more to count its bytes, and the old codec LZ4 is refused (not LZ4_RAW),
+//!   because the crate decodes these two without a limit.
+//! - Geometries are read page by page, because they hold the pages that they are in.
 //! - A dictionary has at most a million values, and no more than its page has room for.
 //! - Pages with lengths of values in an encoding of their own (DELTA_LENGTH_BYTE_ARRAY and the like)
 //!   are refused, because the crate allocates by the number of lengths that they claim.

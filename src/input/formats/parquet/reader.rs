@@ -133,17 +133,16 @@ impl Parquet {
             self.columns = decoded(columns)?;
             self.left = group.num_rows().unsigned_abs();
         }
-        let count = self.left.min(FULL as u64) as usize;
+        let most = self.left.min(FULL as u64) as usize;
         let (rows, columns) = (&mut self.rows, &mut self.columns);
         let layout = self.choice.layout;
-        decoded(|| {
-            if layout == Layout::Wkb {
-                return columns
-                    .iter_mut()
-                    .try_for_each(|column| column.bytes(count, &mut rows.geometries));
+        let count = decoded(|| match (layout, &mut columns[..]) {
+            (Layout::Wkb, [column]) => column.bytes(most, &mut rows.geometries),
+            _ => {
+                let mut axes = columns.iter_mut().zip(&mut rows.axes);
+                axes.try_for_each(|(column, axis)| column.numbers(most, axis))?;
+                Ok(most)
             }
-            let mut axes = columns.iter_mut().zip(&mut rows.axes);
-            axes.try_for_each(|(column, axis)| column.numbers(count, axis))
         })?;
         self.left -= count as u64;
         self.rows.count = count;

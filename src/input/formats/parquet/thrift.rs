@@ -1,7 +1,8 @@
 //! A scan of Thrift's compact protocol, for checks before the crate decodes the same bytes.
 //!
 //! In: the bytes of a page's header, or of the file's metadata. Out: the numbers that the crate
-//! would allocate by.
+//! would allocate by. The crate takes fields by their ids alone, and the lower bits of numbers that
+//! are too large; here, a field of another type and a number that is too large make no sense.
 
 /// The limit on nested structures. Parquet's own have far fewer.
 const DEEPEST: usize = 32;
@@ -45,6 +46,10 @@ impl<'a> Scan<'a> {
         Some((number >> 1) as i64 ^ -((number & 1) as i64))
     }
 
+    fn signed_32(&mut self) -> Option<i64> {
+        self.signed().filter(|number| i32::try_from(*number).is_ok())
+    }
+
     /// Returns the id and the type of the next field; `Some(None)` at the end of the structure.
     fn field(&mut self, last: &mut i64) -> Option<Option<(i64, u8)>> {
         let head = self.byte()?;
@@ -55,6 +60,7 @@ impl<'a> Scan<'a> {
             0 => self.signed()?,
             delta => last.checked_add(i64::from(delta))?,
         };
+        i16::try_from(*last).ok()?;
         Some(Some((*last, head & 15)))
     }
 
@@ -81,18 +87,16 @@ impl<'a> Scan<'a> {
             }
             LIST | 10 => {
                 let (kind, count) = self.list()?;
-                // In lists, truth values are bytes.
-                let kind = if kind < 3 { 3 } else { kind };
                 for _ in 0..count {
-                    self.skip(kind, depth)?;
+                    self.skip(item(kind), depth)?;
                 }
             }
             11 => {
                 let count = self.number()?;
                 let kinds = if count > 0 { self.byte()? } else { 0 };
                 for _ in 0..count {
-                    self.skip(kinds >> 4, depth)?;
-                    self.skip(kinds & 15, depth)?;
+                    self.skip(item(kinds >> 4), depth)?;
+                    self.skip(item(kinds & 15), depth)?;
                 }
             }
             STRUCT => {
@@ -108,21 +112,54 @@ impl<'a> Scan<'a> {
     }
 }
 
-/// Returns the sizes of a page in bytes, uncompressed and compressed, from the bytes that begin with
-/// its header; `None` if these are no whole header.
-pub fn page_sizes(header: &[u8]) -> Option<[i64; 2]> {
-    let (mut scan, mut last, mut sizes) = (Scan(header), 0, [0; 2]);
+/// Returns the type by which to skip an item of a list or map: there, truth values are bytes. So
+/// each item takes a byte at least, and a count that is too large soon comes to the end.
+fn item(kind: u8) -> u8 {
+    if kind == 1 || kind == 2 { 3 } else { kind }
+}
+
+/// What a page's header says.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub struct PageHeader {
+    /// The bytes of the page, uncompressed and compressed.
+    pub sizes: [i64; 2],
+    /// The bytes of the levels at its beginning that are never compressed.
+    pub levels: i64,
+}
+
+/// Returns what a page's header says, from the bytes that begin with it; `None` if these are no
+/// whole header. If a field comes twice, the larger value counts.
+pub fn page_header(bytes: &[u8]) -> Option<PageHeader> {
+    let (mut scan, mut last, mut header) = (Scan(bytes), 0, PageHeader::default());
     while let Some((id, kind)) = scan.field(&mut last)? {
         match (id, kind) {
-            // If a field comes twice, the larger value counts here.
             (2 | 3, I32) => {
-                let size = &mut sizes[id as usize - 2];
-                *size = scan.signed()?.max(*size);
+                let size = &mut header.sizes[id as usize - 2];
+                *size = scan.signed_32()?.max(*size);
             }
+            // The part for pages of version 2.
+            (8, STRUCT) => header.levels = levels(&mut scan)?.max(header.levels),
+            (2 | 3 | 8, _) => return None,
             _ => scan.skip(kind, DEEPEST)?,
         }
     }
-    Some(sizes)
+    Some(header)
+}
+
+/// Returns the sum of the lengths of definition and repetition levels.
+fn levels(scan: &mut Scan<'_>) -> Option<i64> {
+    let (mut last, mut lengths) = (0, [0; 2]);
+    while let Some((id, kind)) = scan.field(&mut last)? {
+        match (id, kind) {
+            (5 | 6, I32) => {
+                let length = &mut lengths[id as usize - 5];
+                *length = scan.signed_32()?.max(*length);
+            }
+            (5 | 6, _) => return None,
+            _ => scan.skip(kind, DEEPEST)?,
+        }
+    }
+    lengths[0].checked_add(lengths[1])
 }
 
 /// The nesting of a schema.
@@ -150,6 +187,7 @@ pub fn schema(metadata: &[u8]) -> Option<Schema> {
                 schema.elements = schema.elements.saturating_add(count);
                 measure(&mut scan, count, &mut schema)?;
             }
+            (2, _) => return None,
             _ => scan.skip(kind, DEEPEST)?,
         }
     }
@@ -168,7 +206,8 @@ fn measure(scan: &mut Scan<'_>, count: u64, schema: &mut Schema) -> Option<()> {
                     let length = scan.number()?;
                     name = scan.take(length)?.len() as u64;
                 }
-                (5, I32) => children = u64::try_from(scan.signed()?).ok()?,
+                (5, I32) => children = u64::try_from(scan.signed_32()?).ok()?,
+                (4 | 5, _) => return None,
                 _ => scan.skip(kind, DEEPEST)?,
             }
         }
@@ -197,10 +236,36 @@ mod tests {
     fn the_sizes_of_a_page_are_found() {
         // Type 0, 300 and 200 bytes, then a structure with a number.
         let header = [0x15, 0, 0x15, 0xd8, 4, 0x15, 0x90, 3, 0x2c, 0x15, 8, 0, 0, 77];
-        assert_eq!(page_sizes(&header), Some([300, 200]));
+        let found = |sizes, levels| Some(PageHeader { sizes, levels });
+        assert_eq!(page_header(&header), found([300, 200], 0));
         for length in 0..header.len() - 1 {
-            assert_eq!(page_sizes(&header[..length]), None, "{length}");
+            assert_eq!(page_header(&header[..length]), None, "{length}");
         }
+        // Type 3, 300 and 200 bytes, then field 8 with levels of 5 and 7 bytes (fields 5 and 6).
+        let header = [0x15, 6, 0x15, 0xd8, 4, 0x15, 0x90, 3, 0x5c, 0x55, 10, 0x15, 14, 0, 0];
+        assert_eq!(page_header(&header), found([300, 200], 12));
+    }
+
+    /// The crate would take the lower 32 bits of a size, and a field of any type for the size.
+    #[test]
+    fn sizes_that_the_crate_takes_for_others_are_refused() {
+        // 2^32 + 300; field 2 as a number of 64 bits; field 65538, whose lower 16 bits are 2.
+        let too_large = [0x15, 0, 0x15, 0xd8, 0x84, 0x80, 0x80, 0x20, 0x15, 2, 0];
+        let other_type = [0x15, 0, 0x16, 0xd8, 4, 0x15, 2, 0];
+        let other_field = [0x15, 0, 0x05, 0x84, 0x80, 8, 0xd8, 4, 0];
+        let negative = [0x15, 0, 0x15, 0xff, 0xff, 0xff, 0xff, 0xff, 0x7f, 0x15, 2, 0];
+        for header in [&too_large[..], &other_type, &other_field, &negative] {
+            assert_eq!(page_header(header), None, "{header:?}");
+        }
+    }
+
+    /// Items without a byte would be skipped as often as the count says.
+    #[test]
+    fn a_map_of_more_truth_values_than_bytes_is_refused() {
+        let mut header = vec![0x1b];
+        header.extend([0xff; 9]);
+        header.extend([1, 0x11, 1, 2, 1, 2, 0]);
+        assert_eq!(page_header(&header), None);
     }
 
     #[test]

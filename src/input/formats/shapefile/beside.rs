@@ -6,22 +6,26 @@ use crate::input::error::{InputError, Location};
 use crate::input::flaw::Flaw;
 use crate::input::formats::shapes::FoundId;
 use crate::input::sites::SiteId;
+use crate::input::watch::{Watch, Watched};
 use ::shapefile::dbase;
 use ::shapefile::dbase::encoding::UnicodeLossy;
 use std::error::Error;
+use std::fs;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The limit on the length in bytes of a coordinate reference system.
 const LONGEST_WKT: u64 = 1 << 20;
 
 /// The fields of the features.
-type Table = dbase::File<BufReader<File>>;
+type Table = dbase::File<BufReader<Watched<Arc<File>>>>;
 
 /// Opens the file with the suffix `suffix` beside the `.shp` file, in either case; `None` if there
 /// is none.
-fn open_beside(path: &Path, suffix: &str) -> Option<(PathBuf, File)> {
+fn open_beside(watch: &Watch, suffix: &str) -> Option<(PathBuf, Watched<Arc<File>>)> {
+    let path = &*watch.path;
     let is_gzip = path.extension().is_some_and(|suffix| suffix.eq_ignore_ascii_case("gz"));
     let stem = if is_gzip {
         path.with_extension("")
@@ -34,13 +38,15 @@ fn open_beside(path: &Path, suffix: &str) -> Option<(PathBuf, File)> {
         .into_iter()
         .find_map(|suffix| {
             let beside = stem.with_extension(suffix);
-            File::open(&beside).ok().map(|file| (beside, file))
+            // To open a pipe would wait for a writer.
+            fs::metadata(&beside).ok().filter(fs::Metadata::is_file)?;
+            watch.open_beside(&beside).ok().map(|file| (beside, file))
         })
 }
 
 /// Returns the WKT in the `.prj` file. Errors are ignored, since this is only metadata.
-pub fn crs_beside(path: &Path) -> Option<String> {
-    let (_, file) = open_beside(path, "prj")?;
+pub fn crs_beside(watch: &Watch) -> Option<String> {
+    let (_, file) = open_beside(watch, "prj")?;
     let mut text = Vec::new();
     file.take(LONGEST_WKT).read_to_end(&mut text).ok()?;
     let text = String::from_utf8_lossy(&text).trim().to_owned();
@@ -48,20 +54,22 @@ pub fn crs_beside(path: &Path) -> Option<String> {
 }
 
 /// Returns the fields of the `.dbf` file. Errors are ignored, since this is only metadata.
-pub fn fields_beside(path: &Path) -> Vec<Field> {
-    let table = open_beside(path, "dbf").and_then(|(_, file)| open_table(file)?.ok());
+pub fn fields_beside(watch: &Watch) -> Vec<Field> {
+    let table = open_beside(watch, "dbf").and_then(|(_, file)| open_table(file)?.ok());
     let field =
         |field: &dbase::FieldInfo| Field::new(field.name(), format!("{:?}({})", field.field_type(), field.length()));
     table.map_or_else(Vec::new, |table| table.fields().iter().map(field).collect())
 }
 
 /// Opens a table; `None` if the crate panics.
-fn open_table(file: File) -> Option<Result<Table, dbase::Error>> {
+fn open_table(file: Watched<Arc<File>>) -> Option<Result<Table, dbase::Error>> {
     catch(|| Table::open_with_encoding(BufReader::new(file), UnicodeLossy))
 }
 
 /// The ids of the features, from a field of the `.dbf` file.
 pub struct Ids {
+    watch: Arc<Watch>,
+    /// The path of the table once it is open; before, that of the `.shp` file.
     path: PathBuf,
     field: Box<str>,
     /// The table, or `None` before it is opened.
@@ -69,9 +77,10 @@ pub struct Ids {
 }
 
 impl Ids {
-    pub fn new(path: &Path, field: &str) -> Self {
+    pub fn new(watch: &Arc<Watch>, field: &str) -> Self {
         Self {
-            path: path.to_owned(),
+            watch: Arc::clone(watch),
+            path: watch.path.to_path_buf(),
             field: field.into(),
             table: None,
         }
@@ -100,7 +109,7 @@ impl Ids {
 
     /// Opens the table and finds the field.
     fn open(&mut self) -> Result<(Table, usize), InputError> {
-        let Some((path, file)) = open_beside(&self.path, "dbf") else {
+        let Some((path, file)) = open_beside(&self.watch, "dbf") else {
             let problem = format!(
                 "there is no .dbf file beside it, which would have the field `{}`",
                 self.field

@@ -7,7 +7,10 @@ use crate::input::error::InputError;
 use crate::input::formats::shapefile::beside::{Ids, crs_beside, fields_beside};
 use crate::input::formats::shapefile::record::add_record;
 use crate::input::formats::shapes::{Blocks, Decoded, Decoder, Feature, Shapes};
+use crate::input::watch::Watch;
+use crate::shown;
 use ::shapefile::header::Header;
+use std::sync::Arc;
 
 /// The length in bytes of the header, and of that of a record.
 const HEADER: u64 = 100;
@@ -15,6 +18,7 @@ const RECORD_HEADER: u64 = 8;
 
 /// Reads the header.
 pub fn open(input: ByteInput) -> Result<Box<dyn Shapes>, InputError> {
+    let watch = Arc::clone(&input.watch);
     let mut blocks = Blocks::new(input);
     let mut header = Vec::new();
     blocks.read(HEADER, &mut header, "the header")?;
@@ -30,29 +34,38 @@ pub fn open(input: ByteInput) -> Result<Box<dyn Shapes>, InputError> {
         let problem = format!("the header says that the file has {length} bytes, and it has {there}");
         return Err(blocks.cut_short(problem));
     }
-    let crs = crs_beside(&blocks.path);
+    let crs = crs_beside(&watch);
     Ok(Box::new(Decoded::new(Shapefile {
         blocks,
+        watch,
         length,
         crs,
         record: Vec::new(),
         ids: None,
+        lone_holes: 0,
+        has_rest: false,
     })))
 }
 
 struct Shapefile {
     blocks: Blocks,
+    watch: Arc<Watch>,
     /// The length of the file in bytes, according to its header.
     length: u64,
     crs: Option<String>,
     /// The current record.
     record: Vec<u8>,
     ids: Option<Ids>,
+    /// The number of rings that are directed as holes but are in no outer ring.
+    lone_holes: u64,
+    /// Whether bytes follow the length that the header tells.
+    has_rest: bool,
 }
 
 impl Decoder for Shapefile {
     fn decode(&mut self, number: u64, feature: &mut Feature) -> Result<bool, InputError> {
         if self.blocks.position >= self.length {
+            self.has_rest = !self.blocks.is_at_end()?;
             return Ok(false);
         }
         let what = format!("record {number}");
@@ -74,7 +87,8 @@ impl Decoder for Shapefile {
         self.record.clear();
         self.blocks.read(length, &mut self.record, &what)?;
         let problem = match catch(|| add_record(&mut self.record, feature)) {
-            Some(Ok(())) => {
+            Some(Ok(lone_holes)) => {
+                self.lone_holes += lone_holes;
                 if let Some(ids) = &mut self.ids {
                     feature.id = ids.id(number)?;
                 }
@@ -87,14 +101,23 @@ impl Decoder for Shapefile {
     }
 
     fn keep_ids(&mut self, field: &str) {
-        self.ids = Some(Ids::new(&self.blocks.path, field));
+        self.ids = Some(Ids::new(&self.watch, field));
     }
 
     fn fields(&self) -> Vec<Field> {
-        fields_beside(&self.blocks.path)
+        fields_beside(&self.watch)
     }
 
     fn crs(&self) -> Option<&str> {
         self.crs.as_deref()
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let (path, holes, length) = (shown::path(&self.blocks.path), self.lone_holes, self.length);
+        let lone = (holes > 0).then(|| {
+            format!("{path}: {holes} rings are directed as holes but are in no outer ring; each is read as a polygon")
+        });
+        let rest = || format!("{path}: what follows the {length} bytes that the header announces is not read");
+        lone.into_iter().chain(self.has_rest.then(rest)).collect()
     }
 }

@@ -8,8 +8,9 @@ use std::io::Cursor;
 /// The bytes of the type and of the bounds of a record with parts.
 const BEFORE_COUNTS: usize = 4 + 32;
 
-/// Adds the geometry of a record, which has none if it is null. Returns what is wrong with it.
-pub fn add_record(record: &mut [u8], into: &mut Feature) -> Result<(), String> {
+/// Adds the geometry of a record, which has none if it is null. Returns the number of rings that are
+/// directed as holes but are in no outer ring, or what is wrong with the record.
+pub fn add_record(record: &mut [u8], into: &mut Feature) -> Result<u64, String> {
     let code = number(record, 0)?;
     let kind = i32::try_from(code).ok().and_then(ShapeType::from);
     let Some(kind) = kind else {
@@ -17,7 +18,7 @@ pub fn add_record(record: &mut [u8], into: &mut Feature) -> Result<(), String> {
     };
     let is_polygon = matches!(kind, ShapeType::Polygon | ShapeType::PolygonM | ShapeType::PolygonZ);
     match kind {
-        ShapeType::NullShape => return Ok(()),
+        ShapeType::NullShape => return Ok(0),
         ShapeType::Multipatch => {
             return Err("this is a Multipatch; convert it to lines or polygons first".to_owned());
         }
@@ -44,20 +45,20 @@ pub fn add_record(record: &mut [u8], into: &mut Feature) -> Result<(), String> {
         Shape::Polyline(lines) => {
             let parts = lines.parts().iter();
             let parts = parts.map(|part| part.iter().map(|p| [p.x, p.y, f64::NAN]).collect());
-            add_parts(into, parts.collect(), is_polygon, false)?;
+            return add_parts(into, parts.collect(), is_polygon, false);
         }
         Shape::PolylineM(lines) => {
             let parts = lines.parts().iter();
             let parts = parts.map(|part| part.iter().map(|p| [p.x, p.y, f64::NAN]).collect());
-            add_parts(into, parts.collect(), is_polygon, false)?;
+            return add_parts(into, parts.collect(), is_polygon, false);
         }
         Shape::PolylineZ(lines) => {
             let parts = lines.parts().iter().map(|part| part.iter().map(with_z).collect());
-            add_parts(into, parts.collect(), is_polygon, true)?;
+            return add_parts(into, parts.collect(), is_polygon, true);
         }
         other => return Err(format!("a shape of type {} was not expected", other.shapetype())),
     }
-    Ok(())
+    Ok(0)
 }
 
 fn with_z(p: &PointZ) -> [f64; 3] {
@@ -90,6 +91,10 @@ fn check_parts(record: &[u8]) -> Result<(), String> {
     let (parts, points) = (number(record, BEFORE_COUNTS)?, number(record, BEFORE_COUNTS + 4)?);
     let from = BEFORE_COUNTS + 8;
     check_fit(record, parts, points, from)?;
+    if parts > points {
+        // In memory, an empty part takes many times the four bytes that it has in the file.
+        return Err(format!("{points} points are not enough for {parts} parts"));
+    }
     let mut before = 0;
     for part in 0..parts {
         let first = number(record, from + 4 * part as usize)?;
@@ -111,8 +116,9 @@ fn add_multi(into: &mut Feature, points: impl IntoIterator<Item = [f64; 3]>, has
     into.end_geometry(Kind::MultiPoint, has_z);
 }
 
-/// Adds lines, or the rings of polygons.
-fn add_parts(into: &mut Feature, parts: Vec<Vec<[f64; 3]>>, are_rings: bool, has_z: bool) -> Result<(), String> {
+/// Adds lines, or the rings of polygons. Returns the number of rings that are directed as holes but
+/// are in no outer ring.
+fn add_parts(into: &mut Feature, parts: Vec<Vec<[f64; 3]>>, are_rings: bool, has_z: bool) -> Result<u64, String> {
     let mut add = |part: usize, number: usize| {
         parts[part].iter().for_each(|&[x, y, z]| into.position(x, y, z));
         into.end_line(number as u64);
@@ -120,14 +126,13 @@ fn add_parts(into: &mut Feature, parts: Vec<Vec<[f64; 3]>>, are_rings: bool, has
     if !are_rings {
         (0..parts.len()).for_each(|part| add(part, part));
         into.end_geometry(Kind::MultiLineString, has_z);
-        return Ok(());
+        return Ok(0);
     }
-    for polygon in sort_rings(&parts)? {
-        polygon
-            .into_iter()
-            .enumerate()
-            .for_each(|(number, part)| add(part, number));
+    let sorted = sort_rings(&parts)?;
+    for polygon in sorted.polygons {
+        let parts = polygon.into_iter().enumerate();
+        parts.for_each(|(number, part)| add(part, number));
     }
     into.end_geometry(Kind::MultiPolygon, has_z);
-    Ok(())
+    Ok(sorted.lone_holes)
 }

@@ -5,15 +5,13 @@
 
 use crate::input::bytes::{BUFFER, ByteInput};
 use crate::input::error::{InputError, Location};
+use crate::input::formats::shapes::decoded::LONGEST;
 use std::error::Error;
 use std::fmt::Display;
 use std::io;
 use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::Path;
 use std::sync::Arc;
-
-/// The limit on the length in bytes of a block, and so of a feature.
-pub const LONGEST: u64 = 1 << 29;
 
 const DAMAGED: &str = "the file is damaged";
 const CUT_SHORT: &str = "the file is cut short, or damaged";
@@ -61,6 +59,7 @@ impl Blocks {
     }
 
     /// Skips `length` bytes.
+    #[cfg(feature = "flatgeobuf")]
     pub fn skip(&mut self, length: u64, what: impl Display) -> Result<(), InputError> {
         self.check(length, &what)?;
         let read = io::copy(&mut self.read.by_ref().take(length), &mut io::sink());

@@ -8,6 +8,9 @@ use crate::input::error::{InputError, Location};
 use crate::input::formats::shapes::event::{Event, Kind, Position};
 use crate::input::formats::shapes::{FoundId, Shapes};
 
+/// The limit on the length in bytes of a feature.
+pub const LONGEST: u64 = 1 << 29;
+
 /// A format whose features are decoded one at a time.
 pub trait Decoder: Send {
     /// Decodes the next feature into `feature`, which is empty; its number is `number`. Returns
@@ -22,6 +25,11 @@ pub trait Decoder: Send {
 
     /// Returns the coordinate reference system, if the file has one.
     fn crs(&self) -> Option<&str>;
+
+    /// Returns notes for the user, at the end of the file.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// The geometries of a feature.
@@ -166,5 +174,9 @@ impl<D: Decoder> Shapes for Decoded<D> {
 
     fn crs(&self) -> Option<&str> {
         self.decoder.crs()
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.decoder.notes()
     }
 }

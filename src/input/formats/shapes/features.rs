@@ -72,6 +72,11 @@ impl Features {
         self.shapes.crs()
     }
 
+    /// Returns notes for the user about the file, at its end.
+    pub fn notes(&self) -> Vec<String> {
+        self.shapes.notes()
+    }
+
     /// Takes the id of the feature that has just ended.
     pub fn take_id(&mut self) -> Option<FoundId> {
         self.shapes.take_id()

@@ -76,6 +76,10 @@ impl Reader<SegmentBatch> for Lines {
         }
     }
 
+    fn notes(&self) -> Vec<String> {
+        self.features.notes()
+    }
+
     fn fill(&mut self, sink: &mut Sink<'_, SegmentBatch>) -> Result<bool, InputError> {
         while !sink.is_full() {
             if self.is_ended {

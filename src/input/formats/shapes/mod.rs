@@ -5,7 +5,7 @@
 //! the same records as the same features in another: lines are numbered by feature, polygons by
 //! their outer rings, and the first position of a file tells whether it has z.
 
-#[cfg(any(feature = "flatgeobuf", feature = "shapefile", feature = "geopackage"))]
+#[cfg(any(feature = "flatgeobuf", feature = "shapefile"))]
 mod blocks;
 #[cfg(any(feature = "flatgeobuf", feature = "shapefile", feature = "geopackage"))]
 mod decoded;
@@ -23,11 +23,11 @@ use crate::input::sites::SiteId;
 
 #[cfg(any(feature = "flatgeobuf", feature = "shapefile"))]
 pub use blocks::Blocks;
-#[cfg(feature = "geopackage")]
-pub use blocks::LONGEST;
 #[cfg(any(feature = "flatgeobuf", feature = "shapefile", feature = "geopackage"))]
-pub use decoded::{Decoded, Decoder, Feature};
-pub use event::{Event, Kind, Position};
+pub use decoded::{Decoded, Decoder, Feature, LONGEST};
+#[cfg(feature = "geojson")]
+pub use event::Position;
+pub use event::{Event, Kind};
 pub use lines::Lines;
 pub use points::Points;
 pub use rings::Rings;
@@ -58,4 +58,9 @@ pub trait Shapes: Send {
 
     /// Returns the coordinate reference system, if the part of the file that was read has one.
     fn crs(&self) -> Option<&str>;
+
+    /// Returns notes for the user, at the end of the file.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
 }

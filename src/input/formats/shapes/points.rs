@@ -92,15 +92,12 @@ impl Reader<PointBatch> for Points {
     }
 
     fn notes(&self) -> Vec<String> {
-        [("polygons give", &self.polygons), ("lines give", &self.lines)]
-            .into_iter()
-            .filter(|(_, tally)| tally.geometries > 0)
-            .map(|(what, tally)| {
-                format!(
-                    "{}: {} {what} their {} vertices",
-                    self.name, tally.geometries, tally.vertices
-                )
-            })
-            .collect()
+        let tallies = [("polygons give", &self.polygons), ("lines give", &self.lines)];
+        let tallies = tallies.into_iter().filter(|(_, tally)| tally.geometries > 0);
+        let notes = tallies.map(|(what, tally)| {
+            let (name, vertices) = (&self.name, tally.vertices);
+            format!("{name}: {} {what} their {vertices} vertices", tally.geometries)
+        });
+        self.features.notes().into_iter().chain(notes).collect()
     }
 }

@@ -215,8 +215,7 @@ impl Reader<SegmentBatch> for Rings {
             (self.lone, "have one position only; they were left out"),
         ];
         let found = found.into_iter().filter(|(rings, _)| *rings > 0);
-        found
-            .map(|(rings, what)| format!("{}: {rings} rings {what}", self.name))
-            .collect()
+        let notes = found.map(|(rings, what)| format!("{}: {rings} rings {what}", self.name));
+        self.features.notes().into_iter().chain(notes).collect()
     }
 }

@@ -123,12 +123,13 @@ impl Reader<SiteBatch> for Sites {
     }
 
     fn notes(&self) -> Vec<String> {
-        match self.others {
-            0 => Vec::new(),
-            n => vec![format!(
-                "{}: {n} geometries are no points, and give no sites",
-                self.name
-            )],
-        }
+        let others = || {
+            format!(
+                "{}: {} geometries are no points, and give no sites",
+                self.name, self.others
+            )
+        };
+        let others = (self.others > 0).then(others);
+        self.features.notes().into_iter().chain(others).collect()
     }
 }
