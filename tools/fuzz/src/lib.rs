@@ -13,9 +13,6 @@ mod support {
     pub use super::flat;
 }
 
-pub mod bounded;
-pub mod input;
-
 use std::ops::Range;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};

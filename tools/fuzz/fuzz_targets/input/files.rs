@@ -15,7 +15,7 @@ type Sample = &'static [(&'static str, &'static [u8])];
 
 macro_rules! data {
     ($name:literal) => {
-        include_bytes!(concat!("../../../tests/data/", $name))
+        include_bytes!(concat!("../../../../tests/data/", $name))
     };
 }
 

@@ -1,7 +1,10 @@
 #![no_main]
 
-use fuzz::bounded::Bounded;
-use fuzz::input::{expect_caught_panics, run};
+mod bounded;
+mod files;
+
+use bounded::Bounded;
+use files::{expect_caught_panics, run};
 
 #[global_allocator]
 static ALLOCATOR: Bounded = Bounded;
