@@ -56,6 +56,11 @@ impl Clip {
         self.edges.bounds()
     }
 
+    /// Returns the number of edges.
+    pub(crate) fn edge_count(&self) -> u64 {
+        self.edges.segment_count()
+    }
+
     /// Returns the bytes of memory.
     pub(crate) fn bytes(&self) -> u64 {
         self.edges.bytes()

@@ -34,18 +34,15 @@ struct Edge {
 }
 
 impl Edge {
-    /// Returns an edge; `None` if it is level. The x are relative to `origin`.
-    fn new([a, b]: [Point; 2], origin: f64, is_of_polygon: bool) -> Option<Self> {
-        if a.y == b.y {
-            return None;
-        }
+    /// Returns an edge. The x are relative to `origin`. A level edge spans no slab, but ends one.
+    fn new([a, b]: [Point; 2], origin: f64, is_of_polygon: bool) -> Self {
         let (low, high, change) = if a.y < b.y { (a, b, -1) } else { (b, a, 1) };
-        Some(Self {
+        Self {
             y: [low.y, high.y],
             x: [low.x - origin, high.x - origin],
             winding: if is_of_polygon { change } else { 0 },
             triangle: if is_of_polygon { 0 } else { change },
-        })
+        }
     }
 
     /// Returns the x of the edge at a y between those of its ends.
@@ -81,9 +78,9 @@ struct Slab {
 pub(crate) fn overlap(corners: [Point; 3], clip: &Clip, mut piece: impl FnMut([Point; 3], f64)) {
     let around = Rect::around(corners);
     let origin = corners[0].x;
-    let sides = (0..3).filter_map(|i| Edge::new([corners[i], corners[(i + 1) % 3]], origin, false));
+    let sides = (0..3).map(|i| Edge::new([corners[i], corners[(i + 1) % 3]], origin, false));
     let near = clip.edges_near(around);
-    let near = near.into_iter().filter_map(|ends| Edge::new(ends, origin, true));
+    let near = near.into_iter().map(|ends| Edge::new(ends, origin, true));
     let edges: Vec<Edge> = sides.chain(near).collect();
     let (width, height) = around.size();
     let mut slabs = vec![Slab {

@@ -44,7 +44,8 @@ pub struct Profile {
 pub struct ProfilePart {
     /// The points, in order: where the part begins and ends, and between them each corner of the line
     /// and each place where it crosses an edge or meets a vertex of the triangulation. Between two of
-    /// them, the surface is a straight line.
+    /// them, the surface is a straight line. Two edges that cross the line closer to each other than
+    /// coordinates can tell have two points at the same position.
     pub points: Vec<ProfilePoint>,
 }
 
@@ -173,7 +174,7 @@ impl Line {
     /// Returns a number that orders stations of different parts along the line.
     fn position(&self, station: &Station) -> (u32, f64) {
         match station.mark {
-            Mark::Corner(corner) => (corner, 0.0),
+            Mark::Corner(corner) => (corner, f64::NEG_INFINITY),
             Mark::Vertex(segment, _) | Mark::Edge(segment, _) => {
                 let [from, to] = self.segments.segment(segment);
                 let (dx, dy) = (to.x - from.x, to.y - from.y);

@@ -72,6 +72,11 @@ impl Strips {
         self.starts.len() - 1
     }
 
+    /// Returns the number of segments.
+    pub(crate) fn segment_count(&self) -> u64 {
+        self.segments.len() as u64
+    }
+
     /// Returns the bytes of memory.
     pub(crate) fn bytes(&self) -> u64 {
         let numbers = self.in_strips.len() + self.starts.len();

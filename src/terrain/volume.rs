@@ -17,6 +17,9 @@ use super::overlap::overlap;
 use super::surface::Surface;
 use crate::store::{Needs, Tile, TileId, TileReader};
 
+/// Bytes of memory that the overlap with a triangle takes for each edge of polygons there.
+const PER_EDGE: u64 = 160;
+
 /// The volumes between a surface and a horizontal plane.
 ///
 /// The [example of `TileReader::volume`](crate::store::TileReader::volume) uses it.
@@ -48,6 +51,8 @@ impl Volume {
         let (above, below) = (count(|&height| height > 0.0), count(|&height| height < 0.0));
         let mean = heights.iter().sum::<f64>() / 3.0;
         match (above, below) {
+            // Heights so large that their sum is no number. The total is then none either.
+            _ if mean.is_nan() => self.cut = mean,
             (0, 0) => {}
             (_, 0) => {
                 self.cut += area * mean;
@@ -207,7 +212,9 @@ impl TileReader {
         let tiles = directory.tile_ids().filter(meets).map(|id| (id, ())).collect();
         let plan = reader.plan(Needs {
             fixed: clip.as_ref().map_or(0, |clip| clip.bytes()),
-            ..Needs::default()
+            // All edges may be in one triangle.
+            per_thread: clip.as_ref().map_or(0, |clip| PER_EDGE * clip.edge_count()),
+            per_vertex: 0,
         })?;
         let mut passes = reader.for_some_tiles(tiles, plan, move |tile, ()| {
             let sums = Sums::of(&tile, level, surface, clip.as_deref());

@@ -139,7 +139,7 @@ fn format(args: &ExportArgs) -> Result<AnyFormat, clap::Error> {
 }
 
 /// Parses a length.
-fn length(text: &str) -> Result<f64, String> {
+pub(crate) fn length(text: &str) -> Result<f64, String> {
     let length = text
         .parse()
         .ok()
@@ -147,15 +147,15 @@ fn length(text: &str) -> Result<f64, String> {
     length.ok_or_else(|| "a length is a number above 0".to_owned())
 }
 
-/// Reads the polygons of `--clip`.
-fn read_polygons(path: &Path) -> anyhow::Result<Clip> {
+/// Reads polygons to which an output is limited.
+pub(crate) fn read_polygons(path: &Path) -> anyhow::Result<Clip> {
     let mut source = SegmentSource::open_obstacles(&[path.to_owned()])?;
     let (mut batch, mut edges) = (SegmentBatch::default(), Vec::new());
     while source.next_batch(&mut batch)? {
         edges.extend_from_slice(&batch.ends);
         ensure!(
             edges.len() <= Clip::MAX_EDGES,
-            "{}: polygons to clip by can have {} edges; simplify them",
+            "{}: the polygons can have {} edges; simplify them",
             common::shown(path),
             Clip::MAX_EDGES
         );
