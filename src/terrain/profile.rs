@@ -100,7 +100,7 @@ impl Line {
         let mut corners: Vec<Point> = points.iter().map(|point| point.representable()).collect();
         if let Some(bad) = corners.iter().find(|point| !point.is_valid()) {
             return refused(format!(
-                "its point ({}, {}) is not finite, or its coordinates are beyond {:e}",
+                "its point ({:?}, {:?}) is not finite, or its coordinates are beyond {:?}",
                 bad.x,
                 bad.y,
                 Point::MAX_MAGNITUDE

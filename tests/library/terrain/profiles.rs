@@ -62,7 +62,10 @@ fn check(profile: &Profile, line: &[Point], counted: &[Triangle]) {
     }
     for pair in all.windows(2) {
         let is_twice = pair[0] == pair[1] && crossed_at(pair[0].1, line, counted) > 1;
-        assert!(pair[0].0 < pair[1].0 || is_twice, "a point is there twice, or not in order: {pair:?}");
+        assert!(
+            pair[0].0 < pair[1].0 || is_twice,
+            "a point is there twice, or not in order: {pair:?}"
+        );
     }
     // The edges of triangles that count.
     let mut before = 0.0;

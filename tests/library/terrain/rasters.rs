@@ -27,7 +27,13 @@ pub(super) fn obstacle() -> SegmentBatch {
     }
 }
 
-pub(super) async fn build(points: &[Point], z: &[f64], lines: &SegmentBatch, tile_vertices: usize, threads: usize) -> Scratch {
+pub(super) async fn build(
+    points: &[Point],
+    z: &[f64],
+    lines: &SegmentBatch,
+    tile_vertices: usize,
+    threads: usize,
+) -> Scratch {
     let scratch = Scratch::new();
     let options = BuildOptions::default().tile_vertices(tile_vertices).threads(threads);
     let mut builder = Builder::new(&scratch.path, options).unwrap();
