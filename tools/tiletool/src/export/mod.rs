@@ -13,13 +13,13 @@ use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use anyhow::{bail, ensure};
+use anyhow::bail;
 use clap::Args;
-use delaunay_tiles::input::{SegmentBatch, SegmentSource};
 use delaunay_tiles::terrain::Clip;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::common::{self, MemoryArgs};
+use crate::surface::{length, read_polygons};
 use formats::{AnyFormat, Shown};
 use raster::RasterArgs;
 
@@ -136,31 +136,6 @@ fn format(args: &ExportArgs) -> Result<AnyFormat, clap::Error> {
         AnyFormat::Raster(format) => raster::check(args, format)?,
     }
     Ok(format)
-}
-
-/// Parses a length.
-pub(crate) fn length(text: &str) -> Result<f64, String> {
-    let length = text
-        .parse()
-        .ok()
-        .filter(|length: &f64| *length > 0.0 && length.is_finite());
-    length.ok_or_else(|| "a length is a number above 0".to_owned())
-}
-
-/// Reads polygons to which an output is limited.
-pub(crate) fn read_polygons(path: &Path) -> anyhow::Result<Clip> {
-    let mut source = SegmentSource::open_obstacles(&[path.to_owned()])?;
-    let (mut batch, mut edges) = (SegmentBatch::default(), Vec::new());
-    while source.next_batch(&mut batch)? {
-        edges.extend_from_slice(&batch.ends);
-        ensure!(
-            edges.len() <= Clip::MAX_EDGES,
-            "{}: the polygons can have {} edges; simplify them",
-            common::shown(path),
-            Clip::MAX_EDGES
-        );
-    }
-    Ok(Clip::new(edges))
 }
 
 /// Reads the polygons of `--clip`, if it is given.

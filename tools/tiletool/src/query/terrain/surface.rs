@@ -3,7 +3,7 @@
 use clap::Args;
 use delaunay_tiles::terrain::Surface;
 
-use crate::export::length;
+use crate::surface::length;
 
 #[derive(Args, Clone, Copy, Debug)]
 pub struct SurfaceArgs {

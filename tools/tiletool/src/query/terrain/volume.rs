@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::surface::SurfaceArgs;
 use crate::common::{self, MemoryArgs};
-use crate::export::read_polygons;
+use crate::surface::read_polygons;
 use crate::units::{Measure, Unit, number, unit};
 
 /// Find the volumes of the surface above and below a level
