@@ -1,15 +1,14 @@
-//! Polygons to which an export is limited.
+//! Polygons to which exports and volumes are limited.
 //!
 //! In: the edges of polygons, their interiors on the left. Out: which points, edges and triangles
 //! meet the interior. Whether a triangle's interior meets that of a polygon is exact, but for slivers
 //! whose centroid rounds to the other side: either an edge of a polygon passes through the triangle
 //! (exact predicates), or the triangle is on one side, which its centroid tells.
 
-use std::ops::RangeInclusive;
-
+use super::strips::Strips;
 use crate::geometry::{Orientation, Point, Rect, orient2d, segments_cross};
 
-/// Polygons to which an export is limited, in memory.
+/// Polygons to which an export or a volume is limited, in memory.
 ///
 /// ```
 /// use delaunay_tiles::terrain::Clip;
@@ -21,20 +20,23 @@ use crate::geometry::{Orientation, Point, Rect, orient2d, segments_cross};
 /// ```
 #[derive(Debug)]
 pub struct Clip {
-    edges: Vec<[Point; 2]>,
-    bounds: Rect,
-    /// The numbers of the edges that meet each of some horizontal strips of equal height, one strip
-    /// after the other.
-    in_strips: Vec<u32>,
-    /// Where each strip begins in `in_strips`, and the end of the last one.
-    starts: Vec<u32>,
+    edges: Strips,
+}
+
+/// Where the interior of a triangle lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    /// In no polygon.
+    Outside,
+    /// In polygons.
+    Inside,
+    /// An edge of a polygon passes through it.
+    Both,
 }
 
 impl Clip {
     /// The largest number of edges, which together take about 300 MB.
-    pub const MAX_EDGES: usize = 1 << 22;
-    /// The number of strips that an edge is in on average, at most.
-    const PER_EDGE: f64 = 8.0;
+    pub const MAX_EDGES: usize = Strips::MAX;
 
     /// The bytes of memory per edge that [`new`](Self::new) and the list of edges given to it take, at
     /// most.
@@ -51,71 +53,55 @@ impl Clip {
     /// Panics if there are more than [`MAX_EDGES`](Self::MAX_EDGES).
     #[must_use]
     pub fn new(mut edges: Vec<[Point; 2]>) -> Self {
-        assert!(edges.len() <= Self::MAX_EDGES, "{} edges", edges.len());
         cancel_opposites(&mut edges);
-        let bounds = Rect::around(edges.iter().copied().flatten());
-        let height = bounds.max_y - bounds.min_y;
-        let heights: f64 = edges.iter().map(|[a, b]| (a.y - b.y).abs()).sum();
-        let strips = (Self::PER_EDGE * edges.len() as f64 * (height / heights)).min(edges.len() as f64);
-        // 1 also if the quotient is NaN.
-        let strips = (strips as usize).max(1);
-        let mut clip = Self {
-            edges,
-            bounds,
-            in_strips: Vec::new(),
-            starts: vec![0; strips + 1],
-        };
-        let ranges = |clip: &Self| -> Vec<_> { clip.edges.iter().map(|&[a, b]| clip.strips(a.y, b.y)).collect() };
-        let ranges = ranges(&clip);
-        for range in &ranges {
-            for strip in range.clone() {
-                clip.starts[strip + 1] += 1;
-            }
+        Self {
+            edges: Strips::new(edges),
         }
-        for strip in 0..strips {
-            clip.starts[strip + 1] += clip.starts[strip];
-        }
-        let mut next = clip.starts.clone();
-        clip.in_strips = vec![0; clip.starts[strips] as usize];
-        for (range, edge) in ranges.into_iter().zip(0..) {
-            for strip in range {
-                clip.in_strips[next[strip] as usize] = edge;
-                next[strip] += 1;
-            }
-        }
-        clip
+    }
+
+    /// Returns the rectangle around all polygons.
+    pub(crate) fn bounds(&self) -> Rect {
+        self.edges.bounds()
+    }
+
+    /// Returns the number of edges.
+    pub(crate) fn edge_count(&self) -> u64 {
+        self.edges.segment_count()
     }
 
     /// Returns the bytes of memory that the polygons take.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        let lists = self.in_strips.capacity() + self.starts.capacity();
-        (self.edges.capacity() * size_of::<[Point; 2]>() + lists * size_of::<u32>()) as u64
+        self.edges.bytes()
     }
 
-    /// Returns the strips from the one of `a` to that of `b`.
-    fn strips(&self, a: f64, b: f64) -> RangeInclusive<usize> {
-        let count = self.starts.len() - 1;
-        let height = self.bounds.max_y - self.bounds.min_y;
-        // Monotone in y, so that an edge and a point at the same y are in the same strip.
-        let strip = |y: f64| (((y - self.bounds.min_y) / height * count as f64) as usize).min(count - 1);
-        strip(a.min(b))..=strip(a.max(b))
+    /// Returns the edges whose bounding boxes meet a rectangle.
+    pub(crate) fn edges_near(&self, rect: Rect) -> Vec<[Point; 2]> {
+        let numbers = self.edges.near(rect).into_iter();
+        numbers.map(|number| self.edges.segment(number)).collect()
     }
 
-    /// Returns the edges in some strips; those that are in several of them, as often.
-    fn edges_in(&self, strips: RangeInclusive<usize>) -> impl Iterator<Item = [Point; 2]> {
-        let range = self.starts[*strips.start()] as usize..self.starts[*strips.end() + 1] as usize;
-        self.in_strips[range].iter().map(|&edge| self.edges[edge as usize])
+    /// Returns the part of the winding number of points at `y` and right of `x` that comes from edges
+    /// left of `x`. The lower end of an edge belongs to it, and the upper one does not.
+    pub(crate) fn winding_left_of(&self, x: f64, y: f64) -> i64 {
+        if y < self.bounds().min_y || y > self.bounds().max_y {
+            return 0;
+        }
+        // At one y, each edge comes once.
+        let edges = self.edges.between(y, y).filter(|(_, [a, b])| a.x.max(b.x) < x);
+        edges
+            .map(|(_, [a, b])| i64::from(b.y <= y && y < a.y) - i64::from(a.y <= y && y < b.y))
+            .sum()
     }
 
     /// Returns whether a point is inside a polygon or on its boundary. Exact.
     #[must_use]
     pub fn covers(&self, p: Point) -> bool {
-        if !self.bounds.contains(p) {
+        if !self.edges.bounds().contains(p) {
             return false;
         }
         let mut winding = 0;
-        for [a, b] in self.edges_in(self.strips(p.y, p.y)) {
+        for (_, [a, b]) in self.edges.between(p.y, p.y) {
             let (upwards, downwards) = (a.y <= p.y && p.y < b.y, b.y <= p.y && p.y < a.y);
             let in_box = Rect::around([a, b]).contains(p);
             if !(upwards || downwards || in_box) {
@@ -133,19 +119,32 @@ impl Clip {
 
     /// Returns whether the interior of a triangle meets the interior of a polygon. The corners are
     /// counter-clockwise.
-    pub(crate) fn meets_triangle(&self, mut corners: [Point; 3]) -> bool {
+    pub(crate) fn meets_triangle(&self, corners: [Point; 3]) -> bool {
+        self.side(corners) != Side::Outside
+    }
+
+    /// Returns on which side of the boundary of the polygons the interior of a triangle lies. The
+    /// corners are counter-clockwise.
+    pub(crate) fn side(&self, mut corners: [Point; 3]) -> Side {
         let around = Rect::around(corners);
-        if !self.bounds.intersects(around) {
-            return false;
+        if !self.edges.bounds().intersects(around) {
+            return Side::Outside;
         }
         let passes = |[p, q]: [Point; 2]| Rect::around([p, q]).intersects(around) && passes_through([p, q], corners);
-        if self.edges_in(self.strips(around.min_y, around.max_y)).any(passes) {
-            return true;
+        if self
+            .edges
+            .between(around.min_y, around.max_y)
+            .any(|(_, edge)| passes(edge))
+        {
+            return Side::Both;
         }
         // The centroid must not depend on which corner comes first.
         corners.sort_by(|a, b| a.lex_cmp(*b));
         let [a, b, c] = corners.map(|p| [p.x / 3.0, p.y / 3.0]);
-        self.covers(Point::new(a[0] + b[0] + c[0], a[1] + b[1] + c[1]))
+        match self.covers(Point::new(a[0] + b[0] + c[0], a[1] + b[1] + c[1])) {
+            true => Side::Inside,
+            false => Side::Outside,
+        }
     }
 
     /// Returns whether an edge crosses the boundary of a polygon, or has an end or its midpoint in a
@@ -156,10 +155,11 @@ impl Clip {
             return true;
         }
         let around = Rect::around([a, b]);
-        self.bounds.intersects(around)
+        self.edges.bounds().intersects(around)
             && self
-                .edges_in(self.strips(a.y, b.y))
-                .any(|[c, d]| segments_cross(a, b, c, d))
+                .edges
+                .between(a.y, b.y)
+                .any(|(_, [c, d])| segments_cross(a, b, c, d))
     }
 }
 
@@ -268,7 +268,7 @@ mod tests {
         };
         let edges = [circle(0.0, 300), circle(1.0, 70), circle(5.0, 3)].concat();
         let clip = Clip::new(edges.clone());
-        assert!(clip.starts.len() > 100 && clip.in_strips.len() < 16 * edges.len());
+        assert!(clip.edges.count() > 100 && clip.bytes() < 150 * edges.len() as u64);
         let mut found = 0;
         for i in 0..5000u32 {
             let p = Point::new(f64::from(i % 89) / 10.0 - 1.5, f64::from(i % 57) / 20.0 - 1.4);

@@ -1,6 +1,6 @@
 //! The errors of questions about a surface.
 
-use crate::store::ReadError;
+use crate::store::{ReadError, TileReader};
 
 /// The error of a question about the surface of a file.
 #[derive(Debug, thiserror::Error)]
@@ -16,4 +16,25 @@ pub enum TerrainError {
         /// The name of the file.
         file: String,
     },
+    /// A line has no profile.
+    #[error("the line has no profile: {reason}")]
+    Line {
+        /// What is wrong with the line.
+        reason: String,
+    },
+    /// A sum is too large for a number, or is none because a height is infinite.
+    #[error("{file}: the volume is too large to be a number; the heights of the file are too large")]
+    TooLarge {
+        /// The name of the file.
+        file: String,
+    },
+}
+
+impl TerrainError {
+    /// Returns the error for a file that has no z.
+    pub(crate) fn no_z(reader: &TileReader) -> Self {
+        Self::NoZ {
+            file: reader.name().to_owned(),
+        }
+    }
 }

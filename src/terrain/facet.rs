@@ -70,6 +70,11 @@ impl Facet {
         self.corners
     }
 
+    /// Returns twice the area.
+    pub(crate) fn doubled_area(&self) -> f64 {
+        self.area
+    }
+
     /// Returns the change of z for each unit of x and of y.
     pub(crate) fn gradient(&self) -> [f64; 2] {
         self.gradient

@@ -13,21 +13,32 @@
 //! | `surface`, `clip` | the triangles that count; polygons to which results are limited |
 //! | `grid`, `scan`, `measure` | cells, the cells in a triangle, what they show |
 //! | `cells`, `raster` | blocks of a raster, filled by threads |
+//! | `chord`, `profile` | the part of a segment in a triangle; heights along a line |
+//! | `overlap`, `exact_sum`, `volume` | the part of a triangle in polygons; sums without rounding; cut and fill |
+//! | `strips` | segments, found by their place |
 
 mod cells;
+mod chord;
 mod clip;
 mod error;
+mod exact_sum;
 mod facet;
 mod grid;
 mod measure;
+mod overlap;
+mod profile;
 mod raster;
 mod scan;
+mod strips;
 mod surface;
+mod volume;
 
 pub use clip::Clip;
 pub use error::TerrainError;
 pub use grid::{Grid, GridError};
 pub use measure::{Light, Measure, UnknownMeasure};
+pub use profile::{Profile, ProfilePart, ProfilePoint};
 pub use raster::RasterOptions;
 pub(crate) use raster::{Block, BlockSize, Raster};
 pub use surface::Surface;
+pub use volume::Volume;

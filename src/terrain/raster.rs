@@ -125,9 +125,7 @@ impl Raster {
     pub(crate) fn new(reader: PassReader, options: RasterOptions) -> Result<Self, TerrainError> {
         match reader.metadata().has_z {
             true => Ok(Self { reader, options }),
-            false => Err(TerrainError::NoZ {
-                file: reader.name().to_owned(),
-            }),
+            false => Err(TerrainError::no_z(&reader)),
         }
     }
 

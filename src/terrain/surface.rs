@@ -57,6 +57,18 @@ impl Surface {
     pub(crate) fn facet(&self, tile: &Tile, triangle: TriangleId) -> Option<Facet> {
         self.has(tile, triangle).then(|| facet(tile, triangle))?
     }
+
+    /// Returns the same as [`facet`](Self::facet).
+    ///
+    /// # Errors
+    /// Fails if the triangle is not counter-clockwise, which valid files do not have.
+    pub(crate) fn checked_facet(&self, tile: &Tile, triangle: TriangleId) -> Result<Option<Facet>, String> {
+        match self.facet(tile, triangle) {
+            Some(facet) if facet.doubled_area() > 0.0 => Ok(Some(facet)),
+            Some(_) => Err(format!("triangle {} is not counter-clockwise", triangle.0)),
+            None => Ok(None),
+        }
+    }
 }
 
 /// Returns the facet of a triangle of a tile; `None` if the file has no z.

@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use super::location::Location;
 use super::walk::{Locate, WalkStep};
-use crate::geometry::{Point, VertexIndex};
-use crate::query::request::Contradiction;
+use crate::geometry::{HalfEdge, Point, TriangleId, VertexIndex};
+use crate::mesh::Topology;
+use crate::query::request::{Contradiction, half_edge_towards};
 use crate::store::{ReadError, Tile, TileReader, VertexId};
+use crate::terrain::Surface;
 
 /// Point location.
 impl TileReader {
@@ -43,11 +45,9 @@ impl TileReader {
         }
     }
 
-    /// Returns the z of the triangulation at a point, on the plane through the corners of its
-    /// triangle. Returns `None` if the point is outside or the file has no z.
-    ///
-    /// Reads the tiles that [`locate`](Self::locate) reads, and no others: a tile has the z of all
-    /// corners of its triangles.
+    /// Returns the z of the surface at a point: that of the plane of its triangle. Returns `None` if the
+    /// point is outside or in a hole, or the file has no z. This is
+    /// [`surface_z`](Self::surface_z) with [`Surface::default`].
     ///
     /// # Errors
     /// As [`locate`](Self::locate).
@@ -78,23 +78,54 @@ impl TileReader {
     /// # }
     /// ```
     pub async fn z_at(&self, x: f64, y: f64) -> Result<Option<f64>, ReadError> {
+        self.surface_z(x, y, Surface::default()).await
+    }
+
+    /// Returns the z of the surface at a point: that of the plane of its triangle, if that counts. A point
+    /// on an edge or on a vertex is on the surface if any triangle there counts. Returns `None` if the
+    /// point is not on the surface, or the file has no z.
+    ///
+    /// A z on an edge is computed from the ends of the edge alone, and at a vertex it is that of the
+    /// vertex. So the result is the same to the last bit for all triangles at the point, whatever the
+    /// tiles, and [rasters](Self::raster) have it too. In a file without triangles, the surface is the
+    /// vertices.
+    ///
+    /// Reads the tiles that [`locate`](Self::locate) reads, and no others: a tile has the z of all
+    /// corners of its triangles. Only if the point is on an edge or on a vertex, and no triangle there
+    /// counts that one of these tiles has, it reads the tile of a vertex there.
+    ///
+    /// # Errors
+    /// As [`locate`](Self::locate).
+    pub async fn surface_z(&self, x: f64, y: f64, surface: Surface) -> Result<Option<f64>, ReadError> {
         let Some((tile, location)) = self.locate_in_tile(x, y).await? else {
             return Ok(None);
         };
-        let triangle = match location {
-            Location::InTriangle(triangle) | Location::OnEdge { triangle, .. } => triangle.triangle,
-            Location::OnVertex(vertex) => return Ok(z_in(&tile, vertex.id)),
-            Location::Outside => return Ok(None),
+        let point = Point::new(x, y).representable();
+        let z = |tile: &Tile, triangle: TriangleId| {
+            let facet = surface.facet(tile, triangle)?;
+            Some(facet.z_at(point, facet.place(point)?))
         };
-        let [Some(za), Some(zb), Some(zc)] = tile.corners(triangle).map(|corner| tile.z(corner)) else {
-            return Ok(None);
-        };
-        let point = Point::new(x, y);
-        let [a, b, c] = tile.triangle_points(triangle);
-        let doubled = |p: Point, q: Point, r: Point| (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x);
-        let whole = doubled(a, b, c);
-        let [of_b, of_c] = [doubled(a, point, c) / whole, doubled(a, b, point) / whole];
-        Ok(Some(za + of_b * (zb - za) + of_c * (zc - za)))
+        match location {
+            Location::Outside => Ok(None),
+            Location::InTriangle(triangle) => Ok(z(&tile, triangle.triangle)),
+            Location::OnEdge { ends: [a, b], triangle } => {
+                let here = z(&tile, triangle.triangle);
+                if here.is_some() || !tile.has_z() {
+                    return Ok(here);
+                }
+                let tile = self.tile_of(a.id).await?;
+                let other = half_edge_towards(&tile, a.id.index, b.id);
+                let other = other.map_err(|contradiction| self.damaged(tile.id(), contradiction.to_string()))?;
+                Ok(other.and_then(|half_edge| z(&tile, half_edge.triangle())))
+            }
+            Location::OnVertex(vertex) => {
+                let has = |tile: &Tile| triangles_at(tile, vertex.id).any(|triangle| surface.has(tile, triangle));
+                let is_on_surface = self.metadata().triangles == 0
+                    || has(&tile)
+                    || (vertex.id.tile != tile.id() && has(&*self.tile_of(vertex.id).await?));
+                Ok(if is_on_surface { z_in(&tile, vertex.id) } else { None })
+            }
+        }
     }
 
     /// Returns the z of a vertex, read from the tile that owns it. Returns `None` if the file has
@@ -103,13 +134,36 @@ impl TileReader {
     /// # Errors
     /// If the tile cannot be read, or has no such vertex.
     pub async fn z_of(&self, vertex: VertexId) -> Result<Option<f64>, ReadError> {
-        let tile = self.tile(vertex.tile).await?;
-        if !tile.has_vertex(vertex.index) {
-            let contradiction = Contradiction::NoVertex(vertex.index);
-            return Err(self.damaged(vertex.tile, contradiction.to_string()));
-        }
-        Ok(tile.z(vertex.index))
+        Ok(self.tile_of(vertex).await?.z(vertex.index))
     }
+
+    /// Returns the tile that owns a vertex, which has all triangles around it.
+    ///
+    /// # Errors
+    /// If the tile cannot be read, or has no such vertex.
+    async fn tile_of(&self, vertex: VertexId) -> Result<Arc<Tile>, ReadError> {
+        let tile = self.tile(vertex.tile).await?;
+        if tile.has_vertex(vertex.index) {
+            return Ok(tile);
+        }
+        let contradiction = Contradiction::NoVertex(vertex.index);
+        Err(self.damaged(vertex.tile, contradiction.to_string()))
+    }
+}
+
+/// Returns the triangles of a tile that have a vertex as a corner. If the tile owns the vertex, these are
+/// all of them.
+fn triangles_at(tile: &Tile, vertex: VertexId) -> impl Iterator<Item = TriangleId> {
+    let is_own = vertex.tile == tile.id();
+    let first = is_own.then(|| tile.leaving(vertex.index)).flatten();
+    let around = first.map(|first| tile.star(tile.rewind(first).0));
+    let border = (!is_own).then(|| tile.border_triangle_ids());
+    let has_corner = move |&triangle: &TriangleId| {
+        let corners = tile.corners(triangle).into_iter();
+        corners.map(|corner| tile.vertex(corner).id).any(|id| id == vertex)
+    };
+    let around = around.into_iter().flatten().map(HalfEdge::triangle);
+    around.chain(border.into_iter().flatten().filter(has_corner))
 }
 
 /// Returns the z of a vertex of a tile, or of a corner that another tile owns.

@@ -14,8 +14,8 @@ mod support {
 }
 
 use std::ops::Range;
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
@@ -23,6 +23,7 @@ use delaunay_tiles::io::MemoryFile;
 use delaunay_tiles::query::baselines::{Method, Stretch};
 use delaunay_tiles::query::{Mode, QueryOptions};
 use delaunay_tiles::store::{LineKind, OpenOptions, TileReader};
+use delaunay_tiles::terrain::{Clip, Surface};
 use delaunay_tiles::{BuildOptions, Builder, Editor, MissingZ};
 use futures::{StreamExt, TryStreamExt};
 use surgery::Patient;
@@ -186,6 +187,11 @@ async fn ask(bytes: Vec<u8>) {
         let parts = tile.owned_constraints().flat_map(|edge| tile.edge_parts(edge));
         let _ = parts.filter(|part| part.begins() || part.ends()).count();
     }
+    let line = [Point::new(-1.0, 1.5), Point::new(14.0, 13.0), Point::new(5.5, 6.0)];
+    let _ = reader.profile(&line, Surface::default()).await;
+    let ring = [Point::new(1.0, 1.0), Point::new(15.5, 2.0), Point::new(3.0, 14.5)];
+    let clip = Clip::new((0..3).map(|i| [ring[i], ring[(i + 1) % 3]]).collect());
+    let _ = reader.volume(2.0, Surface::default(), Some(Arc::new(clip))).await;
     let options = || QueryOptions::default().certified();
     for (x, y) in [(1.25, 1.5), (5.5, 6.0), (14.0, 13.0), (19.0, 3.0), (-3.0, 40.0)] {
         let _ = reader.locate(x, y).await;

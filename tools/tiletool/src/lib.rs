@@ -27,6 +27,7 @@ pub mod output;
 pub mod plot;
 mod progress;
 pub mod query;
+mod surface;
 mod system;
 mod unchanged;
 mod units;

@@ -10,6 +10,7 @@ use crate::common::MemoryArgs;
 use crate::crs::CrsArgs;
 use crate::input_args::rect;
 use crate::query::batch::point;
+use crate::surface::length;
 
 /// Export the triangulation: PLY, Triangle's .node and .ele, OBJ, glTF, GeoJSON, FlatGeobuf, GeoParquet;
 /// and its surface as a raster: GeoTIFF, ASCII grid
@@ -124,15 +125,6 @@ impl RasterArgs {
         ];
         given.into_iter().find_map(|(name, is_given)| is_given.then_some(name))
     }
-}
-
-/// Parses a length.
-fn length(text: &str) -> Result<f64, String> {
-    let length = text
-        .parse()
-        .ok()
-        .filter(|length: &f64| *length > 0.0 && length.is_finite());
-    length.ok_or_else(|| "a length is a number above 0".to_owned())
 }
 
 fn azimuth(text: &str) -> Result<f64, String> {

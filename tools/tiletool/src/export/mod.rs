@@ -5,7 +5,6 @@
 //! existing ones.
 
 mod args;
-mod clip;
 mod formats;
 mod mesh;
 mod progress;
@@ -16,6 +15,7 @@ use anyhow::bail;
 use indicatif::ProgressBar;
 
 use crate::common;
+use crate::surface::open_clipped;
 use args::usage;
 use formats::AnyFormat;
 use progress::bar;
@@ -45,7 +45,7 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
 
 /// Exports a tile file. Returns the summary.
 async fn write(args: &ExportArgs, format: AnyFormat, bar: &ProgressBar) -> anyhow::Result<String> {
-    let (reader, clip) = clip::open(args).await?;
+    let (reader, clip) = open_clipped(&args.file, args.clip.as_deref(), &args.crs, &args.memory).await?;
     match format {
         AnyFormat::Mesh(format) => mesh::write(args, format, &reader, clip, bar).await,
         AnyFormat::Raster(format) => raster::write(args, format, &reader, clip, bar).await,

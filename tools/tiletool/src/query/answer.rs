@@ -3,6 +3,7 @@
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{AlongInterval, Location, Near, Path, QueryError, SiteFound};
 use delaunay_tiles::shown;
+use delaunay_tiles::store::{TileReader, Vertex};
 use serde_json::Value;
 
 use super::batch::Question;
@@ -77,10 +78,20 @@ pub struct Answer {
     pub area: Option<Area>,
 }
 
+/// The location of a point, with heights.
+#[derive(Clone, Debug)]
+pub struct Located {
+    pub location: Location,
+    /// The height of the surface at the point, if it is on it.
+    pub z: Option<f64>,
+    /// The vertices there. Each has a height if the file has z.
+    pub vertices: Vec<(Vertex, Option<f64>)>,
+}
+
 /// What a query found.
 #[derive(Clone, Debug)]
 pub enum QueryResult {
-    Location(Location),
+    Location(Located),
     Near(Vec<Near>),
     Sites(Vec<SiteFound>),
     Path(Option<Path>),
@@ -97,16 +108,44 @@ impl QueryResult {
     }
 }
 
-/// Returns the kind of element at a location (vertex, edge, triangle or outside) and the ids of its
-/// vertices.
-pub fn location_parts(location: &Location) -> (&'static str, Vec<String>) {
-    let (element, vertices) = match location {
-        Location::OnVertex(vertex) => ("vertex", std::slice::from_ref(vertex)),
-        Location::OnEdge { ends, .. } => ("edge", &ends[..]),
-        Location::InTriangle(triangle) => ("triangle", &triangle.vertices[..]),
-        Location::Outside => ("outside", &[][..]),
-    };
-    (element, vertices.iter().map(|vertex| vertex.id.to_string()).collect())
+impl Located {
+    /// Locates a point.
+    ///
+    /// # Errors
+    /// Fails if a tile cannot be read.
+    pub async fn find(reader: &TileReader, at: Point) -> anyhow::Result<Self> {
+        let location = reader.locate(at.x, at.y).await?;
+        let corners = match &location {
+            Location::OnVertex(vertex) => std::slice::from_ref(vertex),
+            Location::OnEdge { ends, .. } => &ends[..],
+            Location::InTriangle(triangle) => &triangle.vertices[..],
+            Location::Outside => &[][..],
+        };
+        let mut vertices = Vec::new();
+        for &vertex in corners {
+            vertices.push((vertex, reader.z_of(vertex.id).await?));
+        }
+        Ok(Self {
+            z: reader.z_at(at.x, at.y).await?,
+            vertices,
+            location,
+        })
+    }
+
+    /// Returns the kind of element at the location: vertex, edge, triangle or outside.
+    pub fn element(&self) -> &'static str {
+        match self.location {
+            Location::OnVertex(_) => "vertex",
+            Location::OnEdge { .. } => "edge",
+            Location::InTriangle(_) => "triangle",
+            Location::Outside => "outside",
+        }
+    }
+
+    /// Returns the ids of the vertices.
+    pub fn ids(&self) -> Vec<String> {
+        self.vertices.iter().map(|(vertex, _)| vertex.id.to_string()).collect()
+    }
 }
 
 /// Returns the name of a site for people, on one line, with control characters escaped.

@@ -1,5 +1,6 @@
 //! The options of `tiletool query`.
 
+use std::ops::Deref;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -56,14 +57,24 @@ pub struct ProgressArgs {
     pub progressive: bool,
 }
 
-/// The tile file, and limits on reading it.
+/// The tile file.
 #[derive(Args, Clone, Debug)]
-pub struct ReadingArgs {
+pub struct FileArgs {
     /// Tile file to query
     file: PathBuf,
     /// Memory for the cache of tiles
     #[arg(long, value_name = "BYTES", default_value = "64MiB")]
     cache: ByteSize,
+    /// Print the elapsed time and the number of tiles read to standard error
+    #[arg(long)]
+    pub stats: bool,
+}
+
+/// The tile file, and limits on reading it.
+#[derive(Args, Clone, Debug)]
+pub struct ReadingArgs {
+    #[command(flatten)]
+    file: FileArgs,
     /// Maximum number of different tiles that one query may read
     ///
     /// A query that reaches this limit answers with what it found until then.
@@ -72,9 +83,14 @@ pub struct ReadingArgs {
     /// Maximum time of one query in milliseconds, with the same effect as --max-tiles
     #[arg(long, value_name = "MILLISECONDS")]
     max_time: Option<u64>,
-    /// Print the elapsed time and the number of tiles read to standard error
-    #[arg(long)]
-    pub stats: bool,
+}
+
+impl Deref for ReadingArgs {
+    type Target = FileArgs;
+
+    fn deref(&self) -> &FileArgs {
+        &self.file
+    }
 }
 
 #[derive(Args, Clone, Debug)]
@@ -140,7 +156,7 @@ impl WayArgs {
     }
 }
 
-impl ReadingArgs {
+impl FileArgs {
     /// Opens the tile file with a cache of its own.
     pub async fn open(&self) -> anyhow::Result<TileReader> {
         let cache = Cache::new(usize::try_from(self.cache.as_u64()).unwrap_or(usize::MAX));
@@ -175,7 +191,9 @@ impl ReadingArgs {
             thousands(statistics.evictions),
         ));
     }
+}
 
+impl ReadingArgs {
     /// Returns the limits of one query.
     pub fn limits(&self) -> QueryOptions {
         let mut options = QueryOptions::default();

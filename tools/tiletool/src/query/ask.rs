@@ -5,7 +5,7 @@ use delaunay_tiles::query::{Footing, PathOutcome, QueryError, QueryOptions};
 use delaunay_tiles::store::TileReader;
 use futures::{Stream, TryStreamExt};
 
-use super::answer::{Answer, QueryResult, Status};
+use super::answer::{Answer, Located, QueryResult, Status};
 use super::area;
 use super::batch::Question;
 
@@ -75,7 +75,7 @@ impl Ask {
     ) -> anyhow::Result<(Status, QueryResult)> {
         Ok(match self {
             Self::Locate => {
-                let location = reader.locate(at.x, at.y).await?;
+                let located = Located::find(reader, at).await?;
                 let status = match reader.footing(at, options).await {
                     Ok(Footing::Free) => Status::Ok,
                     Ok(Footing::InsideObstacle { nearest_free }) => Status::Inside(at, nearest_free),
@@ -83,7 +83,7 @@ impl Ask {
                     Err(QueryError::NoTriangles { .. }) => Status::Ok,
                     Err(error) => Status::of(error)?,
                 };
-                (status, QueryResult::Location(location))
+                (status, QueryResult::Location(located))
             }
             Self::Nearest { k, vertices } => {
                 let of_sites = !vertices && reader.metadata().sites > 0;

@@ -1,4 +1,4 @@
-//! `tiletool query`: point location, nearest sites, and shortest paths among obstacles.
+//! `tiletool query`: point location, nearest sites, shortest paths among obstacles, and heights.
 
 mod along;
 pub mod answer;
@@ -16,6 +16,7 @@ mod progress;
 mod rows;
 mod run;
 mod stage;
+mod terrain;
 mod text;
 mod values;
 

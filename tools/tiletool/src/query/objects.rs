@@ -4,7 +4,7 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Near, Path, SiteFound};
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Area, QueryResult, Status, location_parts, name};
+use super::answer::{Answer, Area, QueryResult, Status, name};
 use super::asked::Asked;
 use super::batch::Question;
 use super::values::{line_string, position, with_distance};
@@ -60,14 +60,16 @@ impl Status {
 /// Returns the found items as objects, each with its point and its path, if any.
 fn items<'a>(answer: &'a Answer) -> Vec<(Value, Option<Point>, Option<&'a Path>)> {
     match &answer.found {
-        QueryResult::Location(location) => {
-            let (element, vertices) = location_parts(location);
+        QueryResult::Location(located) => {
+            let vertex_z: Vec<_> = located.vertices.iter().map(|(_, z)| z).collect();
             let at = if let Question::At(at) = answer.question {
                 Some(at)
             } else {
                 None
             };
-            vec![(json!({"element": element, "vertices": vertices}), at, None)]
+            let (element, vertices) = (located.element(), located.ids());
+            let value = json!({"element": element, "vertices": vertices, "z": located.z, "vertex_z": vertex_z});
+            vec![(value, at, None)]
         }
         QueryResult::Near(all) => {
             let item = |near: &Near| {

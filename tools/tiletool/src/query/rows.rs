@@ -1,7 +1,7 @@
 //! Answers as rows of CSV.
 
 use super::along;
-use super::answer::{Answer, QueryResult, Status, location_parts, name};
+use super::answer::{Answer, QueryResult, Status, name};
 use super::ask::Ask;
 use super::batch::Question;
 use super::values::{bounds, pair};
@@ -10,7 +10,7 @@ use crate::common::cell;
 /// Returns the names of the columns.
 pub fn header(ask: Ask) -> String {
     let columns = match ask {
-        Ask::Locate => "x,y,status,element,vertex_0,vertex_1,vertex_2",
+        Ask::Locate => "x,y,status,element,vertex_0,vertex_1,vertex_2,z,z_0,z_1,z_2",
         Ask::Nearest { .. } => "x,y,status,rank,vertex,site,to_x,to_y,distance",
         Ask::Range { area: true, .. } => "x,y,status,rank,site,to_x,to_y,distance,lower,upper,area",
         Ask::Knn { .. } | Ask::Range { .. } => "x,y,status,rank,site,to_x,to_y,distance,lower,upper",
@@ -33,10 +33,15 @@ pub fn rows(ask: Ask, answer: &Answer) -> Vec<String> {
     let is_ok = answer.status == Status::Ok;
     let mut rows = Vec::new();
     match &answer.found {
-        QueryResult::Location(location) => {
-            let (element, mut vertices) = location_parts(location);
+        QueryResult::Location(located) => {
+            let z_cell = |z: Option<f64>| z.map_or_else(String::new, |z| z.to_string());
+            let mut vertices = located.ids();
+            let mut heights: Vec<String> = located.vertices.iter().map(|(_, z)| z_cell(*z)).collect();
             vertices.resize(3, String::new());
-            rows.push(format!("{question_cells},{status},{element},{}", vertices.join(",")));
+            heights.resize(3, String::new());
+            let (element, vertices, heights) = (located.element(), vertices.join(","), heights.join(","));
+            let z = z_cell(located.z);
+            rows.push(format!("{question_cells},{status},{element},{vertices},{z},{heights}"));
         }
         QueryResult::Near(all) => {
             for (near, rank) in all.iter().zip(1..) {

@@ -19,12 +19,13 @@ use super::batch::{self, Question};
 use super::command::QueryCommand;
 use super::picture::Picture;
 use super::print::Printer;
+use super::terrain::{profile, volume, z};
 use super::{matrix, progress};
 use crate::common;
 use crate::plot;
 use crate::units::unit;
 
-/// Query a tile file: locations, nearest sites, and shortest paths among obstacles
+/// Query a tile file: locations, nearest sites, shortest paths among obstacles, and heights
 ///
 /// Walls and the rings of obstacles block paths. Paths may run along them, and around the outside
 /// of the convex hull unless the file was built with --exterior hole. Break lines do not block
@@ -41,6 +42,9 @@ enum Command {
     #[command(flatten)]
     Questions(QueryCommand),
     Matrix(matrix::MatrixArgs),
+    Z(z::ZArgs),
+    Profile(profile::ProfileArgs),
+    Volume(volume::VolumeArgs),
 }
 
 const EXAMPLES: &str = "\
@@ -50,7 +54,10 @@ Examples:
   tiletool query path town.tiles --from -1,2 --to 8,8 --mode within:0.05
   tiletool query range town.tiles --batch places.csv --radius 500 --csv
   tiletool query range town.tiles --at 7,7 --radius 500 --area --plot reach.png
-  tiletool query along town.tiles --from -1,2 --to 8,8 -k 3";
+  tiletool query along town.tiles --from -1,2 --to 8,8 -k 3
+  tiletool query z survey.tiles --at 637000.5,849000.25
+  tiletool query profile survey.tiles --line road.geojson --csv
+  tiletool query volume survey.tiles --level 420 --polygon pit.geojson";
 
 /// Number of queries that are started for each one that may run.
 const STARTED_PER_SLOT: usize = 16;
@@ -59,6 +66,9 @@ const STARTED_PER_SLOT: usize = 16;
 pub fn run(args: QueryArgs) -> anyhow::Result<()> {
     match args.command {
         Command::Matrix(args) => matrix::run(&args),
+        Command::Z(args) => z::run(&args),
+        Command::Profile(args) => profile::run(&args),
+        Command::Volume(args) => volume::run(&args),
         Command::Questions(command) => answer(&command, |ask, reader, question, options| async move {
             ask.answer(&reader, question, options).await
         }),

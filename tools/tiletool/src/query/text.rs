@@ -6,7 +6,7 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Bend, Distance};
 
 use super::along;
-use super::answer::{Answer, QueryResult, Status, displayed_name, location_parts};
+use super::answer::{Answer, QueryResult, Status, displayed_name};
 use super::ask::Ask;
 use super::asked::Asked;
 use super::batch::Question;
@@ -30,13 +30,16 @@ pub fn text(asked: Asked, answer: &Answer) -> String {
     } else if answer.status == Status::Ok {
         text += &heading(asked, answer);
     }
-    if let QueryResult::Location(location) = &answer.found {
-        let (element, vertices) = location_parts(location);
-        text += &match element {
+    if let QueryResult::Location(located) = &answer.found {
+        let vertices = located.ids().join(" ");
+        text += &match located.element() {
             "outside" => ": outside the convex hull".to_owned(),
-            "triangle" => format!(": in triangle {}", vertices.join(" ")),
-            element => format!(": on {element} {}", vertices.join(" ")),
+            "triangle" => format!(": in triangle {vertices}"),
+            element => format!(": on {element} {vertices}"),
         };
+        if let Some(z) = located.z {
+            _ = write!(text, "; z {z}");
+        }
     }
     if let Some(area) = &answer.area {
         let at_least = if answer.status == Status::Ok { "" } else { "at least " };
@@ -104,7 +107,13 @@ fn push_items(text: &mut String, answer: &Answer) {
         QueryResult::Along(intervals) => intervals
             .iter()
             .for_each(|interval| along::push_interval(text, interval)),
-        QueryResult::Location(_) => {}
+        QueryResult::Location(located) => {
+            for (vertex, z) in &located.vertices {
+                if let Some(z) = z {
+                    _ = writeln!(text, "      vertex {} at {}, z {z}", vertex.id, point(vertex.point));
+                }
+            }
+        }
     }
 }
 

@@ -30,6 +30,7 @@ mod query_tables;
 mod refusals;
 mod resume;
 mod sites;
+mod terrain;
 mod town;
 mod vector;
 #[cfg(feature = "object-store")]
