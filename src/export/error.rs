@@ -43,7 +43,7 @@ impl From<TerrainError> for ExportError {
     fn from(error: TerrainError) -> Self {
         match error {
             TerrainError::Read(error) => Self::Read(error),
-            error @ TerrainError::NoZ { .. } => Self::Terrain(error),
+            error @ (TerrainError::NoZ { .. } | TerrainError::Levels(_)) => Self::Terrain(error),
         }
     }
 }

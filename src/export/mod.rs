@@ -21,6 +21,7 @@
 
 #[cfg(any(feature = "flatgeobuf", feature = "parquet"))]
 mod columns;
+mod contours;
 mod error;
 mod feature;
 #[cfg(feature = "flatgeobuf")]
@@ -38,6 +39,7 @@ mod options;
 mod output;
 mod ply;
 mod raster;
+mod spool;
 mod survey;
 mod text;
 mod tile_part;
@@ -51,6 +53,7 @@ mod hole_tests;
 #[cfg(test)]
 mod tests;
 
+pub use contours::{ContourOutput, ExportedContours, export_contours};
 pub use error::ExportError;
 pub use format::{Format, UnknownFormat};
 pub use options::ExportOptions;

@@ -13,21 +13,31 @@
 //! | `surface`, `clip` | the triangles that count; polygons to which results are limited |
 //! | `grid`, `scan`, `measure` | cells, the cells in a triangle, what they show |
 //! | `cells`, `raster` | blocks of a raster, filled by threads |
+//! | `levels`, `contours`, `chain`, `strands` | contours in a tile, and how those of several tiles join |
 
 mod cells;
+mod chain;
 mod clip;
+mod contours;
 mod error;
 mod facet;
 mod grid;
+mod levels;
 mod measure;
 mod raster;
 mod scan;
+mod strands;
 mod surface;
 
+pub(crate) use chain::{complete, push};
 pub use clip::Clip;
+pub use contours::ContourOptions;
+pub(crate) use contours::{Ends, TileChains, level_ranges, trace};
 pub use error::TerrainError;
 pub use grid::{Grid, GridError};
+pub use levels::{Levels, LevelsError};
 pub use measure::{Light, Measure, UnknownMeasure};
 pub use raster::RasterOptions;
 pub(crate) use raster::{Block, BlockSize, Raster};
+pub(crate) use strands::{Run, Strand, Strands};
 pub use surface::Surface;

@@ -1,4 +1,5 @@
 //! The promise: what is asked of the surface is exact, and the same whatever the tiles, the threads
 //! and the memory.
 
+mod contours;
 mod rasters;

@@ -16,7 +16,7 @@ use futures::StreamExt;
 const MEASURES: [&str; 4] = ["z", "slope", "aspect", "hillshade"];
 
 /// A triangular obstacle.
-fn obstacle() -> SegmentBatch {
+pub(super) fn obstacle() -> SegmentBatch {
     let corners = [(0.25, 0.25), (0.625, 0.375), (0.375, 0.75)].map(|(x, y)| Point::new(x, y));
     let ends: Vec<_> = (0..3).map(|i| [corners[i], corners[(i + 1) % 3]]).collect();
     SegmentBatch {
@@ -27,7 +27,13 @@ fn obstacle() -> SegmentBatch {
     }
 }
 
-async fn build(points: &[Point], z: &[f64], lines: &SegmentBatch, tile_vertices: usize, threads: usize) -> Scratch {
+pub(super) async fn build(
+    points: &[Point],
+    z: &[f64],
+    lines: &SegmentBatch,
+    tile_vertices: usize,
+    threads: usize,
+) -> Scratch {
     let scratch = Scratch::new();
     let options = BuildOptions::default().tile_vertices(tile_vertices).threads(threads);
     let mut builder = Builder::new(&scratch.path, options).unwrap();
@@ -41,7 +47,7 @@ async fn build(points: &[Point], z: &[f64], lines: &SegmentBatch, tile_vertices:
 
 /// Random points, some of them on the centres of a grid of 40 by 40 cells, with random heights of
 /// which some are equal.
-fn terrain(seed: u64) -> (Vec<Point>, Vec<f64>) {
+pub(super) fn terrain(seed: u64) -> (Vec<Point>, Vec<f64>) {
     let mut random = Random(seed);
     let mut points = points_of(Kind::Uniform, 1200, seed);
     let at = |cell: usize| (cell as f64 + 0.5) / 40.0;
