@@ -20,7 +20,7 @@ use crate::terrain::{complete, level_ranges, push, trace};
 /// The number of bytes of a point in the temporary file.
 const POINT_BYTES: u64 = size_of::<Point>() as u64;
 /// Contours of more points are read and formatted one by one.
-const LONG: u64 = 1 << 15;
+const LONG: u64 = 1 << 13;
 /// The number of bytes that are read at once.
 const READ: u64 = 1 << 20;
 

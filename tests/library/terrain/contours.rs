@@ -6,7 +6,7 @@ use super::rasters::{build, obstacle, terrain};
 use crate::export::features::features;
 use crate::support::{Random, Scratch, points_of, runtime};
 use delaunay_tiles::export::{ContourOutput, ExportError, ExportedContours, Format, export_contours};
-use delaunay_tiles::geometry::{Point, segments_cross};
+use delaunay_tiles::geometry::{Point, Rect, segments_cross};
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::store::{OpenOptions, ReadError, TileReader};
 use delaunay_tiles::terrain::{ContourOptions, Levels, LevelsError, Surface, TerrainError};
@@ -150,9 +150,13 @@ fn joined(triangles: &[[Corner; 3]], z: f64) -> BTreeSet<Contour> {
         points.dedup();
         if is_closed && points.len() > 1 {
             points.pop();
-            let rotations = (0..points.len()).map(|by| [&points[by..], &points[..by]].concat());
-            let key = |points: &Vec<Position>| points.iter().map(|&p| point(p)).map(|p| (p.x, p.y)).collect::<Vec<_>>();
-            points = rotations.min_by(|a, b| key(a).partial_cmp(&key(b)).unwrap()).unwrap();
+            let order = |&[x, y]: &Position| [x, y].map(|bits| f64::from_bits(bits));
+            let by_value = |a: &Position, b: &Position| order(a).partial_cmp(&order(b)).unwrap();
+            let least = *points.iter().min_by(|a, b| by_value(a, b)).unwrap();
+            let starts = (0..points.len()).filter(|&i| points[i] == least);
+            let rotations = starts.map(|by| [&points[by..], &points[..by]].concat());
+            let ordered = rotations.map(|points| (points.iter().map(order).collect::<Vec<_>>(), points));
+            points = ordered.min_by(|a, b| a.0.partial_cmp(&b.0).unwrap()).unwrap().1;
             points.push(points[0]);
         }
         if points.len() > 1 {
@@ -239,13 +243,15 @@ fn contours_of_a_level_do_not_cross() {
         let mut compared = 0;
         for segments in of_level.values() {
             for (i, &[a, b]) in segments.iter().enumerate() {
-                for &[c, d] in &segments[..i] {
+                let around = Rect::around([a, b]);
+                let near = |[c, d]: &&[Point; 2]| Rect::around([*c, *d]).intersects(around);
+                for &[c, d] in segments[..i].iter().filter(near) {
                     assert!(!segments_cross(a, b, c, d), "{a:?} {b:?} {c:?} {d:?}");
                     compared += 1;
                 }
             }
         }
-        assert!(compared > 100_000, "{compared}");
+        assert!(compared > 5_000, "{compared}");
     });
 }
 
@@ -307,7 +313,6 @@ fn a_cone_has_regular_polygons_with_the_higher_ground_on_the_left() {
             }
         }
         let scratch = build(&points, &z, &SegmentBatch::default(), 50, 2).await;
-        // The rings have heights on levels, and between them triangles are not coplanar with the cone.
         let found = contours(&scratch.open().await, options(1.0, 0.0)).await;
         let closed: Vec<_> = found.iter().filter(|contour| contour.is_closed).collect();
         // The top is a point, and the lowest level is on the hull.

@@ -4,6 +4,7 @@
 //! and on the disk. An export that fails or is interrupted leaves no files, and does not change
 //! existing ones.
 
+mod contours;
 mod formats;
 mod mesh;
 mod raster;
@@ -20,11 +21,12 @@ use delaunay_tiles::terrain::Clip;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::common::{self, MemoryArgs};
+use contours::ContourArgs;
 use formats::{AnyFormat, Shown};
 use raster::RasterArgs;
 
 /// Export the triangulation: PLY, Triangle's .node and .ele, OBJ, glTF, GeoJSON, FlatGeobuf, GeoParquet;
-/// and its surface as a raster: GeoTIFF, ASCII grid
+/// and its surface as a raster or as contours: GeoTIFF, ASCII grid; GeoJSON, FlatGeobuf
 ///
 /// PLY, Triangle's format, OBJ and glTF are meshes: all vertices, numbered in the order of the file, and
 /// triangles. GeoJSON, FlatGeobuf and GeoParquet are features for GIS and databases, by --what.
@@ -41,6 +43,7 @@ use raster::RasterArgs;
   tiletool export survey.tiles -o survey.fgb --max-edge 50
   tiletool export survey.tiles -o points.parquet --what vertices --clip district.geojson
   tiletool export survey.tiles -o dem.tif --resolution 1
+  tiletool export survey.tiles -o contours.fgb --contours 5
   tiletool export survey.tiles -o shaded.tif --resolution 0.5 --what hillshade --cog
   tiletool export survey.tiles -o - --format geojson | gzip > survey.geojson.gz")]
 pub struct ExportArgs {
@@ -75,6 +78,8 @@ pub struct ExportArgs {
     clip: Option<PathBuf>,
     #[command(flatten)]
     raster: RasterArgs,
+    #[command(flatten)]
+    contours: ContourArgs,
     /// Print the summary as one JSON object
     #[arg(long)]
     json: bool,
@@ -111,6 +116,7 @@ fn is_stdout(args: &ExportArgs) -> bool {
 async fn write(args: &ExportArgs, format: AnyFormat, bar: &ProgressBar) -> anyhow::Result<String> {
     let reader = args.memory.open(&args.file).await?;
     match format {
+        AnyFormat::Mesh(format) if args.contours.are_given() => contours::write(args, format, &reader, bar).await,
         AnyFormat::Mesh(format) => mesh::write(args, format, &reader, bar).await,
         AnyFormat::Raster(format) => raster::write(args, format, &reader, bar).await,
     }
@@ -132,7 +138,12 @@ fn format(args: &ExportArgs) -> Result<AnyFormat, clap::Error> {
         })?,
     };
     match format {
+        AnyFormat::Mesh(format) if args.contours.are_given() => contours::check(args, format)?,
         AnyFormat::Mesh(format) => mesh::check(args, format)?,
+        AnyFormat::Raster(format) if args.contours.are_given() => {
+            let formats = contours::FORMATS;
+            return Err(usage(&format!("--contours is for {formats}, and not for {format}")));
+        }
         AnyFormat::Raster(format) => raster::check(args, format)?,
     }
     Ok(format)
@@ -170,6 +181,15 @@ async fn read_clip(args: &ExportArgs) -> anyhow::Result<Option<Arc<Clip>>> {
     };
     let clip = common::on_thread("reading polygons", move || read_polygons(&path)).await?;
     Ok(Some(Arc::new(clip)))
+}
+
+/// Returns the folder for temporary files: that of the output, or the system's for standard output.
+fn scratch(args: &ExportArgs) -> PathBuf {
+    match args.output.parent() {
+        _ if is_stdout(args) => std::env::temp_dir(),
+        Some(folder) if folder != Path::new("") => folder.to_owned(),
+        _ => PathBuf::from("."),
+    }
 }
 
 /// Returns a function that shows the number of tiles done on a bar.

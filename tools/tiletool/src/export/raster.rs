@@ -1,7 +1,5 @@
 //! Export of rasters.
 
-use std::path::Path;
-
 use anyhow::Context;
 use clap::Args;
 use delaunay_tiles::export::{RasterFormat, RasterOutput, Samples, export_raster};
@@ -12,7 +10,7 @@ use serde::Serialize;
 
 use super::formats::Shown;
 use super::targets::Targets;
-use super::{ExportArgs, length, read_clip, shown_on, usage};
+use super::{ExportArgs, length, read_clip, scratch, shown_on, usage};
 use crate::common::{self, counted};
 use crate::input_args::rect;
 use crate::query::batch::point;
@@ -156,12 +154,10 @@ pub async fn write(
         true => Samples::Float32,
         false => Samples::Float64,
     };
-    let mut how = RasterOutput::new(format).samples(samples).overviews(args.raster.cog);
-    if let Some(folder) = args.output.parent().filter(|folder| *folder != Path::new("")) {
-        how = how.scratch(folder);
-    } else if !super::is_stdout(args) {
-        how = how.scratch(".");
-    }
+    let how = RasterOutput::new(format)
+        .samples(samples)
+        .overviews(args.raster.cog)
+        .scratch(scratch(args));
     let output = targets.writers()?.remove(0);
     let exported = export_raster(reader, options, &how, output, shown_on(bar)).await;
     let exported = targets.explained(exported)?;
