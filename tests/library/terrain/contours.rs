@@ -202,7 +202,10 @@ fn contours_are_those_of_a_join_over_all_triangles() {
                     expected.len()
                 );
                 for is_closed in [false, true] {
-                    assert!(found.iter().filter(|contour| contour.is_closed == is_closed).count() > 5);
+                    assert!(
+                        found.iter().any(|contour| contour.is_closed == is_closed),
+                        "none is {is_closed}"
+                    );
                 }
                 of_tiles.push(found);
             }
