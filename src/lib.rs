@@ -172,7 +172,7 @@
 //! | [`query`] | locating points, shortest paths, nearest sites, distance matrices |
 //! | [`edit`] | changes of a file on disk |
 //! | [`export`] | the triangulation in other programs' formats |
-//! | [`terrain`] | the triangulation as a surface: rasters, profiles, volumes |
+//! | [`terrain`] | the triangulation as a surface: rasters, contours, profiles, volumes |
 //! | [`constraints`] | checks of polygons, and splitting of lines where they cross |
 //! | [`mesh`] | in-core triangulations, with and without constraints |
 //! | [`geometry`] | points, rectangles and exact predicates |

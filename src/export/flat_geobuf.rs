@@ -23,6 +23,7 @@ use super::tile_part::{CHUNK_BYTES, TilePart};
 use super::what::What;
 use crate::crs::Crs;
 use crate::geometry::VertexIndex;
+use crate::store::PassReader;
 
 /// The first bytes of a file of version 3.
 const MAGIC: [u8; 8] = *b"fgb\x03fgb\0";
@@ -43,7 +44,19 @@ pub(super) async fn write<W: Write + Send + 'static>(
             job.survey(what.cut()).await?
         }
     };
-    output.push(header(&job.numbering, what, &survey)).await?;
+    let contents = Contents {
+        name: &what.to_string(),
+        geometry: match what {
+            What::Triangles => GeometryType::Polygon,
+            What::Vertices => GeometryType::Point,
+            What::Edges => GeometryType::LineString,
+        },
+        has_z: job.reader().metadata().has_z,
+        columns: &columns_of(what),
+        count: survey.count,
+        bounds: survey.bounds,
+    };
+    output.push(header(job.reader(), &contents)).await?;
     let features = move |numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>| {
         out.reserve(CHUNK_BYTES as usize / 2);
         let mut builder = FlatBufferBuilder::with_capacity(1024);
@@ -67,27 +80,47 @@ fn bounds_of_file(numbering: &Numbering) -> Bounds {
     }
 }
 
+/// What the header of a file says.
+pub(super) struct Contents<'a> {
+    pub(super) name: &'a str,
+    pub(super) geometry: GeometryType,
+    pub(super) has_z: bool,
+    /// The names and types of the columns, and whether values may be missing.
+    pub(super) columns: &'a [(&'static str, ColumnType, bool)],
+    pub(super) count: u64,
+    pub(super) bounds: Bounds,
+}
+
+/// Returns the columns of features.
+fn columns_of(what: What) -> Vec<(&'static str, ColumnType, bool)> {
+    let column = |&(name, kind): &(&'static str, ColumnKind)| {
+        let column_type = match kind {
+            // GDAL reads unsigned numbers of 64 bits as floating-point numbers.
+            ColumnKind::Number | ColumnKind::OptionalNumber => ColumnType::Long,
+            ColumnKind::Kinds => ColumnType::String,
+        };
+        (name, column_type, kind != ColumnKind::Number)
+    };
+    what.columns().iter().map(column).collect()
+}
+
 /// Returns the bytes before the first feature.
-fn header(numbering: &Numbering, what: What, survey: &Survey) -> Vec<u8> {
+pub(super) fn header(reader: &PassReader, contents: &Contents<'_>) -> Vec<u8> {
     let mut builder = FlatBufferBuilder::new();
-    let columns: Vec<_> = what
-        .columns()
+    let columns: Vec<_> = contents
+        .columns
         .iter()
-        .map(|&(name, kind)| {
+        .map(|&(name, type_, nullable)| {
             let args = ColumnArgs {
                 name: Some(builder.create_string(name)),
-                type_: match kind {
-                    // GDAL reads unsigned numbers of 64 bits as floating-point numbers.
-                    ColumnKind::Number | ColumnKind::OptionalNumber => ColumnType::Long,
-                    ColumnKind::Kinds => ColumnType::String,
-                },
-                nullable: kind != ColumnKind::Number,
+                type_,
+                nullable,
                 ..ColumnArgs::default()
             };
             Column::create(&mut builder, &args)
         })
         .collect();
-    let crs = numbering.reader().directory().lists.crs.as_deref().map(Crs::new);
+    let crs = reader.directory().lists.crs.as_deref().map(Crs::new);
     let crs = crs.map(|crs| {
         let epsg = crs.epsg().and_then(|code| i32::try_from(code).ok());
         let name = (epsg.is_none() && crs.wkt().is_none()).then_some(crs.text());
@@ -100,19 +133,15 @@ fn header(numbering: &Numbering, what: What, survey: &Survey) -> Vec<u8> {
         };
         FlatCrs::create(&mut builder, &args)
     });
-    let Bounds { min, max } = survey.bounds;
+    let Bounds { min, max } = contents.bounds;
     let envelope = [min[0], min[1], max[0], max[1]];
     let args = HeaderArgs {
-        name: Some(builder.create_string(&what.to_string())),
-        envelope: (!survey.bounds.is_empty()).then(|| builder.create_vector(&envelope)),
-        geometry_type: match what {
-            What::Triangles => GeometryType::Polygon,
-            What::Vertices => GeometryType::Point,
-            What::Edges => GeometryType::LineString,
-        },
-        has_z: numbering.reader().metadata().has_z,
+        name: Some(builder.create_string(contents.name)),
+        envelope: (!contents.bounds.is_empty()).then(|| builder.create_vector(&envelope)),
+        geometry_type: contents.geometry,
+        has_z: contents.has_z,
         columns: Some(builder.create_vector(&columns)),
-        features_count: survey.count,
+        features_count: contents.count,
         index_node_size: 0,
         crs,
         ..HeaderArgs::default()

@@ -20,7 +20,10 @@ use super::tile_part::{CHUNK_BYTES, TilePart};
 use super::what::What;
 use crate::crs::Crs;
 use crate::geometry::VertexIndex;
-use crate::store::Needs;
+use crate::store::{Needs, PassReader};
+
+/// The bytes behind the last feature.
+pub(super) const FOOTER: &[u8] = b"\n]}\n";
 
 pub(super) async fn write<W: Write + Send + 'static>(
     job: &mut ExportJob<'_>,
@@ -28,16 +31,7 @@ pub(super) async fn write<W: Write + Send + 'static>(
 ) -> Result<(), ExportError> {
     job.passes(1);
     let what = job.numbering.what();
-    let mut header = b"{\"type\":\"FeatureCollection\",".to_vec();
-    let crs = job.reader().directory().lists.crs.as_deref().map(Crs::new);
-    if let Some(urn) = crs.and_then(|crs| crs.urn()) {
-        put(
-            &mut header,
-            format_args!("\"crs\":{{\"type\":\"name\",\"properties\":{{\"name\":\"{urn}\"}}}},"),
-        );
-    }
-    header.extend_from_slice(b"\"features\":[\n");
-    output.push(header).await?;
+    output.push(header(job.reader())).await?;
     let features = move |numbering: &Numbering, part: &TilePart, out: &mut Vec<u8>| {
         out.reserve(CHUNK_BYTES as usize);
         match what {
@@ -47,7 +41,21 @@ pub(super) async fn write<W: Write + Send + 'static>(
         }
     };
     job.pass_to(output, what.cut(), needs(), features).await?;
-    output.push(b"\n]}\n".to_vec()).await
+    output.push(FOOTER.to_vec()).await
+}
+
+/// Returns the bytes before the first feature.
+pub(super) fn header(reader: &PassReader) -> Vec<u8> {
+    let mut header = b"{\"type\":\"FeatureCollection\",".to_vec();
+    let crs = reader.directory().lists.crs.as_deref().map(Crs::new);
+    if let Some(urn) = crs.and_then(|crs| crs.urn()) {
+        put(
+            &mut header,
+            format_args!("\"crs\":{{\"type\":\"name\",\"properties\":{{\"name\":\"{urn}\"}}}},"),
+        );
+    }
+    header.extend_from_slice(b"\"features\":[\n");
+    header
 }
 
 /// Appends what separates a feature from the one before it.

@@ -21,6 +21,7 @@
 
 #[cfg(any(feature = "flatgeobuf", feature = "parquet"))]
 mod columns;
+mod contours;
 #[cfg(feature = "parquet")]
 mod crs_member;
 mod error;
@@ -40,6 +41,7 @@ mod options;
 mod output;
 mod ply;
 mod raster;
+mod spool;
 mod survey;
 mod text;
 mod tile_part;
@@ -53,6 +55,7 @@ mod hole_tests;
 #[cfg(test)]
 mod tests;
 
+pub use contours::{ContourOutput, ExportedContours, export_contours};
 pub use error::ExportError;
 pub use format::{Format, UnknownFormat};
 pub use options::ExportOptions;

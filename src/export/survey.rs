@@ -35,7 +35,7 @@ impl Bounds {
         }
     }
 
-    fn union(&mut self, other: &Self) {
+    pub(super) fn union(&mut self, other: &Self) {
         self.min = [0, 1, 2].map(|axis| self.min[axis].min(other.min[axis]));
         self.max = [0, 1, 2].map(|axis| self.max[axis].max(other.max[axis]));
     }

@@ -296,7 +296,7 @@ mod tests {
             edges.extend(ring(&[(x, 0.0), (x + 10.0, 0.0), (x + 10.0, 10.0), (x, 10.0)]));
         }
         let clip = Clip::new(edges);
-        assert_eq!(clip.edges.len(), 10);
+        assert_eq!(clip.edge_count(), 10);
         for (x, covered) in [(0.0, true), (2.0, true), (10.0, true), (20.0, true), (20.5, false)] {
             assert_eq!(clip.covers(Point::new(x, 1.0)), covered, "{x}");
         }

@@ -1,5 +1,6 @@
 //! The errors of questions about a surface.
 
+use super::levels::LevelsError;
 use crate::store::{ReadError, TileReader};
 
 /// The error of a question about the surface of a file.
@@ -28,6 +29,9 @@ pub enum TerrainError {
         /// The name of the file.
         file: String,
     },
+    /// The surface has too many levels.
+    #[error(transparent)]
+    Levels(#[from] LevelsError),
 }
 
 impl TerrainError {

@@ -155,6 +155,25 @@ pub(crate) fn z_on_edge(mut ends: [Corner; 2], p: Point) -> f64 {
     z.max(a.z.min(b.z)).min(a.z.max(b.z))
 }
 
+/// Returns the point of an edge at a height between those of its ends, the same for both directions of
+/// the edge. At the height of an end it is that end.
+pub(crate) fn point_on_edge(mut ends: [Corner; 2], z: f64) -> Point {
+    if ends[1].point.lex_cmp(ends[0].point).is_lt() {
+        ends.swap(0, 1);
+    }
+    let [a, b] = ends;
+    if let Some(end) = ends.into_iter().find(|end| end.z == z) {
+        return end.point;
+    }
+    // Halves, because the difference of two numbers may be too large for a number.
+    let share = (z / 2.0 - a.z / 2.0) / (b.z / 2.0 - a.z / 2.0);
+    let between = |from: f64, to: f64| {
+        let v = from + share * (to - from);
+        v.max(from.min(to)).min(from.max(to))
+    };
+    Point::new(between(a.point.x, b.point.x), between(a.point.y, b.point.y)).normalized()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -199,6 +218,18 @@ mod tests {
         let p = Point::new(5e5, 1e-6 * (2.0 / 3.0));
         let z = facet.z_at(p, facet.place(p).unwrap());
         assert!((z - (10.0 + 2.0 / 3.0 * 15.0)).abs() < 1e-9, "{z}");
+    }
+
+    #[test]
+    fn points_on_edges_are_between_their_ends() {
+        let ends = [corner(3.5, 0.25, 7.0), corner(-0.5, 5.25, -1.0)];
+        for (z, x, y) in [(7.0, 3.5, 0.25), (-1.0, -0.5, 5.25), (1.0, 0.5, 4.0)] {
+            let reversed = [ends[1], ends[0]];
+            assert_eq!(point_on_edge(ends, z), Point::new(x, y));
+            assert_eq!(point_on_edge(reversed, z), Point::new(x, y));
+        }
+        let far = [corner(0.0, 0.0, f64::MIN), corner(8.0, 4.0, f64::MAX)];
+        assert_eq!(point_on_edge(far, 0.0), Point::new(4.0, 2.0));
     }
 
     #[test]

@@ -16,29 +16,39 @@
 //! | `chord`, `profile` | the part of a segment in a triangle; heights along a line |
 //! | `overlap`, `exact_sum`, `volume` | the part of a triangle in polygons; sums without rounding; cut and fill |
 //! | `strips` | segments, found by their place |
+//! | `levels`, `contours`, `chain`, `strands` | contours in a tile, and how those of several tiles join |
 
 mod cells;
+mod chain;
 mod chord;
 mod clip;
+mod contours;
 mod error;
 mod exact_sum;
 mod facet;
 mod grid;
+mod levels;
 mod measure;
 mod overlap;
 mod profile;
 mod raster;
 mod scan;
+mod strands;
 mod strips;
 mod surface;
 mod volume;
 
+pub(crate) use chain::{complete, push};
 pub use clip::Clip;
+pub use contours::ContourOptions;
+pub(crate) use contours::{Ends, TileChains, level_ranges, trace};
 pub use error::TerrainError;
 pub use grid::{Grid, GridError};
+pub use levels::{Levels, LevelsError};
 pub use measure::{Light, Measure, UnknownMeasure};
 pub use profile::{Profile, ProfilePart, ProfilePoint};
 pub use raster::RasterOptions;
 pub(crate) use raster::{Block, BlockSize, Raster};
+pub(crate) use strands::{Run, Strand, Strands};
 pub use surface::Surface;
 pub use volume::Volume;

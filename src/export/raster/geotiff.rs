@@ -7,9 +7,7 @@
 //! Sources: TIFF 6.0; Adobe's Technical Note 3 for the predictor of floating-point numbers; OGC 19-008
 //! for the keys.
 
-use std::fs::File;
-use std::io::{Read, Seek, SeekFrom, Write};
-use std::ops::Range;
+use std::io::Write;
 use std::path::Path;
 
 use flate2::Compression;
@@ -20,13 +18,12 @@ use super::samples::Samples;
 use super::tiff::{Image, Value, header};
 use crate::crs::Crs;
 use crate::export::error::ExportError;
-use crate::export::output::{Output, Sink, blocking};
+use crate::export::output::{Output, Sink};
+use crate::export::spool::Spool;
 use crate::terrain::{Block, Grid};
 
 /// The number of columns and rows of a tile.
 const TILE: u32 = 256;
-/// The number of bytes that are copied at once.
-const COPIED: usize = 1 << 20;
 /// The code of a system that has none.
 const USER_DEFINED: u16 = 32767;
 
@@ -38,33 +35,28 @@ pub(super) async fn write<W: Write + Send + 'static>(
     scratch: &Path,
     output: &mut Output<W>,
 ) -> Result<(), ExportError> {
-    let folder = scratch.to_owned();
-    let file = blocking(move || tempfile::tempfile_in(folder)).await?;
-    let mut spool = Spool {
-        file: Some(file.map_err(|source| ExportError::Scratch { source })?),
+    let mut tiles = Tiles {
+        spool: Spool::create(scratch).await?,
         lengths: Vec::new(),
     };
     let full = job.raster.clone();
     let crs = full.crs();
     let mut images = Vec::new();
     let mut places = Vec::new();
-    let mut offset = 0;
     for factor in factors(job.grid(), overviews) {
         job.raster = full.coarser(factor);
-        write_tiles(job, samples, &mut spool).await?;
-        let tile_lengths = std::mem::take(&mut spool.lengths);
-        let bytes: u64 = tile_lengths.iter().map(|&length| u64::from(length)).sum();
-        places.push(offset..offset + bytes);
-        offset += bytes;
+        let start = tiles.spool.length();
+        write_tiles(job, samples, &mut tiles).await?;
+        places.push(start..tiles.spool.length());
         images.push(Image {
             tags: tags(job.grid(), samples, crs.as_ref().filter(|_| factor == 1), factor > 1),
-            tile_lengths,
+            tile_lengths: std::mem::take(&mut tiles.lengths),
         });
     }
     job.raster = full;
     output.push(header(&images)).await?;
     for place in places.into_iter().rev() {
-        spool.copy(place, output).await?;
+        tiles.spool.copy(place, output).await?;
     }
     Ok(())
 }
@@ -81,8 +73,8 @@ fn factors(grid: &Grid, overviews: bool) -> Vec<u32> {
     factors
 }
 
-/// Computes an image, and appends its tiles to the spool, row by row.
-async fn write_tiles(job: &mut RasterJob<'_>, samples: Samples, spool: &mut Spool) -> Result<(), ExportError> {
+/// Computes an image, and appends its tiles, row by row.
+async fn write_tiles(job: &mut RasterJob<'_>, samples: Samples, sink: &mut Tiles) -> Result<(), ExportError> {
     let unit = Unit {
         rows: TILE,
         may_split: true,
@@ -92,61 +84,22 @@ async fn write_tiles(job: &mut RasterJob<'_>, samples: Samples, spool: &mut Spoo
         // Either a block has all columns or one row of tiles, so the tiles come in order.
         let tiles = (0..down).flat_map(|row| (0..across).map(move |column| (column, row)));
         let encode = move |block: &Block, tile| compressed(block, tile, samples);
-        job.encode(&block, tiles.collect(), encode, spool).await
+        job.encode(&block, tiles.collect(), encode, sink).await
     })
     .await
 }
 
 /// The compressed tiles, in a temporary file.
-struct Spool {
-    /// `None` while a thread uses it.
-    file: Option<File>,
+struct Tiles {
+    spool: Spool,
     /// The lengths of the tiles of the current image.
     lengths: Vec<u32>,
 }
 
-impl Spool {
-    /// Runs `work` with the file on a thread for blocking work.
-    async fn with<T: Send + 'static>(
-        &mut self,
-        work: impl FnOnce(&mut File) -> std::io::Result<T> + Send + 'static,
-    ) -> Result<T, ExportError> {
-        let mut file = self.file.take().expect("it came back from its thread");
-        let (file, done) = blocking(move || {
-            let done = work(&mut file);
-            (file, done)
-        })
-        .await?;
-        self.file = Some(file);
-        done.map_err(|source| ExportError::Scratch { source })
-    }
-
-    /// Copies a part of the file to an output.
-    async fn copy<W: Write + Send + 'static>(
-        &mut self,
-        mut place: Range<u64>,
-        output: &mut Output<W>,
-    ) -> Result<(), ExportError> {
-        while !place.is_empty() {
-            let length = (place.end - place.start).min(COPIED as u64);
-            let start = place.start;
-            let bytes = self.with(move |file| {
-                let mut bytes = vec![0; length as usize];
-                file.seek(SeekFrom::Start(start))?;
-                file.read_exact(&mut bytes)?;
-                Ok(bytes)
-            });
-            output.push(bytes.await?).await?;
-            place.start += length;
-        }
-        Ok(())
-    }
-}
-
-impl Sink for Spool {
+impl Sink for Tiles {
     async fn push(&mut self, tile: Vec<u8>) -> Result<(), ExportError> {
         self.lengths.push(tile.len() as u32);
-        self.with(move |file| file.write_all(&tile)).await
+        self.spool.append(tile).await
     }
 }
 

@@ -1,7 +1,7 @@
 //! Every format, read back: the same vertices bit for bit, and the same triangles.
 
 mod choices;
-mod features;
+pub mod features;
 mod parsers;
 
 use std::error::Error;

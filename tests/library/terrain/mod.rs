@@ -1,6 +1,7 @@
 //! The promise: what is asked of the surface is exact, and the same whatever the tiles, the threads
 //! and the memory.
 
+mod contours;
 mod profiles;
 mod rasters;
 mod volumes;

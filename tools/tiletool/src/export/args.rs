@@ -13,7 +13,7 @@ use crate::query::batch::point;
 use crate::surface::length;
 
 /// Export the triangulation: PLY, Triangle's .node and .ele, OBJ, glTF, GeoJSON, FlatGeobuf, GeoParquet;
-/// and its surface as a raster: GeoTIFF, ASCII grid
+/// and its surface as a raster or as contours: GeoTIFF, ASCII grid; GeoJSON, FlatGeobuf
 ///
 /// PLY, Triangle's format, OBJ and glTF are meshes: all vertices, numbered in the order of the file, and
 /// triangles. GeoJSON, FlatGeobuf and GeoParquet are features for GIS and databases, by --what.
@@ -30,6 +30,7 @@ use crate::surface::length;
   tiletool export survey.tiles -o survey.fgb --max-edge 50
   tiletool export survey.tiles -o points.parquet --what vertices --clip district.geojson
   tiletool export survey.tiles -o dem.tif --resolution 1
+  tiletool export survey.tiles -o contours.fgb --contours 5
   tiletool export survey.tiles -o shaded.tif --resolution 0.5 --what hillshade --cog
   tiletool export survey.tiles -o - --format geojson | gzip > survey.geojson.gz")]
 pub struct ExportArgs {
@@ -66,6 +67,8 @@ pub struct ExportArgs {
     pub crs: CrsArgs,
     #[command(flatten)]
     pub raster: RasterArgs,
+    #[command(flatten)]
+    pub contours: ContourArgs,
     /// Print the summary as one JSON object
     #[arg(long)]
     pub json: bool,
@@ -77,6 +80,35 @@ impl ExportArgs {
     /// Returns whether the output is standard output.
     pub fn is_stdout(&self) -> bool {
         self.output == Path::new("-")
+    }
+
+    /// Returns the folder for temporary files: that of the output, or the system's for standard output.
+    pub fn scratch(&self) -> PathBuf {
+        match self.output.parent() {
+            _ if self.is_stdout() => std::env::temp_dir(),
+            Some(folder) if folder != Path::new("") => folder.to_owned(),
+            _ => PathBuf::from("."),
+        }
+    }
+}
+
+/// Options for contours.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Options for contours")]
+pub struct ContourArgs {
+    /// For GeoJSON and FlatGeobuf: write lines of equal height instead of triangles, at steps of this
+    /// height. The higher ground is on their left
+    #[arg(long = "contours", value_name = "STEP", value_parser = length)]
+    pub step: Option<f64>,
+    /// Height of one of the contours [default: 0]
+    #[arg(long, value_name = "HEIGHT", allow_hyphen_values = true, requires = "step", value_parser = height)]
+    pub base: Option<f64>,
+}
+
+impl ContourArgs {
+    /// Returns whether contours are wanted.
+    pub fn are_given(&self) -> bool {
+        self.step.is_some()
     }
 }
 
@@ -135,6 +167,11 @@ fn azimuth(text: &str) -> Result<f64, String> {
 fn altitude(text: &str) -> Result<f64, String> {
     let degrees = text.parse().ok().filter(|degrees| (0.0..=90.0).contains(degrees));
     degrees.ok_or_else(|| "a height above the horizon is a number from 0 to 90".to_owned())
+}
+
+fn height(text: &str) -> Result<f64, String> {
+    let height = text.parse().ok().filter(|height: &f64| height.is_finite());
+    height.ok_or_else(|| "a height is a number".to_owned())
 }
 
 /// Returns the error of options that do not fit together.

@@ -5,6 +5,7 @@
 //! existing ones.
 
 mod args;
+mod contours;
 mod formats;
 mod mesh;
 mod progress;
@@ -47,6 +48,7 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
 async fn write(args: &ExportArgs, format: AnyFormat, bar: &ProgressBar) -> anyhow::Result<String> {
     let (reader, clip) = open_clipped(&args.file, args.clip.as_deref(), &args.crs, &args.memory).await?;
     match format {
+        AnyFormat::Mesh(format) if args.contours.are_given() => contours::write(args, format, &reader, bar).await,
         AnyFormat::Mesh(format) => mesh::write(args, format, &reader, clip, bar).await,
         AnyFormat::Raster(format) => raster::write(args, format, &reader, clip, bar).await,
     }
@@ -68,7 +70,12 @@ fn format(args: &ExportArgs) -> Result<AnyFormat, clap::Error> {
         })?,
     };
     match format {
+        AnyFormat::Mesh(format) if args.contours.are_given() => contours::check(args, format)?,
         AnyFormat::Mesh(format) => mesh::check(args, format)?,
+        AnyFormat::Raster(format) if args.contours.are_given() => {
+            let formats = contours::FORMATS;
+            return Err(usage(&format!("--contours is for {formats}, and not for {format}")));
+        }
         AnyFormat::Raster(format) => raster::check(args, format)?,
     }
     Ok(format)

@@ -1,6 +1,5 @@
 //! Export of rasters.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::Context;
@@ -95,12 +94,10 @@ pub async fn write(
         true => Samples::Float32,
         false => Samples::Float64,
     };
-    let mut how = RasterOutput::new(format).samples(samples).overviews(args.raster.cog);
-    if let Some(folder) = args.output.parent().filter(|folder| *folder != Path::new("")) {
-        how = how.scratch(folder);
-    } else if !args.is_stdout() {
-        how = how.scratch(".");
-    }
+    let how = RasterOutput::new(format)
+        .samples(samples)
+        .overviews(args.raster.cog)
+        .scratch(args.scratch());
     let output = targets.writers()?.remove(0);
     let exported = export_raster(reader, options, &how, output, shown_on(bar)).await;
     let exported = targets.explained(exported)?;

@@ -12,6 +12,7 @@ mod changed;
 mod cli;
 mod compress;
 mod constrain;
+mod contours;
 mod crs;
 mod digest;
 mod export;
