@@ -25,6 +25,7 @@ mod builder;
 pub(crate) mod conquer;
 mod context;
 mod disk;
+mod draping;
 pub(crate) mod error;
 pub(crate) mod finish;
 pub(crate) mod ingest;

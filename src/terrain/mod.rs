@@ -11,6 +11,7 @@
 //! |---|---|
 //! | `facet` | the plane of a triangle, exact places on it |
 //! | `surface`, `clip` | the triangles that count; polygons to which results are limited |
+//! | `outline` | z outside, from the nearest point of the hull |
 //! | `grid`, `scan`, `measure` | cells, the cells in a triangle, what they show |
 //! | `cells`, `raster` | blocks of a raster, filled by threads |
 
@@ -20,6 +21,7 @@ mod error;
 mod facet;
 mod grid;
 mod measure;
+mod outline;
 mod raster;
 mod scan;
 mod surface;
@@ -28,6 +30,8 @@ pub use clip::Clip;
 pub use error::TerrainError;
 pub use grid::{Grid, GridError};
 pub use measure::{Light, Measure, UnknownMeasure};
+pub(crate) use outline::{Outline, OutlineParts};
 pub use raster::RasterOptions;
 pub(crate) use raster::{Block, BlockSize, Raster};
 pub use surface::Surface;
+pub(crate) use surface::facet;

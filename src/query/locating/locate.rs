@@ -7,6 +7,7 @@ use super::walk::{Locate, WalkStep};
 use crate::geometry::{Point, VertexIndex};
 use crate::query::request::Contradiction;
 use crate::store::{ReadError, Tile, TileReader, VertexId};
+use crate::terrain::facet;
 
 /// Point location.
 impl TileReader {
@@ -44,7 +45,8 @@ impl TileReader {
     }
 
     /// Returns the z of the triangulation at a point, on the plane through the corners of its
-    /// triangle. Returns `None` if the point is outside or the file has no z.
+    /// triangle. Returns `None` if the point is outside or the file has no z. The result is the
+    /// same to the last bit, whatever the tiles.
     ///
     /// Reads the tiles that [`locate`](Self::locate) reads, and no others: a tile has the z of all
     /// corners of its triangles.
@@ -86,15 +88,8 @@ impl TileReader {
             Location::OnVertex(vertex) => return Ok(z_in(&tile, vertex.id)),
             Location::Outside => return Ok(None),
         };
-        let [Some(za), Some(zb), Some(zc)] = tile.corners(triangle).map(|corner| tile.z(corner)) else {
-            return Ok(None);
-        };
-        let point = Point::new(x, y);
-        let [a, b, c] = tile.triangle_points(triangle);
-        let doubled = |p: Point, q: Point, r: Point| (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x);
-        let whole = doubled(a, b, c);
-        let [of_b, of_c] = [doubled(a, point, c) / whole, doubled(a, b, point) / whole];
-        Ok(Some(za + of_b * (zb - za) + of_c * (zc - za)))
+        let point = Point::new(x, y).representable();
+        Ok(facet(&tile, triangle).and_then(|facet| Some(facet.z_at(point, facet.place(point)?))))
     }
 
     /// Returns the z of a vertex, read from the tile that owns it. Returns `None` if the file has
