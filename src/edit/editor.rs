@@ -171,7 +171,7 @@ impl Editor {
         drop(polygons);
         segments.shrink_to_fit();
         if missing_z == MissingZ::Drape {
-            drape_ends(&target, &segments, &mut z, memory / 8).await?;
+            drape_ends(&target, &segments, &mut z, EditShares::for_draping(memory)).await?;
         }
         z.shrink_to_fit();
         let work = Work {

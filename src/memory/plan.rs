@@ -160,6 +160,17 @@ impl MemoryPlan {
         self.surface
     }
 
+    /// Returns the bytes for reading the surface's `points` points back. No tile is in work
+    /// meanwhile, and points that stay in memory leave room for these.
+    pub(crate) fn for_reading_back(&self, points: u64) -> u64 {
+        let load = Load {
+            points,
+            segments: 0,
+            has_z: true,
+        };
+        self.surface + self.work_bytes(self.threads, load).min(self.rest() / 2)
+    }
+
     /// Returns the bytes that segments, sites and the surface leave.
     pub(crate) fn rest(&self) -> u64 {
         self.total - self.segments - self.sites - self.surface

@@ -48,12 +48,11 @@ pub(crate) async fn surface_of(
     let path = Assembly::new(&alone, output, given, began).build_surface(all).await?;
     drop(alone);
     context.first_run = FIRST_RUN;
-    // All the memory is free for reading; after that, the surface has its share.
+    context.memory = context.memory.with_surface();
     let options = OpenOptions::default()
-        .memory(context.memory.rest() / 2)
+        .memory(context.memory.for_reading_back(points))
         .backend(Backend::Threads);
     let reader = TileReader::open(&path, options).await.map_err(EditError::Read)?;
-    context.memory = context.memory.with_surface();
     let (intake, outline) = read_back(&reader, points, context).await?;
     drop(reader);
     let (memory, progress) = (context.memory.for_surface(), Arc::clone(&context.options.progress));

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::{LineKind, TileReader};
-use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Crossings, EditError, Editor, MissingZ, WithoutZ};
+use delaunay_tiles::{
+    BuildError, BuildOptions, BuildSummary, Builder, Crossings, EditError, Editor, MissingZ, WithoutZ,
+};
 use futures::TryStreamExt;
 
 use super::{ENOUGH, Segment};
@@ -174,9 +176,7 @@ async fn z_by_area(reader: &TileReader, point: Point) -> f64 {
 async fn z_of_line(points: &[(Point, f64)], line: Segment) -> ([f64; 2], BuildSummary) {
     let scratch = Scratch::new();
     let mut builder = Builder::new(&scratch.path, BuildOptions::default()).unwrap();
-    builder
-        .push_lines(LineKind::BreakLine, 0, &lines(vec![line]))
-        .unwrap();
+    builder.push_lines(LineKind::BreakLine, 0, &lines(vec![line])).unwrap();
     let batch = PointBatch {
         points: points.iter().map(|(point, _)| *point).collect(),
         z: points.iter().map(|(_, z)| *z).collect(),

@@ -14,6 +14,7 @@ mod compress;
 mod constrain;
 mod crs;
 mod digest;
+mod drape;
 mod export;
 mod faults;
 mod inside_out;
