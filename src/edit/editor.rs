@@ -11,6 +11,7 @@ use crate::constraints::polygons::lines::PolygonLines;
 use crate::constraints::polygons::normalize::PolygonNormalizer;
 use crate::constraints::segment::Segment;
 use crate::constraints::without_z::NO_Z;
+use crate::edit::drape::drape_ends;
 use crate::edit::error::EditError;
 use crate::edit::run::edit;
 use crate::edit::summary::EditSummary;
@@ -75,7 +76,8 @@ impl Editor {
     }
 
     /// Sets what to do with ends of lines that become vertices and have no z, in a file whose
-    /// vertices have z.
+    /// vertices have z. By default they take it from the triangulation before the edit
+    /// ([`MissingZ::Drape`]).
     pub fn missing_z(&mut self, missing_z: MissingZ) {
         self.missing_z = missing_z;
     }
@@ -168,6 +170,9 @@ impl Editor {
         let normalizer = polygons.normalizer();
         drop(polygons);
         segments.shrink_to_fit();
+        if missing_z == MissingZ::Drape {
+            drape_ends(&target, &segments, &mut z, EditShares::for_draping(memory)).await?;
+        }
         z.shrink_to_fit();
         let work = Work {
             new_records: 2 * segments.len() as u64,

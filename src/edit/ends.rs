@@ -33,7 +33,7 @@ pub(crate) fn find_ends(
     };
     let mut found = vec![filler; 2 * work.segments.len()];
     let mut added = 0;
-    let needs_z = tiles.metadata().has_z && work.missing_z == MissingZ::Error;
+    let needs_z = tiles.metadata().has_z && work.missing_z != MissingZ::Zero;
     let mut without_z: Vec<u32> = Vec::new();
     let mut groups = ends.chunk_by(|a, b| a.0 == b.0);
     while let Some(group) = groups.next() {

@@ -52,7 +52,7 @@ pub enum EditError {
     /// Ends of lines have no z, but the file's vertices have z.
     #[error(
         "an end at ({}, {}) has no z, and no vertex is there; {count} ends would get z = 0, although the file has z; give \
-         z to all ends, or allow z = 0 (--missing-z zero)",
+         z to all ends, take it from the surface (--missing-z drape), or allow z = 0 (--missing-z zero)",
         point.x, point.y
     )]
     NoZ {

@@ -19,6 +19,7 @@
 
 mod contradiction;
 mod disk;
+mod drape;
 mod editor;
 mod ends;
 mod error;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::edit::error::EditError;
 use crate::io::{ThreadsFile, open_regular, output_target};
 use crate::shown;
-use crate::store::{OpenOptions, ReadError, TileReader};
+use crate::store::{Cache, OpenOptions, ReadError, TileReader};
 
 /// A file with an exclusive lock. The lock is released when this, and all that have `file`, are
 /// dropped.
@@ -33,7 +33,17 @@ impl Target {
 
     /// Opens the file in its current state.
     pub(crate) async fn read(&self) -> Result<TileReader, ReadError> {
+        self.open(OpenOptions::default()).await
+    }
+
+    /// Opens the file in its current state, with about `bytes` of memory for tiles.
+    pub(crate) async fn read_within(&self, bytes: u64) -> Result<TileReader, ReadError> {
+        let cache = Cache::new(usize::try_from(bytes).unwrap_or(usize::MAX));
+        self.open(OpenOptions::default().cache(&cache)).await
+    }
+
+    async fn open(&self, options: OpenOptions) -> Result<TileReader, ReadError> {
         let name = shown::path(&self.path);
-        TileReader::open_source(self.file.clone(), &name, OpenOptions::default()).await
+        TileReader::open_source(self.file.clone(), &name, options).await
     }
 }

@@ -295,8 +295,13 @@ impl fmt::Display for Returns {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MissingZ {
-    /// Missing z is an error, unless a point with z has the same position.
+    /// Ends of lines, crossing points and sites without z take it from the surface: from the
+    /// triangulation of the points alone in a build, from the triangulation before the edit in an
+    /// edit. Outside the hull of the points they take the z of the nearest point of the hull. A
+    /// point without z is an error.
     #[default]
+    Drape,
+    /// Missing z is an error, unless a point with z has the same position.
     Error,
     /// Missing z becomes 0.
     Zero,

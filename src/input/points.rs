@@ -207,7 +207,7 @@ impl Sink<'_, PointBatch> {
 
     /// Returns whether a point without z is an error.
     fn lacks_z(&self) -> bool {
-        self.wants_z && self.options.missing_z == MissingZ::Error
+        self.wants_z && self.options.missing_z != MissingZ::Zero
     }
 
     #[cold]

@@ -35,6 +35,11 @@ impl EditShares {
         }
     }
 
+    /// Returns the bytes for tiles while ends of lines take their z from the file, before the edit.
+    pub(crate) fn for_draping(memory: u64) -> u64 {
+        memory / 8
+    }
+
     /// Checks that `segments` segments take at most half of the memory.
     ///
     /// # Errors

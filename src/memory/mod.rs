@@ -8,6 +8,7 @@
 //! | segments on their way, their join | at most M/4 | at most M/8, for those that are not in blocks | |
 //! | the check of polygons | at most M/4, before points arrive | | |
 //! | sites and seeds | at most M/4 | the same | only ids |
+//! | the surface that vertices take their z from | M/8, at most 64 MiB, and the tiles in work while it is read back | M/8, at most 64 MiB, for tiles in its cache | |
 //! | points in memory | what is left, less tiles in work | none, or all | |
 //! | points that do not fit | buffers of runs: an eighth of what is left, at most 64 MiB | blocks: three quarters of what tiles leave | |
 //! | tiles in work, one per thread | | `WORK_BYTES` per vertex | |
@@ -25,6 +26,7 @@
 //! | of an edit (`EditShares`) | |
 //! | --- | --- |
 //! | segments, with their ends | `EDIT_SEGMENT_BYTES` each, at most M/2 |
+//! | tiles that ends of lines take their z from, before the edit | M/8 |
 //! | tiles that are read, assembled and written | five of the largest tiles per thread |
 //! | regions | M/8, and up to M/4 when the ends of segments are freed |
 //! | the cache of tiles | the rest, from M/8 to 5 M/8 |

@@ -62,6 +62,8 @@ pub(crate) struct MemoryPlan {
     segments: u64,
     /// Bytes that sites and seeds keep until the end.
     sites: u64,
+    /// Bytes for tiles of the surface from which vertices take their z.
+    surface: u64,
 }
 
 /// The size of a build's input.
@@ -98,6 +100,7 @@ impl MemoryPlan {
             compresses: false,
             segments: 0,
             sites: 0,
+            surface: 0,
         }
     }
 
@@ -142,9 +145,35 @@ impl MemoryPlan {
         })
     }
 
-    /// Returns the bytes that segments and sites leave.
+    /// Returns the plan of a build whose vertices take their z from a surface.
+    pub(crate) fn with_surface(self) -> Self {
+        /// More would hardly save a read: blocks are adjacent cells, and so are the tiles they meet.
+        const MOST: u64 = 64 << 20;
+        Self {
+            surface: (self.total / 8).min(MOST),
+            ..self
+        }
+    }
+
+    /// Returns the bytes for tiles of the surface from which vertices take their z.
+    pub(crate) fn for_surface(&self) -> u64 {
+        self.surface
+    }
+
+    /// Returns the bytes for reading the surface's `points` points back. No tile is in work
+    /// meanwhile, and points that stay in memory leave room for these.
+    pub(crate) fn for_reading_back(&self, points: u64) -> u64 {
+        let load = Load {
+            points,
+            segments: 0,
+            has_z: true,
+        };
+        self.surface + self.work_bytes(self.threads, load).min(self.rest() / 2)
+    }
+
+    /// Returns the bytes that segments, sites and the surface leave.
     pub(crate) fn rest(&self) -> u64 {
-        self.total - self.segments - self.sites
+        self.total - self.segments - self.sites - self.surface
     }
 
     /// Returns the bytes for segments whose block is not in work.

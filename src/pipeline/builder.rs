@@ -10,12 +10,14 @@ use crate::constraints::polygons::check::PolygonFaults;
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::constraints::split_lines::SplitLines;
 use crate::geometry::Point;
-use crate::input::{PointBatch, SegmentBatch, SiteBatch};
+use crate::input::{MissingZ, PointBatch, SegmentBatch, SiteBatch};
 use crate::io::new_output;
 use crate::pipeline::assembly::Assembly;
 use crate::pipeline::context::{BuildContext, Given};
 use crate::pipeline::disk::{DiskLoad, check_disk};
+use crate::pipeline::draping::surface_of;
 use crate::pipeline::error::BuildError;
+use crate::pipeline::ingest::drape::PointSurface;
 use crate::pipeline::ingest::intake::Intake;
 use crate::pipeline::ingest::sites::Sites;
 use crate::pipeline::options::{BuildOptions, Crossings, Phase, Steiner};
@@ -45,6 +47,8 @@ pub struct Builder {
     polygons: Arrivals,
     sites: Sites,
     given: Given,
+    /// The surface from which vertices without z take it, once all points have arrived.
+    surface: Option<Arc<PointSurface>>,
     began: Instant,
 }
 
@@ -78,11 +82,13 @@ impl Builder {
             ),
             sites: Sites::default(),
             given: Given::default(),
+            surface: None,
             began: Instant::now(),
             context: BuildContext {
                 options: Arc::new(options),
                 folder: Arc::new(folder),
                 first_end: Arc::new(AtomicU64::new(u64::MAX)),
+                first_run: 0,
                 segments: 0,
                 memory,
             },
@@ -390,6 +396,9 @@ impl Builder {
     async fn build(&mut self) -> Result<BuildSummary, BuildError> {
         let is_resumed = !self.needs_points();
         if !is_resumed {
+            if self.needs_surface() {
+                self.triangulate_points().await?;
+            }
             self.push_ends().await?;
         }
         let intake = std::mem::replace(&mut self.intake, Intake::new());
@@ -398,7 +407,32 @@ impl Builder {
         let mut given = std::mem::take(&mut self.given);
         given.site_ids = std::mem::take(&mut self.sites).into_ids();
         let assembly = Assembly::new(&self.context, &self.output, given, self.began);
+        let assembly = assembly.on_surface(self.surface.take());
         assembly.build(points, segments, is_resumed).await
+    }
+
+    /// Returns whether lines or sites lack a z and points have it. Asked before ends of lines become
+    /// points.
+    fn needs_surface(&self) -> bool {
+        let lacks_z = self.segments.lacks_z() || self.sites.lacks_z();
+        self.context.options.missing_z == MissingZ::Drape && self.given.has_z && lacks_z
+    }
+
+    /// Triangulates the points alone, so that other vertices can take their z from the surface.
+    async fn triangulate_points(&mut self) -> Result<(), BuildError> {
+        let intake = std::mem::replace(&mut self.intake, Intake::new());
+        let given = Given {
+            points: self.given.points,
+            has_z: true,
+            next_record: self.next_record,
+            first_crossing: u64::MAX,
+            first_site: u64::MAX,
+            ..Given::default()
+        };
+        let made = surface_of(intake, &mut self.context, &self.output, given, self.began).await;
+        let (surface, intake) = made?;
+        (self.surface, self.intake) = (Some(Arc::new(surface)), intake);
+        Ok(())
     }
 
     /// Decides by `result` whether the work folder is kept. A resumable build that was stopped by

@@ -21,6 +21,8 @@ pub(crate) struct BuildContext {
     /// First record number of segment ends and sites. It is known once all other points have
     /// arrived.
     pub(crate) first_end: Arc<AtomicU64>,
+    /// The number of the first run of points.
+    pub(crate) first_run: u32,
     /// Number of segments that arrived.
     pub(crate) segments: u64,
     pub(crate) memory: MemoryPlan,

@@ -13,6 +13,9 @@
 //!                                    regions before borders
 //! ```
 //!
+//! Where lines or sites lack z and points have it, `draping` first takes all points through this
+//! once, alone, and `ingest::drape` gives vertices the z of that surface.
+//!
 //! [`Builder`] takes batches (`ingest`). `assembly` makes the file from them: it starts `run` on
 //! computing threads, which share a board of tasks (`conquer::schedule`). Their results pass in the
 //! order of the file (`output::ordered`) through a channel to the task that writes
@@ -25,6 +28,7 @@ mod builder;
 pub(crate) mod conquer;
 mod context;
 mod disk;
+mod draping;
 pub(crate) mod error;
 pub(crate) mod finish;
 pub(crate) mod ingest;

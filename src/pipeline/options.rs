@@ -45,7 +45,8 @@ pub struct BuildOptions {
     pub crossings: Crossings,
     /// Whether segments are split where they cross the borders of cells.
     pub steiner: Steiner,
-    /// What to do with vertices that have no z when others have z.
+    /// What to do with vertices that have no z when others have z. By default lines and sites
+    /// take it from the triangulation of the points, which is then built first, alone.
     pub missing_z: MissingZ,
     /// Whether regions that reach the hull without passing a constraint are holes, as the outside
     /// of a PSLG is for Triangle.

@@ -56,6 +56,12 @@ pub struct BuildSummary {
     /// Number of vertices that got z = 0 because they have none and others have
     /// ([`MissingZ::Zero`](crate::input::MissingZ::Zero)).
     pub without_z: u64,
+    /// Number of vertices that took their z from the triangulation of the points, because they have
+    /// none and points have ([`MissingZ::Drape`](crate::input::MissingZ::Drape)).
+    pub draped: u64,
+    /// Number of these vertices outside the hull of the points. They have the z of the nearest point
+    /// of the hull.
+    pub draped_outside: u64,
     /// Number of tiles of the file.
     pub tiles: u64,
     /// Bytes of the file.

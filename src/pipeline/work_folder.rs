@@ -3,6 +3,7 @@
 //! ```text
 //! lock      locked while a build works here
 //! tiles     the file that will be OUT
+//! surface   the triangulation of the points alone, where lines or sites take their z from it
 //! plan      the blocks, once all points arrived        ┐ of a build that outgrew the memory and
 //! journal   the finished blocks                        ┘ whose inputs can be read again
 //! spill     the path of the spill folder, if the build was given one
@@ -28,6 +29,7 @@ const LOCK: &str = "lock";
 const TILES: &str = "tiles";
 /// Where [`TileReader::compact`](crate::store::TileReader::compact) rewrites `tiles`.
 const COMPACTED: &str = ".tiles.partial";
+const SURFACE: &str = "surface";
 const PLAN: &str = "plan";
 const JOURNAL: &str = "journal";
 const SPILL: &str = "spill";
@@ -193,6 +195,14 @@ impl WorkFolder {
         self.path.join(TILES)
     }
 
+    /// Makes the file that was built the surface, so that another file can be built. Returns its
+    /// path.
+    pub(crate) fn set_surface_aside(&self) -> io::Result<PathBuf> {
+        let surface = self.path.join(SURFACE);
+        fs::rename(self.file(), &surface)?;
+        Ok(surface)
+    }
+
     /// Returns the path of the plan of blocks.
     pub(crate) fn plan(&self) -> PathBuf {
         self.path.join(PLAN)
@@ -302,7 +312,7 @@ fn is_ours(path: &Path) -> io::Result<bool> {
             .strip_prefix(RUN)
             .is_some_and(|number| number.parse::<u32>().is_ok());
         let is_known = [
-            LOCK, TILES, COMPACTED, PLAN, "plan.new", JOURNAL, SPILL, BORDERS, SEGMENTS,
+            LOCK, TILES, SURFACE, COMPACTED, PLAN, "plan.new", JOURNAL, SPILL, BORDERS, SEGMENTS,
         ]
         .contains(&name);
         if !(is_run || is_known) || !entry.file_type()?.is_file() {

@@ -11,6 +11,7 @@
 //! |---|---|
 //! | `facet` | the plane of a triangle, exact places on it |
 //! | `surface`, `clip` | the triangles that count; polygons to which results are limited |
+//! | `outline` | z outside, from the nearest point of the hull |
 //! | `grid`, `scan`, `measure` | cells, the cells in a triangle, what they show |
 //! | `cells`, `raster` | blocks of a raster, filled by threads |
 //! | `chord`, `profile` | the part of a segment in a triangle; heights along a line |
@@ -29,6 +30,7 @@ mod facet;
 mod grid;
 mod levels;
 mod measure;
+mod outline;
 mod overlap;
 mod profile;
 mod raster;
@@ -46,6 +48,7 @@ pub use error::TerrainError;
 pub use grid::{Grid, GridError};
 pub use levels::{Levels, LevelsError};
 pub use measure::{Light, Measure, UnknownMeasure};
+pub(crate) use outline::{Outline, OutlineParts};
 pub use profile::{Profile, ProfilePart, ProfilePoint};
 pub use raster::RasterOptions;
 pub(crate) use raster::{Block, BlockSize, Raster};

@@ -33,6 +33,8 @@ pub(crate) struct SegmentSpool {
     /// Whether z came with the ends of any segment. Then later chunks have z, with [`NO_Z`] for
     /// segments without it.
     has_z: bool,
+    /// Whether an end came without z.
+    lacks_z: bool,
     /// Segments that are in no chunk yet.
     pending: Vec<Segment>,
     pending_z: Vec<[f64; 2]>,
@@ -56,6 +58,7 @@ impl SegmentSpool {
             by_ends: Vec::new(),
             by_ends_count: 0,
             has_z: false,
+            lacks_z: false,
             pending: Vec::new(),
             pending_z: Vec::new(),
             join: Join::new(shares.join),
@@ -146,6 +149,8 @@ impl SegmentSpool {
             self.flush_pending().map_err(|error| self.cannot_spill(error))?;
             self.has_z = true;
         }
+        let lacks_z = || z.is_empty() && !ends.is_empty() || z.as_flattened().iter().any(|z| z.is_nan());
+        self.lacks_z = self.lacks_z || lacks_z();
         for (at, (ends, &line)) in ends.iter().zip(lines).enumerate() {
             let segment = Segment {
                 ends: ends.map(Point::normalized),
@@ -154,6 +159,11 @@ impl SegmentSpool {
             self.push_one(segment, z.get(at).copied().unwrap_or([NO_Z; 2]))?;
         }
         Ok(())
+    }
+
+    /// Returns whether an end came without z.
+    pub(crate) fn lacks_z(&self) -> bool {
+        self.lacks_z
     }
 
     /// Adds parts of segments that were split. They have no z, and their ends are valid.

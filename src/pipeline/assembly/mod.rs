@@ -14,6 +14,7 @@ use crate::constraints::segments::spool::SegmentSpool;
 use crate::memory::MemoryPlan;
 use crate::pipeline::context::{BuildContext, Given};
 use crate::pipeline::error::BuildError;
+use crate::pipeline::ingest::drape::PointSurface;
 use crate::pipeline::ingest::intake::Points;
 use crate::pipeline::options::BuildOptions;
 use crate::pipeline::summary::BuildSummary;
@@ -33,6 +34,8 @@ pub(crate) struct Assembly {
     first_end: u64,
     memory: MemoryPlan,
     began: Instant,
+    /// The surface from which vertices without z take it.
+    surface: Option<Arc<PointSurface>>,
 }
 
 impl Assembly {
@@ -47,7 +50,13 @@ impl Assembly {
             first_end: context.first_end.load(Ordering::Relaxed),
             given,
             began,
+            surface: None,
         }
+    }
+
+    /// Sets the surface from which vertices without z take it.
+    pub(crate) fn on_surface(self, surface: Option<Arc<PointSurface>>) -> Self {
+        Self { surface, ..self }
     }
 
     /// Builds the file.
@@ -62,5 +71,16 @@ impl Assembly {
         let ran = self.run(&mut work).await?;
         let written = self.publish(work, &ran).await?;
         Ok(self.summarise(written, &ran))
+    }
+
+    /// Builds the surface: the triangulation of points alone. Returns the path of the file.
+    pub(crate) async fn build_surface(mut self, points: Points) -> Result<PathBuf, BuildError> {
+        let no_segments = SegmentSpool::new(self.folder.spill(), 0);
+        let prepared = self.prepare(points, no_segments, false).await?;
+        let mut work = self.open(prepared)?;
+        let ran = self.run(&mut work).await?;
+        self.complete(work, &ran).await?;
+        let aside = self.folder.set_surface_aside();
+        aside.map_err(|error| BuildError::io(self.folder.path(), "rename the surface in", error))
     }
 }

@@ -53,7 +53,9 @@ impl Assembly {
         tracing::info!(plan = %self.memory, %shares, "memory");
         let rules = self.leaf_rules(!segments.is_empty());
         // The journal holds neither segments nor the data that regions are computed from.
-        let has_journal = store.is_none() && self.options.resumable.is_some() && !rules.has_regions;
+        // Nor does it hold the surface.
+        let can_journal = !rules.has_regions && self.surface.is_none();
+        let has_journal = store.is_none() && self.options.resumable.is_some() && can_journal;
         let mut finished = FinishedBlocks::default();
         if is_resumed {
             finished = FinishedBlocks::read(&self.folder)?;

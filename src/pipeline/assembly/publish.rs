@@ -51,6 +51,13 @@ pub(crate) struct Published {
 impl Assembly {
     /// Completes the file and gives it its name.
     pub(crate) async fn publish(&mut self, work: OpenedBuild, ran: &RunResult) -> Result<Published, BuildError> {
+        let published = self.complete(work, ran).await?;
+        self.give_name()?;
+        Ok(published)
+    }
+
+    /// Completes the file in the work folder.
+    pub(crate) async fn complete(&mut self, work: OpenedBuild, ran: &RunResult) -> Result<Published, BuildError> {
         let OpenedBuild {
             conquest,
             output,
@@ -93,7 +100,6 @@ impl Assembly {
             metadata.hole_triangles = edited.hole_triangles;
         }
         let sites_in_holes = self.sites_in_holes(&path, &metadata, &mut state).await?;
-        self.give_name()?;
         let [written, rewritten, reread] = spilled;
         Ok(Published {
             metadata,
@@ -153,6 +159,8 @@ impl Assembly {
             held_triangles: state.blocks.iter().map(|block| block.held_triangles).sum(),
             deferred_segments: written.deferred,
             without_z: state.without_z.count,
+            draped: self.surface.as_ref().map_or(0, |surface| surface.draped()),
+            draped_outside: self.surface.as_ref().map_or(0, |surface| surface.draped_outside()),
             tiles: written.tiles,
             file_bytes: written.file_bytes,
             blocks: written.blocks,

@@ -40,6 +40,7 @@ impl Assembly {
             segments: &work.segments,
             first: work.first_block as usize,
             has_z: work.has_z,
+            surface: self.surface.as_deref(),
         };
         let (conquest, output) = (&work.conquest, &mut work.output);
         let feed = async {
@@ -99,8 +100,11 @@ impl Assembly {
         unread: UnreadBlocks<'_>,
         shares: Shares,
     ) -> Result<Prefetched, BuildError> {
-        if let Some(store) = store {
+        if let Some(mut store) = store {
             if !store.items.is_empty() {
+                if let Some(surface) = unread.surface {
+                    surface.drape(&mut store).await?;
+                }
                 conquest.board.add(BlockPoints {
                     number: 0,
                     store,

@@ -22,6 +22,7 @@ use crate::io::{ReadAt, ThreadsFile, blocking};
 use crate::memory::{SEGMENT_BYTES, point_bytes};
 use crate::pipeline::conquer::schedule::{BlockPoints, Board};
 use crate::pipeline::error::BuildError;
+use crate::pipeline::ingest::drape::PointSurface;
 use crate::pipeline::ingest::point_store::PointStore;
 use crate::pipeline::ingest::spill;
 use crate::pipeline::ingest::spill::run::{HEADER, chunk_length, decode_chunk};
@@ -43,12 +44,14 @@ pub(crate) struct Prefetched {
 }
 
 /// The blocks of a build. Those from `first` on must still be read.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub(crate) struct UnreadBlocks<'a> {
     pub(crate) blocks: &'a [Block],
     pub(crate) segments: &'a Arc<BlockSegments>,
     pub(crate) first: usize,
     pub(crate) has_z: bool,
+    /// The surface from which points without z take it.
+    pub(crate) surface: Option<&'a PointSurface>,
 }
 
 /// Gives the board the blocks from `first` on. Deletes the runs that were read, unless the journal
@@ -60,6 +63,7 @@ pub(crate) async fn feed(
         segments,
         first,
         has_z,
+        surface,
     }: UnreadBlocks<'_>,
     folder: &Path,
     memory: u64,
@@ -77,7 +81,10 @@ pub(crate) async fn feed(
         let permit = Arc::clone(&semaphore).acquire_many_owned(wanted).await;
         done.waited += began.elapsed();
         let span = tracing::debug_span!("prefetch", block = number, points = block.points);
-        let store = load(block, folder, has_z).instrument(span).await?;
+        let mut store = load(block, folder, has_z).instrument(span).await?;
+        if let Some(surface) = surface {
+            surface.drape(&mut store).await?;
+        }
         done.bytes += block.runs.iter().map(|run| run.length).sum::<u64>();
         if !has_journal {
             let paths: Vec<PathBuf> = block.runs.iter().map(|run| run.path(folder)).collect();

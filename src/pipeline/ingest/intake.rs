@@ -193,7 +193,7 @@ impl Spilling {
         let (batches, incoming) = mpsc::channel(BATCHES_AHEAD);
         let (reply, plan) = oneshot::channel::<Result<BlockPlan, BuildError>>();
         let path = context.folder.spill().to_owned();
-        let mut spill = Spill::new(&path, sample, cells, context.memory.run_buffers(), 0);
+        let mut spill = Spill::new(&path, sample, cells, context.memory.run_buffers(), context.first_run);
         let context = context.clone();
         let work = move || {
             let pushed = spill.push_store(&store);

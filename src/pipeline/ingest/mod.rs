@@ -2,6 +2,7 @@
 //! disk.
 
 pub(crate) mod divide;
+pub(super) mod drape;
 pub(super) mod intake;
 pub(super) mod missing_z;
 pub(crate) mod point_store;

@@ -113,6 +113,11 @@ impl Attributes {
         self.z.get(position as usize).copied().unwrap_or(NO_Z)
     }
 
+    /// Sets the z at a position of points that have z.
+    pub(crate) fn set_z(&mut self, position: u32, z: f64) {
+        self.z[position as usize] = z;
+    }
+
     pub(crate) fn record(&self, position: u32) -> u64 {
         self.records.get(position as usize).copied().unwrap_or(position.into())
     }

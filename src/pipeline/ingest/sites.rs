@@ -66,6 +66,11 @@ impl Sites {
         !self.z.is_empty()
     }
 
+    /// Returns whether a site has no z.
+    pub(crate) fn lacks_z(&self) -> bool {
+        !self.points.is_empty() && (self.z.is_empty() || self.z.iter().any(|z| z.is_nan()))
+    }
+
     /// Returns the size in bytes.
     pub(crate) fn byte_size(&self) -> u64 {
         let bytes = self.points.capacity() * size_of::<Point>()

@@ -26,7 +26,8 @@ struct SoughtPoint {
     tile: u32,
     record: u64,
     point: Point,
-    z: f64,
+    /// `None` if any z is right.
+    z: Option<f64>,
     origin: PointOrigin,
 }
 
@@ -53,7 +54,8 @@ impl TileReader {
     /// Checks that every point of the input is a vertex of the file, and that each vertex has the
     /// position and the z of its record, and says whether a point of the input lies there. `next`
     /// fills a batch and returns why its points are vertices, or `None` if there was no batch. A
-    /// point of the input takes precedence over others at its position.
+    /// point of the input takes precedence over others at its position. Vertices of others without
+    /// z may have any z: they may have taken it from the surface.
     ///
     /// The points are looked up in parts, with as many points as fit into the memory that the
     /// reader may use, or into 512 MiB. Each part passes over the file once. The check also keeps
@@ -104,8 +106,13 @@ impl PassReader {
                     end = Some(Err(missing(record, point)));
                     break;
                 };
-                // A point without z has z 0, if the file has z.
-                let z = batch.z.get(i).copied().filter(|z| !z.is_nan()).unwrap_or(0.0);
+                let z = batch.z.get(i).copied().filter(|z| !z.is_nan());
+                let z = match origin {
+                    // A point without z has z 0, if the file has z.
+                    PointOrigin::Input => Some(z.unwrap_or(0.0)),
+                    // Others may have taken it from the surface.
+                    PointOrigin::Other => z,
+                };
                 points += 1;
                 sought.push(SoughtPoint {
                     tile: tile.0,
@@ -216,13 +223,13 @@ fn find_in_tile(
             return Err((s.record, s.point));
         };
         let vertex = vertices[index].1;
-        let z = tile.z(vertex).unwrap_or(0.0);
+        let has_its_z = match (tile.z(vertex), s.z) {
+            (Some(z), Some(sought)) => z == sought,
+            _ => true,
+        };
         // Records are distinct, so at most as many are found as there are vertices.
         let is_input = s.origin == PointOrigin::Input;
-        if tile.record(vertex) == s.record
-            && tile.is_input_point(vertex) == is_input
-            && (z == s.z || tile.z(vertex).is_none())
-        {
+        if tile.record(vertex) == s.record && tile.is_input_point(vertex) == is_input && has_its_z {
             found.push(vertex);
         }
     }

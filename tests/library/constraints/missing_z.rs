@@ -105,7 +105,7 @@ fn options(missing_z: MissingZ) -> BuildOptions {
 #[test]
 fn line_ends_without_z_get_zero_only_on_request() {
     let input = Input::new(lines(&[[p(1.0, 1.0), p(2.0, 2.0)], [p(1.5, 7.25), p(7.5, 7.25)]], &[]));
-    let (first, count) = input.error(BuildOptions::default());
+    let (first, count) = input.error(options(MissingZ::Error));
     assert_eq!((first.what, first.point, count), (WithoutZ::End, p(1.5, 7.25), 2));
     assert_eq!(
         first.line.map(|line| (line.kind(), line.number())),
@@ -117,13 +117,16 @@ fn line_ends_without_z_get_zero_only_on_request() {
 #[test]
 fn a_line_end_without_z_takes_the_z_of_a_point_or_end_there() {
     let on_points = Input::new(lines(&[[p(1.0, 1.0), p(7.0, 8.0)]], &[]));
-    assert_eq!(on_points.z_at(p(7.0, 8.0), BuildOptions::default()), (800.0, 0));
+    assert_eq!(on_points.z_at(p(7.0, 8.0), options(MissingZ::Error)), (800.0, 0));
     // The line without z comes first and shares an end with one that has z.
     let both = lines(
         &[[p(1.0, 1.0), p(4.5, 4.25)], [p(4.5, 4.25), p(8.0, 1.0)]],
         &[[NONE; 2], [795.0, NONE]],
     );
-    assert_eq!(Input::new(both).z_at(p(4.5, 4.25), BuildOptions::default()), (795.0, 0));
+    let both = Input::new(both);
+    for missing_z in [MissingZ::Error, MissingZ::Drape] {
+        assert_eq!(both.z_at(p(4.5, 4.25), options(missing_z)), (795.0, 0));
+    }
 }
 
 #[test]
@@ -147,7 +150,7 @@ fn points_crossings_and_sites_without_z_get_zero_only_on_request() {
         z: Vec::new(),
         ids: [0, 1].map(SiteId::Number).to_vec(),
     };
-    let (first, count) = shops.error(BuildOptions::default());
+    let (first, count) = shops.error(options(MissingZ::Error));
     assert_eq!((first.what, count), (WithoutZ::Site(1), 1));
     assert_eq!(shops.z_at(p(3.0, 3.0), options(MissingZ::Zero)), (800.0, 1));
 }
@@ -187,7 +190,7 @@ fn the_reported_vertex_without_z_does_not_depend_on_tiles_threads_or_memory() {
     };
     let ways = [(65536, 1, ENOUGH), (1000, 2, ENOUGH), (1000, 2, 3 << 20)].map(|(tile_vertices, threads, memory)| {
         input.error(
-            BuildOptions::default()
+            options(MissingZ::Error)
                 .tile_vertices(tile_vertices)
                 .threads(threads)
                 .memory(memory),

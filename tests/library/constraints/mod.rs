@@ -3,6 +3,7 @@
 //! segments. `verify` proves them.
 
 mod crossings;
+mod draping;
 mod missing_z;
 mod overlaps;
 mod stars;

@@ -60,7 +60,7 @@ pub(crate) fn plan_blocks(
         rule,
         progress,
         has_z: spilled.has_z,
-        next_run: spilled.runs.len() as u32,
+        next_run: spilled.runs.iter().map(|run| run.number + 1).max().unwrap_or(0),
         merged: 0,
         bytes_read: 0,
         bytes_rewritten: 0,

@@ -128,12 +128,31 @@ impl Fed {
             let sites = common::counted(summary.sites_in_holes, "site is", "sites are");
             notes.push(format!("{sites} inside obstacles or other holes, where no path leads"));
         }
+        notes.extend(draped_note(summary));
         if summary.without_z > 0 {
             let vertices = common::counted(summary.without_z, "vertex", "vertices");
             notes.push(format!("{vertices} without z got z = 0"));
         }
         notes
     }
+}
+
+/// Returns the note on vertices that took their z from the surface.
+fn draped_note(summary: &BuildSummary) -> Option<String> {
+    if summary.draped == 0 {
+        return None;
+    }
+    let draped = common::counted(summary.draped, "vertex", "vertices");
+    let outside = match summary.draped_outside {
+        0 => String::new(),
+        outside => format!(
+            ", {} of them outside the hull of the points, from its nearest point",
+            common::thousands(outside)
+        ),
+    };
+    Some(format!(
+        "{draped} without z took it from the triangulation of the points{outside} (--missing-z error rejects them)"
+    ))
 }
 
 /// Reads all points and passes them to the builder.

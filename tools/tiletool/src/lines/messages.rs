@@ -73,9 +73,13 @@ impl LineInput {
             _ => "a point where lines end or cross".to_owned(),
         };
         let all = counted(count, "vertex", "vertices");
+        let or = match first.what {
+            WithoutZ::Point(_) => "or",
+            _ => "leave out --missing-z error if the points have z, or",
+        };
         format!(
             "{what} has no z at ({x}, {y}), and no point with z is there; {all} would get z = 0, although other \
-             vertices have z\nadd the missing z, or give --missing-z zero"
+             vertices have z\nadd the missing z, {or} give --missing-z zero"
         )
     }
 

@@ -7,16 +7,23 @@ use delaunay_tiles::{Crossings, MissingZ, Steiner};
 /// The treatment of vertices without z.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct MissingZArgs {
-    /// How to treat vertices without z where other vertices have z: error or zero
+    /// How to treat vertices without z where other vertices have z: drape, error or zero
     ///
-    /// This concerns points, ends of lines, crossing points and sites without z, unless a vertex
-    /// with z is at the same position. 'error' names the first one. 'zero' gives them z = 0.
+    /// This concerns ends of lines, crossing points and sites without z, unless a vertex with z is at
+    /// the same position. 'drape' lays them on the surface: in a build on the triangulation of the
+    /// points, in an edit on that of the file. Outside the hull they get the z of its nearest point.
+    /// 'error' names the first one. 'zero' gives them z = 0. Points without z are an error unless
+    /// 'zero' is given.
     #[arg(
         long,
-        value_name = "error|zero",
-        default_value = "error",
+        value_name = "drape|error|zero",
+        default_value = "drape",
         hide_possible_values = true,
-        value_parser = choice([("error", MissingZ::Error), ("zero", MissingZ::Zero)]),
+        value_parser = choice([
+            ("drape", MissingZ::Drape),
+            ("error", MissingZ::Error),
+            ("zero", MissingZ::Zero),
+        ]),
         help_heading = "Lines and sites"
     )]
     missing_z: MissingZ,
@@ -70,8 +77,12 @@ pub struct LineRules {
     pub exterior_is_hole: bool,
 }
 
-/// Returns a parser of one of two words, which gives the value of the word.
-fn choice<T: Copy + Send + Sync + 'static>(words: [(&'static str, T); 2]) -> impl TypedValueParser<Value = T> {
-    let [(one, value), (other, other_value)] = words;
-    PossibleValuesParser::new([one, other]).map(move |word| if word == one { value } else { other_value })
+/// Returns a parser of one of some words, which gives the value of the word.
+fn choice<T: Copy + Send + Sync + 'static, const N: usize>(
+    words: [(&'static str, T); N],
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(words.map(|(word, _)| word)).try_map(move |given| {
+        let found = words.iter().find(|(word, _)| *word == given);
+        found.map(|(_, value)| *value).ok_or("unknown word")
+    })
 }

@@ -222,13 +222,17 @@ fn an_overlong_row_is_a_short_error() {
 
 /// Ends of break lines without z once became pits, with a note at most.
 #[test]
-fn lines_without_z_in_terrain_are_an_error_that_names_file_and_option() {
+fn lines_without_z_in_terrain_are_an_error_on_request_that_names_file_and_option() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     fs::write(folder.join("ground.csv"), "x,y,z\n0,0,800\n9,0,800\n9,9,800\n0,9,801\n").unwrap();
     fs::write(folder.join("lakes.csv"), "0,0,9,9\n2,1,8,1\n").unwrap();
     fs::write(folder.join("shops.csv"), "9,9\n3,7\n").unwrap();
-    let lakes = crate::support::fails(folder, 1, "build ground.csv --segments lakes.csv -o a.tiles");
+    let lakes = crate::support::fails(
+        folder,
+        1,
+        "build ground.csv --segments lakes.csv --missing-z error -o a.tiles",
+    );
     for part in [
         "lakes.csv: row 1 (counted from 0) has no z at (2, 1)",
         "2 vertices",
@@ -236,14 +240,18 @@ fn lines_without_z_in_terrain_are_an_error_that_names_file_and_option() {
     ] {
         assert!(lakes.contains(part), "{lakes}");
     }
-    let shops = crate::support::fails(folder, 1, "build ground.csv --sites shops.csv -o a.tiles");
+    let shops = crate::support::fails(
+        folder,
+        1,
+        "build ground.csv --sites shops.csv --missing-z error -o a.tiles",
+    );
     assert!(
         shops.contains("shops.csv: site 1 (counted from 0) has no z at (3, 7)"),
         "{shops}"
     );
     assert!(!folder.join("a.tiles").exists());
     run(folder, "build ground.csv -o a.tiles");
-    let later = crate::support::fails(folder, 1, "constrain a.tiles --segments lakes.csv");
+    let later = crate::support::fails(folder, 1, "constrain a.tiles --segments lakes.csv --missing-z error");
     for part in ["lakes.csv: row 1", "(2, 1) has no z", "--missing-z zero"] {
         assert!(later.contains(part), "{later}");
     }

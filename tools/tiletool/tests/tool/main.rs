@@ -15,6 +15,7 @@ mod constrain;
 mod contours;
 mod crs;
 mod digest;
+mod drape;
 mod export;
 mod faults;
 mod info;

@@ -1,0 +1,155 @@
+//! Vertices without z take it from the surface: the triangulation of the points alone.
+//!
+//! In: the file of that triangulation, and a block of points, ends of lines, crossing points and
+//! sites. Out: the block, in which each vertex has a z. The z depends on the position alone, so it
+//! is the same whatever the blocks.
+
+use std::cmp::Ordering;
+use std::fmt;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering as Memory};
+
+use tokio::task::yield_now;
+
+use crate::edit::EditError;
+use crate::geometry::{MortonSquare, Point, Rect};
+use crate::io::Backend;
+use crate::pipeline::error::BuildError;
+use crate::pipeline::ingest::point_store::{Attributes, Item, PointStore};
+use crate::pipeline::options::Progress;
+use crate::store::{Cache, OpenOptions, ReadError, TileReader};
+use crate::terrain::Outline;
+
+/// Number of points after which other tasks get their turn.
+const AT_ONCE: usize = 256;
+
+/// The triangulation of the points of a build, from which other vertices take their z.
+pub(crate) struct PointSurface {
+    reader: TileReader,
+    outline: Outline,
+    /// First record number of vertices that may take their z from it.
+    first_end: u64,
+    progress: Arc<Progress>,
+    draped: AtomicU64,
+    outside: AtomicU64,
+}
+
+impl PointSurface {
+    /// Opens the file of the triangulation. Tiles in memory may take about `memory` bytes.
+    pub(crate) async fn open(
+        path: &Path,
+        outline: Outline,
+        first_end: u64,
+        memory: u64,
+        progress: Arc<Progress>,
+    ) -> Result<Self, ReadError> {
+        let cache = Cache::new(memory as usize);
+        let options = OpenOptions::default().cache(&cache).backend(Backend::Threads);
+        Ok(Self {
+            reader: TileReader::open(path, options).await?,
+            outline,
+            first_end,
+            progress,
+            draped: AtomicU64::new(0),
+            outside: AtomicU64::new(0),
+        })
+    }
+
+    /// Gives a z to each vertex of a block that has none, other than points of the input. The order
+    /// of the block's items changes.
+    pub(crate) async fn drape(&self, store: &mut PointStore) -> Result<(), BuildError> {
+        let lacking = Lacking::find(store, self.first_end);
+        let PointStore { items, attributes } = store;
+        let lacking_items = &items[..lacking.has_other.len()];
+        let mut first = 0;
+        for (number, group) in lacking_items
+            .chunk_by(|a, b| ({ a.point }) == ({ b.point }))
+            .enumerate()
+        {
+            if number % AT_ONCE == 0 {
+                yield_now().await;
+                if self.progress.is_cancelled() {
+                    return Err(BuildError::Cancelled);
+                }
+            }
+            if !lacking.has_other[first]
+                && let Some(z) = self.z_at(group[0].point).await.map_err(EditError::Read)?
+            {
+                group.iter().for_each(|item| attributes.set_z(item.position, z));
+                self.draped.fetch_add(1, Memory::Relaxed);
+            }
+            first += group.len();
+        }
+        Ok(())
+    }
+
+    /// Returns the z at a point, or at the nearest point of the hull. `None` if the surface is empty.
+    async fn z_at(&self, point: Point) -> Result<Option<f64>, ReadError> {
+        if let Some(z) = self.reader.z_at(point.x, point.y).await? {
+            return Ok(Some(z));
+        }
+        self.outside.fetch_add(1, Memory::Relaxed);
+        Ok(self.outline.z_near(point))
+    }
+
+    /// Returns the number of vertices that took their z from the surface.
+    pub(crate) fn draped(&self) -> u64 {
+        self.draped.load(Memory::Relaxed)
+    }
+
+    /// Returns the number of these vertices that are outside the hull.
+    pub(crate) fn draped_outside(&self) -> u64 {
+        self.outside.load(Memory::Relaxed)
+    }
+}
+
+impl fmt::Debug for PointSurface {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("PointSurface")
+            .field("draped", &self.draped())
+            .finish_non_exhaustive()
+    }
+}
+
+/// The items of a block without z, which were moved to its front and sorted along a curve.
+struct Lacking {
+    /// For each of them: if it is the first one at its position, whether an item that determines
+    /// the z is there too: one that has z, or a point of the input.
+    has_other: Vec<bool>,
+}
+
+impl Lacking {
+    fn find(store: &mut PointStore, first_end: u64) -> Self {
+        let PointStore { items, attributes } = store;
+        let lacks = |item: &Item| lacks_z(item, attributes, first_end);
+        let mut count = 0;
+        for index in 0..items.len() {
+            if lacks(&items[index]) {
+                items.swap(index, count);
+                count += 1;
+            }
+        }
+        let (lacking, others) = items.split_at_mut(count);
+        let bounds = Rect::around(lacking.iter().map(|item| item.point));
+        let square = MortonSquare::around(bounds);
+        let order = |a: Point, b: Point| -> Ordering {
+            let keys = square.key(a).cmp(&square.key(b));
+            keys.then_with(|| a.lex_cmp(b))
+        };
+        lacking.sort_unstable_by(|a, b| order(a.point, b.point));
+        let mut has_other = vec![false; count];
+        for point in others.iter().map(|item| item.point).filter(|&p| bounds.contains(p)) {
+            let first = lacking.partition_point(|item| order(item.point, point).is_lt());
+            if lacking.get(first).is_some_and(|item| order(item.point, point).is_eq()) {
+                has_other[first] = true;
+            }
+        }
+        Self { has_other }
+    }
+}
+
+/// Returns whether an item has no z and is not a point of the input.
+fn lacks_z(item: &Item, attributes: &Attributes, first_end: u64) -> bool {
+    attributes.z(item.position).is_nan() && attributes.record(item.position) >= first_end
+}
