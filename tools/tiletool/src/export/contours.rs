@@ -58,7 +58,7 @@ pub async fn write(
     let surface = Surface::default().holes(args.all).max_edge(args.max_edge);
     let options = ContourOptions::new(Levels::new(step, base)?).surface(surface);
     let how = ContourOutput::new(format).scratch(args.scratch());
-    let mut targets = Targets::create(vec![args.output.clone()], &args.file)?;
+    let mut targets = Targets::create("the contours", vec![args.output.clone()], &args.file)?;
     let output = targets.writers()?.remove(0);
     let exported = export_contours(reader, options, &how, output, shown_on(bar)).await;
     let exported = targets.explained(exported)?;

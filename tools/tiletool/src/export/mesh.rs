@@ -68,7 +68,7 @@ pub async fn write(
     clip: Option<Arc<Clip>>,
     bar: &ProgressBar,
 ) -> anyhow::Result<String> {
-    let mut targets = Targets::create(names(&args.output, format), &args.file)?;
+    let mut targets = Targets::create("the triangulation", names(&args.output, format), &args.file)?;
     let what = match args.what {
         Some(Shown::Mesh(what)) => Some(what),
         _ => None,

@@ -84,7 +84,7 @@ pub async fn write(
 ) -> anyhow::Result<String> {
     let grid = grid(&args.raster, reader)?;
     let measure = measure(args);
-    let mut targets = Targets::create(vec![args.output.clone()], &args.file)?;
+    let mut targets = Targets::create("the raster", vec![args.output.clone()], &args.file)?;
     let options = RasterOptions::new(grid)
         .measure(measure)
         .z_factor(args.raster.z_factor.unwrap_or(1.0))

@@ -14,14 +14,16 @@ pub struct Targets {
     /// Empty for standard output.
     files: Vec<StreamOutput>,
     is_stdout: bool,
+    /// What is written, for errors of standard output.
+    what: &'static str,
 }
 
 impl Targets {
-    /// Opens outputs with these names; a single `-` is standard output.
+    /// Opens outputs for `what` with these names; a single `-` is standard output.
     ///
     /// # Errors
     /// Fails if an output is the tile file `input`, or cannot be created.
-    pub fn create(names: Vec<PathBuf>, input: &Path) -> anyhow::Result<Self> {
+    pub fn create(what: &'static str, names: Vec<PathBuf>, input: &Path) -> anyhow::Result<Self> {
         let is_stdout = matches!(&names[..], [name] if name == Path::new("-"));
         let files = match is_stdout {
             true => Vec::new(),
@@ -34,13 +36,14 @@ impl Targets {
             names,
             files,
             is_stdout,
+            what,
         })
     }
 
     /// Returns what to write to, in the order of the names.
     pub fn writers(&mut self) -> anyhow::Result<Vec<Box<dyn Write + Send>>> {
         if self.is_stdout {
-            return Ok(vec![Box::new(StandardOutput::of("the export"))]);
+            return Ok(vec![Box::new(StandardOutput::of(self.what))]);
         }
         let writer = |(file, name): (&mut StreamOutput, &PathBuf)| {
             let copy = file.file().try_clone();
