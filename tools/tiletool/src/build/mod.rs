@@ -94,7 +94,7 @@ pub struct BuildArgs {
     /// Replace the output if it exists, and discard the work of an interrupted build
     #[arg(long)]
     force: bool,
-    /// Draw a map of the finished triangulation, as .svg or .png; a large file is sampled
+    /// Draw a map of the finished triangulation, as .svg or .png
     #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     plot: Option<PlotFile>,
     /// Print the summary as one JSON object

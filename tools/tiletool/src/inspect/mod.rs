@@ -51,8 +51,8 @@ pub struct InspectArgs {
     /// With --regions: print all regions; memory grows with their number
     #[arg(long, requires = "regions")]
     all: bool,
-    /// Draw a map of the triangulation and the cells of its tiles, as .svg or .png; a large file is
-    /// sampled
+    /// Draw a map of the triangulation and the cells of its tiles, as .svg or .png, over
+    /// heights where there is z
     #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     plot: Option<PlotFile>,
     #[command(flatten)]

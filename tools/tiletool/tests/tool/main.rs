@@ -22,6 +22,7 @@ mod inspect;
 mod keep_edges;
 mod limits;
 mod lines;
+mod map;
 mod memory;
 mod outputs;
 mod printing;
