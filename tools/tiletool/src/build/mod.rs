@@ -230,7 +230,11 @@ impl BuildArgs {
     fn draw(&self, memory: u64) -> anyhow::Result<Option<Plotted>> {
         let Some(file) = &self.plot else { return Ok(None) };
         common::block_on(async {
-            let reader = common::open(&self.output, OpenOptions::default().memory(memory)).await?;
+            let reader = common::open(
+                &self.output,
+                OpenOptions::default().memory(plot::memory_of_reader(memory)),
+            )
+            .await?;
             plot::draw(&reader, file).await.map(Some)
         })
     }

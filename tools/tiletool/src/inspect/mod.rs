@@ -77,7 +77,12 @@ struct InspectReport<'a> {
 /// Shows the contents of a tile file.
 pub fn run(args: InspectArgs) -> anyhow::Result<()> {
     let (reader, directory, tile, regions, plotted) = common::block_on(async {
-        let reader = args.memory.open(&args.file).await?;
+        let memory = args.memory.bytes();
+        let of_pixels = args
+            .plot
+            .as_ref()
+            .map_or(0, |_| memory - plot::memory_of_reader(memory));
+        let reader = args.memory.open_beside(&args.file, of_pixels).await?;
         let tile = match args.tile {
             Some(id) => Some(reader.tile(TileId(id)).await?),
             None => None,

@@ -10,7 +10,7 @@ pub type Pixel = (f64, f64);
 pub struct Lengths {
     columns: usize,
     /// In units of [`Lengths::UNIT`].
-    sums: Vec<u32>,
+    sums: Vec<u16>,
 }
 
 /// How much of each pixel is under the widest of some strokes.
@@ -28,8 +28,8 @@ pub struct Areas {
 }
 
 impl Lengths {
-    /// Parts of a pixel's width.
-    const UNIT: f64 = 4096.0;
+    /// Parts of a pixel's width. More than 256 pixels of length count as 256.
+    const UNIT: f64 = 256.0;
 
     /// Creates an image without lines.
     pub fn new((columns, rows): (usize, usize)) -> Self {
@@ -39,7 +39,8 @@ impl Lengths {
         }
     }
 
-    /// Adds a line. Each piece of it is shared by the four pixels around its middle.
+    /// Adds a line. Each piece of it is shared by the four pixels around its middle. Shares are rounded
+    /// up, so that many tiny ones do not vanish.
     pub fn line(&mut self, a: Pixel, b: Pixel) {
         let Some((a, b)) = clipped(a, b, self.size(), 0.0) else {
             return;
@@ -57,7 +58,7 @@ impl Lengths {
                 (0.0, 1.0, (1.0 - right) * below),
                 (1.0, 1.0, right * below),
             ] {
-                self.add(x.floor() + column, y.floor() + row, (length * share).round() as u32);
+                self.add(x.floor() + column, y.floor() + row, (length * share).ceil() as u16);
             }
         }
     }
@@ -66,7 +67,7 @@ impl Lengths {
         (self.columns, self.sums.len() / self.columns)
     }
 
-    fn add(&mut self, x: f64, y: f64, length: u32) {
+    fn add(&mut self, x: f64, y: f64, length: u16) {
         let (columns, rows) = self.size();
         if (0.0..columns as f64).contains(&x) && (0.0..rows as f64).contains(&y) {
             let sum = &mut self.sums[y as usize * columns + x as usize];
@@ -259,7 +260,7 @@ mod tests {
         let (one, other) = (draw([0, 1, 2]), draw([2, 0, 1]));
         assert_eq!(one.sums, other.sums);
         let expected = 15f64.hypot(6.0) + 0.01 + 5.0;
-        assert!((total(one.all()) - expected).abs() < 0.02);
+        assert!((total(one.all()) - expected).abs() < 0.4);
     }
 
     #[test]

@@ -22,9 +22,11 @@ const WALL_WIDTH: f64 = 2.2;
 const VERTEX_WIDTH: f64 = 2.0;
 const SITE_WIDTH: f64 = 8.0;
 
+/// The opacity of holes over edges, so that both are seen where edges are dense.
+const HOLE_OPACITY: f64 = 0.85;
 /// The colour of edges, and how much of a pixel is drawn in it where there is as much length of them as on
 /// average, and at most; without and with heights below.
-const INKS: [(&str, f64, f64); 2] = [(EDGE, 0.45, 0.9), (INK, 0.1, 0.25)];
+const INKS: [(&str, f64, f64); 2] = [(EDGE, 0.38, 0.85), (INK, 0.1, 0.25)];
 /// The average length of edges in a pixel above which they are not drawn over heights.
 const FULL: f64 = 1.0;
 
@@ -149,11 +151,11 @@ impl Layers {
     /// Paints all layers over an image, which shows heights or is blank, and adds their signs to the
     /// legend.
     pub fn paint(&self, image: &mut Pixmap, has_heights: bool, legend: &mut Legend) {
+        self.paint_edges(image, has_heights, legend);
         if let Some(holes) = &self.holes {
-            paint(image, HOLE, holes.all());
+            paint(image, HOLE, holes.all().map(|covered| HOLE_OPACITY * covered));
             legend.add(Sign::Patch(HOLE), "holes");
         }
-        self.paint_edges(image, has_heights, legend);
         let others = if self.walls.is_some() {
             "break lines"
         } else {

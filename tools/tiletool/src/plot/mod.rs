@@ -121,6 +121,16 @@ impl Plotted {
     }
 }
 
+/// Returns how much of the memory that a command may use is for the reader of a file that is drawn; the
+/// rest is for pixels. Too little memory for both is all for the reader, so that its errors name it.
+pub fn memory_of_reader(memory: u64) -> u64 {
+    const MEBIBYTE: u64 = 1 << 20;
+    match memory > 16 * MEBIBYTE {
+        true => memory - (memory / 3).min(24 * MEBIBYTE),
+        false => memory,
+    }
+}
+
 /// Draws a map of a tile file.
 ///
 /// # Errors
