@@ -28,14 +28,6 @@ const MIN_CELL: f64 = 2.0;
 /// Maximum number of characters of a file's name in the title.
 const MAX_NAME: usize = 70;
 
-/// What is drawn within the frame, over its ground.
-pub enum Content {
-    /// A small file, line by line.
-    Lines(Scene),
-    /// A large file, which is already painted over the ground.
-    Pixels,
-}
-
 /// The ground of a frame.
 #[derive(Clone, Copy)]
 pub enum Ground<'a> {
@@ -52,7 +44,8 @@ pub struct Map<'a> {
     pub directory: &'a Directory,
     pub page: &'a Page,
     pub unit: Unit,
-    pub content: &'a Content,
+    /// A small file, which is drawn line by line; a large one is already painted over the ground.
+    pub scene: Option<&'a Scene>,
     /// The heights that the ground shows.
     pub heights: Option<Heights>,
 }
@@ -65,7 +58,7 @@ impl Map<'_> {
         let mut svg = Svg::new(page.width, page.height, &name);
         draw_frame(&mut svg, page, ground, [&name, &subtitle(directory)], |svg| {
             svg.in_units(LINES, |svg| {
-                if let Content::Lines(scene) = self.content {
+                if let Some(scene) = self.scene {
                     draw_mesh(svg, &mut legend, scene, page, self.heights.is_some());
                 }
                 draw_cells(svg, &mut legend, directory, page);

@@ -31,7 +31,7 @@ use crate::common::{bytes, counted, file_name};
 use crate::output::{self, StreamOutput};
 use layers::Layers;
 use legend::Legend;
-use map::{Content, Ground, Map};
+use map::{Ground, Map};
 use page::Page;
 pub use query::Overlay;
 use relief::Relief;
@@ -147,17 +147,15 @@ pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotte
         _ => None,
     };
     let mut legend = Legend::default();
-    let (content, (vertices, triangles)) = match Scene::gather(reader).await? {
-        Some(scene) => {
-            let counts = (scene.points.len() as u64, scene.triangles);
-            (Content::Lines(scene), counts)
-        }
+    let scene = Scene::gather(reader).await?;
+    let (vertices, triangles) = match &scene {
+        Some(scene) => (scene.points.len() as u64, scene.triangles),
         None => {
             let layers = Layers::gather(reader, &page).await?;
             let mut image = ground.map_or_else(|| image::blank(page.pixels(), rgb(PAPER)), Ok)?;
             layers.paint(&mut image, heights.is_some(), &mut legend);
             ground = Some(image);
-            (Content::Pixels, layers.counts())
+            layers.counts()
         }
     };
     let map = Map {
@@ -165,7 +163,7 @@ pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotte
         directory: &directory,
         page: &page,
         unit: scales::unit_of(reader).await?,
-        content: &content,
+        scene: scene.as_ref(),
         heights,
     };
     let bytes = file.save(&picture(&map, ground, file.format, legend)?)?;
