@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use delaunay_tiles::geometry::{Point, Rect};
 
 use tiletool::plot::legend::{Legend, Sign};
-use tiletool::plot::map::{draw_axes, draw_frame};
+use tiletool::plot::map::{Ground, draw_axes, draw_frame};
 use tiletool::plot::page::Page;
 use tiletool::plot::style::{LINES, PAPER, fill, stroke};
 use tiletool::plot::svg::{Path, Svg};
@@ -48,16 +48,22 @@ impl Figure {
         let page = Page::new(self.bounds)?;
         let mut svg = Svg::new(page.width, page.height, &self.title);
         let mut legend = Legend::default();
-        draw_frame(&mut svg, &page, PAPER, [&self.title, &self.caption], |svg| {
-            svg.in_units(LINES, |svg| {
-                for layer in &self.layers {
-                    let sign = layer.draw(svg, &page);
-                    if !layer.name.is_empty() {
-                        legend.add(sign, layer.name);
+        draw_frame(
+            &mut svg,
+            &page,
+            Ground::Colour(PAPER),
+            [&self.title, &self.caption],
+            |svg| {
+                svg.in_units(LINES, |svg| {
+                    for layer in &self.layers {
+                        let sign = layer.draw(svg, &page);
+                        if !layer.name.is_empty() {
+                            legend.add(sign, layer.name);
+                        }
                     }
-                }
-            });
-        });
+                });
+            },
+        );
         draw_axes(&mut svg, &page);
         legend.draw(&mut svg, (page.frame.min_x, page.frame.max_y + 58.0));
         Ok(svg.finish())

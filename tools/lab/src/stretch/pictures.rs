@@ -41,14 +41,13 @@ pub async fn figures(
     graph_vertices: u64,
     at_once: usize,
 ) -> anyhow::Result<Figures> {
-    let scene = Scene::gather(reader).await?;
-    if scene.sampled {
+    let Some(scene) = Scene::gather(reader).await? else {
         let vertices = thousands(reader.metadata().vertices);
         return Ok(Figures {
             drawn: Vec::new(),
             notes: vec![format!("The file has {vertices} vertices, too many for pictures.")],
         });
-    }
+    };
     let map = Map::new(reader, name, &scene);
     let (mut figures, mut notes) = (vec![map.islands()], Vec::new());
     if map.points.len() as u64 <= graph_vertices {

@@ -94,7 +94,7 @@ pub struct BuildArgs {
     /// Replace the output if it exists, and discard the work of an interrupted build
     #[arg(long)]
     force: bool,
-    /// Draw a map of the finished triangulation, as .svg or .png; a large file is sampled
+    /// Draw a map of the finished triangulation, as .svg or .png
     #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     plot: Option<PlotFile>,
     /// Print the summary as one JSON object
@@ -230,7 +230,11 @@ impl BuildArgs {
     fn draw(&self, memory: u64) -> anyhow::Result<Option<Plotted>> {
         let Some(file) = &self.plot else { return Ok(None) };
         common::block_on(async {
-            let reader = common::open(&self.output, OpenOptions::default().memory(memory)).await?;
+            let reader = common::open(
+                &self.output,
+                OpenOptions::default().memory(plot::memory_of_reader(memory)),
+            )
+            .await?;
             plot::draw(&reader, file).await.map(Some)
         })
     }

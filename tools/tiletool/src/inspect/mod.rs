@@ -51,8 +51,8 @@ pub struct InspectArgs {
     /// With --regions: print all regions; memory grows with their number
     #[arg(long, requires = "regions")]
     all: bool,
-    /// Draw a map of the triangulation and the cells of its tiles, as .svg or .png; a large file is
-    /// sampled
+    /// Draw a map of the triangulation and the cells of its tiles, as .svg or .png, over
+    /// heights where there is z
     #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     plot: Option<PlotFile>,
     #[command(flatten)]
@@ -77,7 +77,12 @@ struct InspectReport<'a> {
 /// Shows the contents of a tile file.
 pub fn run(args: InspectArgs) -> anyhow::Result<()> {
     let (reader, directory, tile, regions, plotted) = common::block_on(async {
-        let reader = args.memory.open(&args.file).await?;
+        let memory = args.memory.bytes();
+        let of_pixels = args
+            .plot
+            .as_ref()
+            .map_or(0, |_| memory - plot::memory_of_reader(memory));
+        let reader = args.memory.open_beside(&args.file, of_pixels).await?;
         let tile = match args.tile {
             Some(id) => Some(reader.tile(TileId(id)).await?),
             None => None,

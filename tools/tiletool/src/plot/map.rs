@@ -1,20 +1,24 @@
 //! The map: title, triangulation, cells, coordinates, legend and caption.
 
+use delaunay_tiles::crs::Unit;
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::store::{Directory, KdNode};
 
 use super::axis::{TICK_TEXT, fitted_text, text_width};
 use super::legend::{Legend, Sign};
 use super::page::Page;
+use super::relief::Heights;
+use super::scales;
 use super::scene::Scene;
-use super::style::{CONSTRAINT, EDGE, EDGE_SAMPLED, GREY, HOLE, INK, LINES, PAPER, SITE, WALL, fill, stroke};
+use super::style::{CONSTRAINT, EDGE, GREY, HOLE, HULL, INK, LINES, SITE, WALL, fill, stroke};
 use super::svg::{Anchor, Path, Svg};
-use crate::common::{counted, thousands};
+use crate::common::counted;
 
-const HULL: &str = "#1f4e6f";
 const BORDER: &str = "#f5dfb8";
 const CELL: &str = "#c8452f";
 
+/// The opacity of edges over heights.
+const OVER_HEIGHTS: f64 = 0.3;
 /// Maximum number of points that are drawn as dots over their triangles.
 const MAX_DOTS: usize = 2000;
 /// Maximum number of tiles whose numbers are written on the map.
@@ -24,41 +28,63 @@ const MIN_CELL: f64 = 2.0;
 /// Maximum number of characters of a file's name in the title.
 const MAX_NAME: usize = 70;
 
-/// Draws the whole page.
-pub fn draw(name: &str, directory: &Directory, scene: &Scene, page: &Page) -> String {
-    let name = middle_cut(name);
-    let mut svg = Svg::new(page.width, page.height, &name);
-    let mut legend = Legend::default();
-    draw_frame(&mut svg, page, PAPER, [&name, &subtitle(directory)], |svg| {
-        svg.in_units(LINES, |svg| {
-            draw_mesh(svg, &mut legend, scene, page);
-            draw_cells(svg, &mut legend, directory, page);
-        });
-        draw_labels(svg, directory, page);
-    });
-    draw_axes(&mut svg, page);
-    let f = page.frame;
-    legend.draw(&mut svg, (f.min_x, f.max_y + 58.0));
-    svg.text(
-        (f.min_x, f.max_y + 88.0),
-        15.0,
-        Anchor::Start,
-        &fill(GREY),
-        &caption(directory, scene),
-    );
-    svg.finish()
+/// The ground of a frame.
+#[derive(Clone, Copy)]
+pub enum Ground<'a> {
+    Colour(&'a str),
+    /// An image of the frame, by its reference.
+    Image(&'a str),
+    /// Nothing: the document is drawn over an image.
+    Beneath,
 }
 
-/// Draws the paper, the frame with a background of this colour and its content, and two lines of
-/// text above.
+/// A map of a file: what is drawn, on which page.
+pub struct Map<'a> {
+    pub name: &'a str,
+    pub directory: &'a Directory,
+    pub page: &'a Page,
+    pub unit: Unit,
+    /// A small file, which is drawn line by line; a large one is already painted over the ground.
+    pub scene: Option<&'a Scene>,
+    /// The heights that the ground shows.
+    pub heights: Option<Heights>,
+}
+
+impl Map<'_> {
+    /// Draws the whole page.
+    pub fn draw(&self, ground: Ground, mut legend: Legend) -> String {
+        let Self { directory, page, .. } = *self;
+        let name = middle_cut(self.name);
+        let mut svg = Svg::new(page.width, page.height, &name);
+        draw_frame(&mut svg, page, ground, [&name, &subtitle(directory)], |svg| {
+            svg.in_units(LINES, |svg| {
+                if let Some(scene) = self.scene {
+                    draw_mesh(svg, &mut legend, scene, page, self.heights.is_some());
+                }
+                draw_cells(svg, &mut legend, directory, page);
+            });
+            draw_labels(svg, directory, page);
+        });
+        draw_axes(&mut svg, page);
+        let ([legend_y, _, caption_y], x) = (page.footer(), page.frame.min_x);
+        legend.draw(&mut svg, (x, legend_y));
+        scales::draw(&mut svg, page, self.unit, self.heights);
+        svg.text((x, caption_y), 15.0, Anchor::Start, &fill(GREY), &caption(directory));
+        svg.finish()
+    }
+}
+
+/// Draws the paper, the frame with its ground and its content, and two lines of text above.
 pub fn draw_frame(
     svg: &mut Svg,
     page: &Page,
-    background: &str,
+    ground: Ground,
     [title, subtitle]: [&str; 2],
     inside: impl FnOnce(&mut Svg),
 ) {
-    svg.raw("<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>");
+    if !matches!(ground, Ground::Beneath) {
+        svg.raw("<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>");
+    }
     let f = page.frame;
     let (left, baseline) = (f.min_x, f.min_y);
     let size = fitted_text(title, 26.0, f.size().0);
@@ -70,7 +96,11 @@ pub fn draw_frame(
         f.min_x, f.min_y
     );
     svg.raw(&format!("<clipPath id=\"frame\"><rect {attributes}/></clipPath>"));
-    svg.raw(&format!("<rect {attributes} fill=\"{background}\"/>"));
+    match ground {
+        Ground::Colour(colour) => svg.raw(&format!("<rect {attributes} fill=\"{colour}\"/>")),
+        Ground::Image(reference) => svg.raw(&format!("<image {attributes} href=\"{reference}\"/>")),
+        Ground::Beneath => {}
+    }
     svg.raw("<g clip-path=\"url(#frame)\">");
     inside(svg);
     svg.raw("</g>");
@@ -79,14 +109,14 @@ pub fn draw_frame(
     ));
 }
 
-/// Draws triangles and points.
-fn draw_mesh(svg: &mut Svg, legend: &mut Legend, scene: &Scene, page: &Page) {
+/// Draws triangles and points. Over heights, edges are faint, and border triangles are not filled.
+fn draw_mesh(svg: &mut Svg, legend: &mut Legend, scene: &Scene, page: &Page, has_heights: bool) {
     let pixels: Vec<_> = scene.points.iter().map(|&p| page.pixel(p)).collect();
-    for (triangles, colour, text) in [
-        (&scene.border, BORDER, "border triangles"),
-        (&scene.holes, HOLE, "holes"),
+    for (triangles, colour, text, is_seen) in [
+        (&scene.border, BORDER, "border triangles", !has_heights),
+        (&scene.holes, HOLE, "holes", true),
     ] {
-        if !triangles.is_empty() {
+        if is_seen && !triangles.is_empty() {
             let path = Path::polygons(triangles.iter().map(|t| t.map(|corner| pixels[corner as usize])));
             legend.path(svg, &path, &fill(colour), Sign::Patch(colour), text);
         }
@@ -95,7 +125,8 @@ fn draw_mesh(svg: &mut Svg, legend: &mut Legend, scene: &Scene, page: &Page) {
     let (width, height) = scene.bounds.size();
     let area = page.length(width) * page.length(height);
     let spacing = (area / pixels.len().max(1) as f64).sqrt();
-    draw_edges(svg, legend, scene, &pixels, spacing);
+    let edges = if has_heights { (INK, OVER_HEIGHTS) } else { (EDGE, 1.0) };
+    draw_edges(svg, legend, scene, &pixels, spacing, edges);
     if pixels.len() <= MAX_DOTS || scene.triangles == 0 {
         let radius = match pixels.len() {
             ..=100 => 3.5,
@@ -113,31 +144,33 @@ fn draw_mesh(svg: &mut Svg, legend: &mut Legend, scene: &Scene, page: &Page) {
     }
 }
 
-fn draw_edges(svg: &mut Svg, legend: &mut Legend, scene: &Scene, pixels: &[(f64, f64)], spacing: f64) {
-    let (colour, width, text) = match scene.sampled {
-        true => (EDGE_SAMPLED, (0.05 * spacing).clamp(0.5, 0.8), "edges of the sample"),
-        false => (EDGE, (0.045 * spacing).clamp(0.4, 1.1), "edges"),
-    };
+fn draw_edges(
+    svg: &mut Svg,
+    legend: &mut Legend,
+    scene: &Scene,
+    pixels: &[(f64, f64)],
+    spacing: f64,
+    (edge, edge_opacity): (&'static str, f64),
+) {
+    let width = (0.045 * spacing).clamp(0.4, 1.1);
     let others = match scene.walls.is_empty() {
         true => "constraints",
         false => "break lines",
     };
-    for (edges, colour, width, text) in [
-        (&scene.edges, colour, width, text),
-        (&scene.outline, HULL, 1.8, "hull"),
-        (&scene.constraints, CONSTRAINT, 1.2 + width, others),
-        (&scene.walls, WALL, 2.2 + width, "walls"),
+    for (edges, colour, width, opacity, text) in [
+        (&scene.edges, edge, width, edge_opacity, "edges"),
+        (&scene.outline, HULL, 1.8, 1.0, "hull"),
+        (&scene.constraints, CONSTRAINT, 1.2 + width, 1.0, others),
+        (&scene.walls, WALL, 2.2 + width, 1.0, "walls"),
     ] {
         if !edges.is_empty() {
             let mut path = Path::default();
             path.trails(pixels, edges);
-            legend.path(
-                svg,
-                &path,
-                &stroke(colour, width),
-                Sign::Line(colour, width.max(0.9)),
-                text,
-            );
+            let mut style = stroke(colour, width);
+            if opacity < 1.0 {
+                style += &format!(" stroke-opacity=\"{opacity}\"");
+            }
+            legend.path(svg, &path, &style, Sign::Line(colour, width.max(0.9)), text);
         }
     }
 }
@@ -239,33 +272,20 @@ fn subtitle(directory: &Directory) -> String {
     .join("  ·  ")
 }
 
-fn caption(directory: &Directory, scene: &Scene) -> String {
+fn caption(directory: &Directory) -> String {
     let m = &directory.metadata;
-    let drawn = scene.points.len() as u64;
     if m.vertices == 0 {
         return "The file has no vertices".to_owned();
     }
     let all = counted(m.vertices, "vertex", "vertices");
-    match (scene.sampled, scene.triangles) {
-        (true, 0) => format!("A sample, {} of {all}; no triangles", thousands(drawn)),
-        (true, _) => {
-            let without = match (m.constraint_edges, m.hole_triangles, m.sites) {
-                (0, 0, 0) => "",
-                (_, 0, 0) => ", without constraints",
-                _ => ", without constraints, holes and sites",
-            };
-            format!(
-                "The Delaunay triangulation of a sample, {} of {all}{without}",
-                thousands(drawn)
-            )
-        }
-        (false, 0) if drawn < 3 => format!("{all}; no triangles"),
-        (false, 0) => format!("{all}, all collinear; no triangles"),
-        (false, _) if m.constraint_edges > 0 => {
+    match (m.triangles, m.vertices) {
+        (0, ..3) => format!("{all}; no triangles"),
+        (0, _) => format!("{all}, all collinear; no triangles"),
+        _ if m.constraint_edges > 0 => {
             let edges = counted(m.constraint_edges, "constraint edge", "constraint edges");
             format!("The whole constrained Delaunay triangulation of {all} and {edges}")
         }
-        (false, _) => format!("The whole Delaunay triangulation of {all}"),
+        _ => format!("The whole Delaunay triangulation of {all}"),
     }
 }
 

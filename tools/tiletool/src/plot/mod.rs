@@ -1,15 +1,20 @@
 //! Maps: the cells of the tiles over the triangulation, as SVG or PNG.
 //!
 //! The input is an open tile file. The output is a picture that appears under its name only when it
-//! is complete. A small file is drawn whole. A large file, which no picture could show and which
-//! may exceed memory, is drawn as the triangulation of a sample of its vertices.
+//! is complete. All of the file is drawn: a small one line by line, and a large one, which may exceed
+//! memory, tile by tile into the pixels of an image. If there is z, an image of it is the ground.
 
 pub mod axis;
+mod image;
+mod ink;
+mod layers;
 pub mod legend;
 pub mod map;
 pub mod page;
 pub mod png;
 mod query;
+mod relief;
+mod scales;
 pub mod scene;
 pub mod style;
 pub mod svg;
@@ -19,13 +24,19 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use delaunay_tiles::peak_memory;
 use delaunay_tiles::store::TileReader;
+use resvg::tiny_skia::Pixmap;
 use serde::Serialize;
 
 use crate::common::{bytes, counted, file_name};
 use crate::output::{self, StreamOutput};
+use layers::Layers;
+use legend::Legend;
+use map::{Ground, Map};
 use page::Page;
 pub use query::Overlay;
+use relief::Relief;
 use scene::Scene;
+use style::{PAPER, rgb};
 
 /// The file of a picture, whose suffix names the format.
 #[derive(Clone, Debug)]
@@ -44,7 +55,7 @@ impl PictureFormat {
     fn encode(self, svg: String) -> anyhow::Result<Vec<u8>> {
         match self {
             Self::Svg => Ok(svg.into_bytes()),
-            Self::Png => png::render(&svg),
+            Self::Png => png::render(&svg, None),
         }
     }
 }
@@ -74,6 +85,12 @@ impl PlotFile {
         Ok(())
     }
 
+    /// Writes a picture. Returns its number of bytes.
+    fn save(&self, picture: &[u8]) -> anyhow::Result<u64> {
+        output::write(&self.path, picture).with_context(|| self.cannot_write())?;
+        Ok(picture.len() as u64)
+    }
+
     fn cannot_write(&self) -> String {
         format!("{}: cannot write the map", crate::common::shown(&self.path))
     }
@@ -86,7 +103,6 @@ pub struct Plotted {
     bytes: u64,
     width: u32,
     height: u32,
-    sampled: bool,
     vertices: u64,
     triangles: u64,
     peak_memory_bytes: Option<u64>,
@@ -96,36 +112,88 @@ impl Plotted {
     /// Returns the report for people, as one line.
     pub fn report(&self) -> String {
         let vertices = counted(self.vertices, "vertex", "vertices");
-        let drawn = match self.sampled {
-            true => format!("a sample of {vertices}"),
-            false => format!("whole, {vertices}"),
-        };
         let (width, height) = (self.width, self.height);
         format!(
-            "{}: {width} x {height} pixels, {}, {drawn}\n",
+            "{}: {width} x {height} pixels, {}, {vertices}\n",
             self.file,
             bytes(self.bytes)
         )
     }
 }
 
+/// Returns how much of the memory that a command may use is for the reader of a file that is drawn; the
+/// rest is for pixels. Too little memory for both is all for the reader, so that its errors name it.
+pub fn memory_of_reader(memory: u64) -> u64 {
+    const MEBIBYTE: u64 = 1 << 20;
+    match memory > 16 * MEBIBYTE {
+        true => memory - (memory / 3).min(24 * MEBIBYTE),
+        false => memory,
+    }
+}
+
 /// Draws a map of a tile file.
+///
+/// # Errors
+/// Fails if the file cannot be read or is damaged, if the memory does not suffice, or if the map
+/// cannot be written.
 pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotted> {
     let directory = reader.directory().await?;
-    let scene = Scene::gather(reader).await?;
-    let page = Page::new(scene.bounds)?;
+    let page = Page::new(directory.metadata.bounds)?;
     let name = file_name(Path::new(reader.name()));
-    let bytes = save(file, map::draw(&name, &directory, &scene, &page))?;
+    let relief = Relief::gather(reader, &page).await?;
+    let heights = relief.as_ref().and_then(Relief::heights);
+    let mut ground = match (relief, heights) {
+        (Some(relief), Some(heights)) => Some(relief.image(heights, rgb(PAPER))?),
+        _ => None,
+    };
+    let mut legend = Legend::default();
+    let scene = Scene::gather(reader).await?;
+    let (vertices, triangles) = match &scene {
+        Some(scene) => (scene.points.len() as u64, scene.triangles),
+        None => {
+            let layers = Layers::gather(reader, &page).await?;
+            let mut image = ground.map_or_else(|| image::blank(page.pixels(), rgb(PAPER)), Ok)?;
+            layers.paint(&mut image, heights.is_some(), &mut legend);
+            ground = Some(image);
+            layers.counts()
+        }
+    };
+    let map = Map {
+        name: &name,
+        directory: &directory,
+        page: &page,
+        unit: scales::unit_of(reader).await?,
+        scene: scene.as_ref(),
+        heights,
+    };
+    let bytes = file.save(&picture(&map, ground, file.format, legend)?)?;
     Ok(Plotted {
         file: file.path.display().to_string(),
         bytes,
         width: page.width,
         height: page.height,
-        sampled: scene.sampled,
-        vertices: scene.points.len() as u64,
-        triangles: scene.triangles,
+        vertices,
+        triangles,
         peak_memory_bytes: peak_memory(),
     })
+}
+
+/// Draws a map, over an image of its frame if there is one.
+fn picture(map: &Map, image: Option<Pixmap>, format: PictureFormat, legend: Legend) -> anyhow::Result<Vec<u8>> {
+    let Some(image) = image else {
+        return format.encode(map.draw(Ground::Colour(PAPER), legend));
+    };
+    match format {
+        PictureFormat::Svg => {
+            let reference = image::data_url(&image)?;
+            drop(image);
+            Ok(map.draw(Ground::Image(&reference), legend).into_bytes())
+        }
+        PictureFormat::Png => {
+            let corner = (map.page.frame.min_x as i32, map.page.frame.min_y as i32);
+            png::render(&map.draw(Ground::Beneath, legend), Some((image, corner)))
+        }
+    }
 }
 
 /// Returns the bytes of a picture whose name ends in `.svg` or `.png`.
@@ -137,13 +205,7 @@ pub fn encode(name: &Path, svg: String) -> anyhow::Result<Vec<u8>> {
 pub async fn draw_query(reader: &TileReader, file: &PlotFile, overlay: &Overlay) -> anyhow::Result<()> {
     let page = Page::new(overlay.window(reader.metadata().bounds))?;
     let name = file_name(Path::new(reader.name()));
-    save(file, query::draw(reader, &name, overlay, &page).await?)?;
+    let svg = query::draw(reader, &name, overlay, &page).await?;
+    file.save(&file.format.encode(svg)?)?;
     Ok(())
-}
-
-/// Writes a picture. Returns its number of bytes.
-fn save(file: &PlotFile, svg: String) -> anyhow::Result<u64> {
-    let picture = file.format.encode(svg)?;
-    output::write(&file.path, &picture).with_context(|| file.cannot_write())?;
-    Ok(picture.len() as u64)
 }

@@ -9,8 +9,8 @@ use super::axis::{Axis, TICK_TEXT, text_width};
 const WIDTH: f64 = 1600.0;
 /// Pixels above the frame, for title and subtitle.
 const HEADER: f64 = 84.0;
-/// Pixels below the frame, for coordinates, legend and caption.
-const FOOTER: f64 = 104.0;
+/// Pixels below the frame, for coordinates, legend, scales and caption.
+const FOOTER: f64 = 134.0;
 /// Pixels beside the frame.
 const SIDE_MARGIN: f64 = 30.0;
 /// Pixels between the frame and the bounds of the points.
@@ -108,6 +108,17 @@ impl Page {
             x + (p.x - self.center.x) * self.scale,
             y - (p.y - self.center.y) * self.scale,
         )
+    }
+
+    /// Returns the baselines of the legend, the scales and the caption.
+    pub fn footer(&self) -> [f64; 3] {
+        [58.0, 88.0, 118.0].map(|below| self.frame.max_y + below)
+    }
+
+    /// Returns the number of columns and rows of pixels of the frame.
+    pub fn pixels(&self) -> (usize, usize) {
+        let (width, height) = self.frame.size();
+        (width as usize, height as usize)
     }
 
     /// Returns the part of the plane that the frame shows.

@@ -5,9 +5,10 @@ use delaunay_tiles::mesh::Twin;
 use delaunay_tiles::store::{Tile, TileId, TileReader};
 
 use super::legend::{Legend, Sign};
-use super::map::{draw_axes, draw_frame, middle_cut};
+use super::map::{Ground, draw_axes, draw_frame, middle_cut};
 use super::page::Page;
-use super::style::{CONSTRAINT, EDGE_SAMPLED, GREY, HOLE, INK, LINES, PAPER, SITE, WALL, fill, stroke};
+use super::scales;
+use super::style::{CONSTRAINT, FAINT_EDGE, GREY, HOLE, INK, LINES, PAPER, SITE, WALL, fill, stroke};
 use super::svg::{Anchor, Path, Svg};
 
 const EXPLORED: &str = "#d6e6f5";
@@ -147,12 +148,12 @@ impl BaseMap {
 
 /// Draws the page of an answer.
 pub async fn draw(reader: &TileReader, name: &str, overlay: &Overlay, page: &Page) -> anyhow::Result<String> {
-    let base_map = BaseMap::gather(reader, page).await?;
+    let (base_map, unit) = (BaseMap::gather(reader, page).await?, scales::unit_of(reader).await?);
     let name = middle_cut(name);
     let mut svg = Svg::new(page.width, page.height, &name);
     let mut legend = Legend::default();
     let base = if base_map.exterior_is_hole { HOLE } else { PAPER };
-    draw_frame(&mut svg, page, base, [&name, &overlay.title], |svg| {
+    draw_frame(&mut svg, page, Ground::Colour(base), [&name, &overlay.title], |svg| {
         svg.in_units(&format!("{LINES} stroke-linecap=\"round\""), |svg| {
             draw_base_map(svg, &mut legend, &base_map, overlay, page);
             draw_found(svg, &mut legend, overlay, page);
@@ -160,7 +161,9 @@ pub async fn draw(reader: &TileReader, name: &str, overlay: &Overlay, page: &Pag
         draw_ranks(svg, overlay, page);
     });
     draw_axes(&mut svg, page);
-    legend.draw(&mut svg, (page.frame.min_x, page.frame.max_y + 58.0));
+    let [legend_y, ..] = page.footer();
+    legend.draw(&mut svg, (page.frame.min_x, legend_y));
+    scales::draw(&mut svg, page, unit, None);
     Ok(svg.finish())
 }
 
@@ -186,7 +189,7 @@ fn draw_base_map(svg: &mut Svg, legend: &mut Legend, base_map: &BaseMap, overlay
     if base_map.triangles <= MAX_MESH {
         svg.path(
             &base_map.edges,
-            &format!("{} stroke-opacity=\"0.45\"", stroke(EDGE_SAMPLED, 0.5)),
+            &format!("{} stroke-opacity=\"0.45\"", stroke(FAINT_EDGE, 0.5)),
         );
     }
     if overlay.explored.len() as u64 <= MAX_MESH {

@@ -1,19 +1,14 @@
-//! The points and edges to draw: all of a small file, or a sample of a large one.
+//! The points and edges of a file that is small enough to be drawn line by line.
 
-use std::collections::BinaryHeap;
 use std::sync::Arc;
 
 use anyhow::ensure;
 use delaunay_tiles::geometry::{HalfEdge, Point, Rect, TriangleId};
-use delaunay_tiles::mesh::{EngineKind, Triangulation};
 use delaunay_tiles::store::{Directory, Tile, TileEdge, TileReader, Vertex};
-use distributions::mix;
 use futures::TryStreamExt;
 
-/// Maximum number of triangles, and of vertices, of a file that is drawn whole.
-const MAX_WHOLE: u64 = 60_000;
-/// Number of vertices of a sample.
-const SAMPLE: usize = 10_000;
+/// Maximum number of triangles, and of vertices, of a file that is drawn line by line.
+const MAX_DRAWN: u64 = 60_000;
 
 /// Numbered points, and the edges and triangles between them.
 pub struct Scene {
@@ -23,37 +18,36 @@ pub struct Scene {
     pub bounds: Rect,
     /// The edges, without the outline and constraints; each edge occurs once.
     pub edges: Vec<[u32; 2]>,
-    /// The edges that are constraints but not walls, if the file is drawn whole.
+    /// The edges that are constraints but not walls.
     pub constraints: Vec<[u32; 2]>,
-    /// The edges that are walls, if the file is drawn whole.
+    /// The edges that are walls.
     pub walls: Vec<[u32; 2]>,
-    /// The edges of the hull, if the file is drawn whole.
+    /// The edges of the hull.
     pub outline: Vec<[u32; 2]>,
-    /// The triangles that are in no tile's core, if the file is drawn whole.
+    /// The triangles that are in no tile's core.
     pub border: Vec<[u32; 3]>,
-    /// The triangles in holes, if the file is drawn whole.
+    /// The triangles in holes.
     pub holes: Vec<[u32; 3]>,
-    /// The points that are sites, if the file is drawn whole.
+    /// The points that are sites.
     pub sites: Vec<u32>,
-    /// The number of triangles of the drawn triangulation.
+    /// The number of triangles.
     pub triangles: u64,
-    /// Whether the scene is a sample.
-    pub sampled: bool,
 }
 
 impl Scene {
-    /// Reads the tiles one by one, and keeps a bounded part of them.
-    pub async fn gather(reader: &TileReader) -> anyhow::Result<Self> {
+    /// Reads the tiles one by one. `None` if the file is too large.
+    ///
+    /// # Errors
+    /// Fails if a tile cannot be read, or if there are more triangles than the directory says.
+    pub async fn gather(reader: &TileReader) -> anyhow::Result<Option<Self>> {
         let m = reader.metadata();
-        if m.triangles <= MAX_WHOLE && m.vertices <= MAX_WHOLE {
-            Self::whole(reader).await
-        } else {
-            Self::sample(reader).await
+        match m.triangles <= MAX_DRAWN && m.vertices <= MAX_DRAWN {
+            true => Ok(Some(Self::whole(reader).await?)),
+            false => Ok(None),
         }
     }
 
-    /// Creates an empty scene. Its bounds are those of the file, because the frame of the picture
-    /// must not depend on the points of a sample.
+    /// Creates a scene of the bounds of a file.
     fn empty(reader: &TileReader) -> Self {
         Self {
             points: Vec::new(),
@@ -66,7 +60,6 @@ impl Scene {
             holes: Vec::new(),
             sites: Vec::new(),
             triangles: 0,
-            sampled: false,
         }
     }
 
@@ -139,44 +132,6 @@ impl Scene {
         }
         self.sites.dedup();
     }
-
-    /// Samples the vertices with the smallest hashes. The sample depends only on the set of
-    /// vertices.
-    async fn sample(reader: &TileReader) -> anyhow::Result<Self> {
-        let mut smallest = BinaryHeap::with_capacity(SAMPLE + 1);
-        let mut tiles = reader.tiles();
-        while let Some(tile) = tiles.try_next().await? {
-            for p in tile.points() {
-                let p = p.normalized();
-                let (x, y) = (p.x.to_bits(), p.y.to_bits());
-                let hash = mixed(mixed(x).wrapping_add(y));
-                if smallest.len() < SAMPLE {
-                    smallest.push((hash, x, y));
-                } else if smallest.peek().is_some_and(|largest| hash < largest.0) {
-                    smallest.pop();
-                    smallest.push((hash, x, y));
-                }
-            }
-        }
-        let mut points = smallest.into_sorted_vec();
-        // A damaged file may have equal points, which the engine does not accept.
-        points.dedup();
-        let points = points
-            .into_iter()
-            .map(|(_, x, y)| Point::new(f64::from_bits(x), f64::from_bits(y)));
-        let points: Vec<_> = points.collect();
-        let mut mesh = Triangulation::default();
-        EngineKind::Native.create().triangulate(&points, &mut mesh);
-        let (mut edges, outline) = edges_of(&mesh.triangles);
-        edges.extend(outline);
-        Ok(Self {
-            points,
-            edges,
-            triangles: mesh.triangles.len() as u64,
-            sampled: true,
-            ..Self::empty(reader)
-        })
-    }
 }
 
 /// The numbers of all vertices, in the order of the tiles.
@@ -221,11 +176,6 @@ impl<'a> VertexNumbers<'a> {
         }
         Ok(numbers)
     }
-}
-
-/// Computes one step of SplitMix64 (Steele, Lea and Flood 2014).
-fn mixed(bits: u64) -> u64 {
-    mix(bits.wrapping_add(0x9e37_79b9_7f4a_7c15))
 }
 
 /// Returns each edge once: those between two triangles, and those of a single triangle.

@@ -82,7 +82,7 @@ fn draped_files_pass_verification_against_their_input() {
         r#"{"type":"Polygon","coordinates":[[[4.5,9.5],[8.5,9.5],[8.5,15.5],[4.5,9.5]]]}"#,
     )
     .unwrap();
-    for way in ["", "--tile-vertices 20 --threads 2 --memory 30MB"] {
+    for way in ["--tile-vertices 5000", "--tile-vertices 20 --threads 2 --memory 30MB"] {
         run(
             folder,
             &format!("build ground.csv {inputs} -o a.tiles --quiet --force {way}"),

@@ -24,6 +24,7 @@ mod inspect;
 mod keep_edges;
 mod limits;
 mod lines;
+mod map;
 mod memory;
 mod outputs;
 mod printing;
