@@ -14,6 +14,7 @@ use super::error::TerrainError;
 use super::grid::{Grid, Window};
 use super::measure::{Measure, Measuring};
 use super::surface::Surface;
+#[cfg(feature = "geotiff")]
 use crate::crs::Crs;
 use crate::memory::FileShares;
 use crate::store::{Needs, PassReader, ReadError, TileId, TileReader};
@@ -84,6 +85,7 @@ impl RasterOptions {
     }
 
     /// Returns these options for cells that are `factor` times as large.
+    #[cfg(feature = "geotiff")]
     fn coarser(&self, factor: u32) -> Self {
         Self {
             grid: self.grid.coarser(factor),
@@ -134,11 +136,13 @@ impl Raster {
     }
 
     /// Returns the coordinate reference system of the file.
+    #[cfg(feature = "geotiff")]
     pub(crate) fn crs(&self) -> Option<Crs> {
         self.reader.directory().lists.crs.as_deref().map(Crs::new)
     }
 
     /// Returns a raster of the same surface with cells that are `factor` times as large.
+    #[cfg(feature = "geotiff")]
     pub(crate) fn coarser(&self, factor: u32) -> Self {
         Self {
             reader: self.reader.clone(),

@@ -108,6 +108,7 @@ impl Samples {
     }
 
     /// Returns the number of bytes of a sample.
+    #[cfg(feature = "geotiff")]
     pub(super) fn bytes(self) -> usize {
         match self {
             Self::Float64 => 8,

@@ -24,7 +24,9 @@ use crate::input::sites::SiteId;
 #[cfg(any(feature = "flatgeobuf", feature = "shapefile"))]
 pub use blocks::Blocks;
 #[cfg(any(feature = "flatgeobuf", feature = "shapefile", feature = "geopackage"))]
-pub use decoded::{Decoded, Decoder, Feature, LONGEST};
+#[cfg(feature = "geopackage")]
+pub use decoded::LONGEST;
+pub use decoded::{Decoded, Decoder, Feature};
 #[cfg(feature = "geojson")]
 pub use event::Position;
 pub use event::{Event, Kind};

@@ -400,7 +400,7 @@ mod tests {
         // Two discs of two arcs each.
         assert_eq!(svg.matches("a36 36").count(), 4);
         assert!(svg.contains("a&lt;b") && !svg.contains("NaN") && !svg.contains("inf"));
-        assert!(tiletool::plot::png::render(&svg).is_ok());
+        assert!(tiletool::plot::png::render(&svg, None).is_ok());
     }
 
     #[test]

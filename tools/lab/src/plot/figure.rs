@@ -152,7 +152,7 @@ mod tests {
         // The two lines are one path.
         let lines = svg.lines().find(|line| line.contains("stroke=\"#123456\"")).unwrap();
         assert_eq!(lines.matches('m').count(), 1, "{lines}");
-        assert!(tiletool::plot::png::render(&svg).is_ok());
+        assert!(tiletool::plot::png::render(&svg, None).is_ok());
         assert!(
             Figure {
                 bounds: Rect::PLANE,

@@ -1,15 +1,14 @@
 //! A temporary file of an export.
 
+#[cfg(any(feature = "flatgeobuf", feature = "geotiff"))]
+mod copy;
+
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom, Write};
-use std::ops::Range;
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use super::error::ExportError;
-use super::output::{Output, blocking};
-
-/// The number of bytes that are copied at once.
-const COPIED: usize = 1 << 20;
+use super::output::blocking;
 
 /// A file without a name, to which bytes are appended, and of which any are read again.
 pub(super) struct Spool {
@@ -58,26 +57,5 @@ impl Spool {
         .await?;
         self.file = Some(file);
         done.map_err(|source| ExportError::Scratch { source })
-    }
-
-    /// Copies a part of the file to an output.
-    pub(super) async fn copy<W: Write + Send + 'static>(
-        &mut self,
-        mut part: Range<u64>,
-        output: &mut Output<W>,
-    ) -> Result<(), ExportError> {
-        while !part.is_empty() {
-            let length = (part.end - part.start).min(COPIED as u64);
-            let start = part.start;
-            let bytes = self.with(move |file| {
-                let mut bytes = vec![0; length as usize];
-                file.seek(SeekFrom::Start(start))?;
-                file.read_exact(&mut bytes)?;
-                Ok(bytes)
-            });
-            output.push(bytes.await?).await?;
-            part.start += length;
-        }
-        Ok(())
     }
 }
