@@ -23,9 +23,9 @@ use crate::input::sites::SiteId;
 
 #[cfg(any(feature = "flatgeobuf", feature = "shapefile"))]
 pub use blocks::Blocks;
-#[cfg(any(feature = "flatgeobuf", feature = "shapefile", feature = "geopackage"))]
 #[cfg(feature = "geopackage")]
 pub use decoded::LONGEST;
+#[cfg(any(feature = "flatgeobuf", feature = "shapefile", feature = "geopackage"))]
 pub use decoded::{Decoded, Decoder, Feature};
 #[cfg(feature = "geojson")]
 pub use event::Position;
