@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::location::Location;
+use super::location::{Location, TriangleRef};
 use super::walk::{Locate, WalkStep};
 use crate::geometry::{HalfEdge, Point, TriangleId, VertexIndex};
 use crate::mesh::Topology;
@@ -135,6 +135,20 @@ impl TileReader {
     /// If the tile cannot be read, or has no such vertex.
     pub async fn z_of(&self, vertex: VertexId) -> Result<Option<f64>, ReadError> {
         Ok(self.tile_of(vertex).await?.z(vertex.index))
+    }
+
+    /// Returns the z of the corners of a triangle, in their order; `None` if the file has no z. Reads one
+    /// tile, which [`locate`](Self::locate) has read.
+    ///
+    /// # Errors
+    /// If the tile cannot be read, or has no such triangle.
+    pub async fn z_of_corners(&self, triangle: &TriangleRef) -> Result<Option<[f64; 3]>, ReadError> {
+        let tile = self.tile(triangle.tile).await?;
+        if triangle.triangle.0 >= tile.triangle_count() {
+            return Err(self.damaged(triangle.tile, format!("it has no triangle {}", triangle.triangle.0)));
+        }
+        let [a, b, c] = tile.corners(triangle.triangle).map(|corner| tile.z(corner));
+        Ok(a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]))
     }
 
     /// Returns the tile that owns a vertex, which has all triangles around it.

@@ -1,7 +1,7 @@
 //! Answers to queries, in the form in which they are printed.
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{AlongInterval, Location, Near, Path, QueryError, SiteFound};
+use delaunay_tiles::query::{AlongInterval, Location, Near, Path, QueryError, SiteFound, TriangleRef};
 use delaunay_tiles::shown;
 use delaunay_tiles::store::{TileReader, Vertex};
 use serde_json::Value;
@@ -115,21 +115,26 @@ impl Located {
     /// Fails if a tile cannot be read.
     pub async fn find(reader: &TileReader, at: Point) -> anyhow::Result<Self> {
         let location = reader.locate(at.x, at.y).await?;
-        let corners = match &location {
-            Location::OnVertex(vertex) => std::slice::from_ref(vertex),
-            Location::OnEdge { ends, .. } => &ends[..],
-            Location::InTriangle(triangle) => &triangle.vertices[..],
-            Location::Outside => &[][..],
+        let z = match reader.metadata().has_z {
+            true => reader.z_at(at.x, at.y).await?,
+            false => None,
         };
-        let mut vertices = Vec::new();
-        for &vertex in corners {
-            vertices.push((vertex, reader.z_of(vertex.id).await?));
-        }
-        Ok(Self {
-            z: reader.z_at(at.x, at.y).await?,
-            vertices,
-            location,
-        })
+        let vertices = match &location {
+            Location::Outside => Vec::new(),
+            // A vertex in a hole has a z too.
+            Location::OnVertex(vertex) if reader.metadata().has_z && z.is_none() => {
+                vec![(*vertex, reader.z_of(vertex.id).await?)]
+            }
+            Location::OnVertex(vertex) => vec![(*vertex, z)],
+            Location::InTriangle(triangle) => corners(reader, triangle).await?,
+            Location::OnEdge { ends, triangle } => {
+                let mut found = corners(reader, triangle).await?;
+                found.retain(|(vertex, _)| ends.iter().any(|end| end.id == vertex.id));
+                found.sort_by_key(|(vertex, _)| vertex.id != ends[0].id);
+                found
+            }
+        };
+        Ok(Self { z, vertices, location })
     }
 
     /// Returns the kind of element at the location: vertex, edge, triangle or outside.
@@ -146,6 +151,16 @@ impl Located {
     pub fn ids(&self) -> Vec<String> {
         self.vertices.iter().map(|(vertex, _)| vertex.id.to_string()).collect()
     }
+}
+
+/// Returns the corners of a triangle, each with its height if the file has z.
+async fn corners(reader: &TileReader, triangle: &TriangleRef) -> anyhow::Result<Vec<(Vertex, Option<f64>)>> {
+    let heights = match reader.metadata().has_z {
+        true => reader.z_of_corners(triangle).await?,
+        false => None,
+    };
+    let height = |i: usize| heights.map(|heights| heights[i]);
+    Ok((0..3).map(|i| (triangle.vertices[i], height(i))).collect())
 }
 
 /// Returns the name of a site for people, on one line, with control characters escaped.

@@ -41,6 +41,10 @@ fn one_place_of_thousands_of_tiles_takes_at_most_four_requests() {
     // A copy in a new order, with all lists in new places.
     run(folder, "compact p.tiles -o c.tiles");
     takes_four_requests(folder, "c.tiles");
+    // The heights of a triangle are in its tile.
+    run(folder, "generate uniform -n 100000 --seed 7 --dims 3 -o z.f64");
+    run(folder, "build z.f64 --dims 3 -o z.tiles --tile-vertices 8");
+    takes_four_requests(folder, "z.tiles");
 }
 
 #[test]
