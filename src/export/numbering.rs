@@ -18,7 +18,8 @@ pub(super) struct Numbering {
 }
 
 impl Numbering {
-    pub(super) fn new(reader: PassReader, options: ExportOptions) -> Self {
+    pub(super) fn new(reader: PassReader, mut options: ExportOptions) -> Self {
+        options.surface = options.surface.of(reader.metadata());
         let directory = reader.directory();
         let mut starts = vec![0; directory.tiles.len()];
         let mut next = 0;

@@ -124,7 +124,8 @@ impl Raster {
     ///
     /// # Errors
     /// Fails if the file has no z.
-    pub(crate) fn new(reader: PassReader, options: RasterOptions) -> Result<Self, TerrainError> {
+    pub(crate) fn new(reader: PassReader, mut options: RasterOptions) -> Result<Self, TerrainError> {
+        options.surface = options.surface.of(reader.metadata());
         match reader.metadata().has_z {
             true => Ok(Self { reader, options }),
             false => Err(TerrainError::no_z(&reader)),

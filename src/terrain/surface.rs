@@ -1,7 +1,7 @@
 //! The triangles of a file that count as its surface.
 
 use crate::geometry::{Point, TriangleId};
-use crate::store::Tile;
+use crate::store::{Metadata, Tile};
 use crate::terrain::facet::{Corner, Facet};
 
 /// The triangles that count as the surface: by default those that are in no hole.
@@ -32,6 +32,13 @@ impl Surface {
     pub fn max_edge(mut self, length: Option<f64>) -> Self {
         self.max_edge = length;
         self
+    }
+
+    /// Returns the surface of a file. Without holes in the file, no triangle is asked whether it is in
+    /// one, which takes a lookup.
+    pub(crate) fn of(self, metadata: &Metadata) -> Self {
+        let holes = self.holes || metadata.hole_triangles == 0;
+        Self { holes, ..self }
     }
 
     /// Returns whether triangles in holes count.
