@@ -19,6 +19,7 @@ use crate::pipeline::draping::surface_of;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::drape::PointSurface;
 use crate::pipeline::ingest::intake::Intake;
+use crate::pipeline::ingest::ponds::PondInput;
 use crate::pipeline::ingest::sites::Sites;
 use crate::pipeline::options::{BuildOptions, Crossings, Phase, Steiner};
 use crate::pipeline::records::Description;
@@ -46,6 +47,7 @@ pub struct Builder {
     segments: SegmentSpool,
     polygons: Arrivals,
     sites: Sites,
+    ponds: PondInput,
     given: Given,
     /// The surface from which vertices without z take it, once all points have arrived.
     surface: Option<Arc<PointSurface>>,
@@ -81,6 +83,7 @@ impl Builder {
                 memory.for_polygons(),
             ),
             sites: Sites::default(),
+            ponds: PondInput::default(),
             given: Given::default(),
             surface: None,
             began: Instant::now(),
@@ -280,6 +283,24 @@ impl Builder {
         self.reserve()
     }
 
+    /// Pushes ponds: polygons in which all vertices, and on whose shores too, get the lowest z of the
+    /// shore on the triangulation of the points, whatever z they have. Where corners of a shore have a
+    /// z, that is the z of the shore there. Of several ponds at a place, the first one counts.
+    ///
+    /// The polygons are as [`push_lines`](Self::push_lines) takes those of obstacles. The shores are
+    /// break lines, numbered from `first_line` on; they should come before all other lines, because of
+    /// lines that cross, the first one determines the z of the crossing point.
+    ///
+    /// # Errors
+    /// Returns an error if an end is not [valid](crate::geometry::Point::is_valid), the batch's arrays
+    /// differ in length or have segments between records, ponds and sites take more than a quarter of
+    /// the memory, or points were pushed already.
+    pub fn push_ponds(&mut self, first_line: u64, batch: &SegmentBatch) -> Result<(), BuildError> {
+        self.before_points("push_ponds")?;
+        self.ponds.push(first_line, batch)?;
+        self.reserve()
+    }
+
     /// Returns [`BuildError::Order`] if points were pushed before `call`.
     fn before_points(&self, call: &'static str) -> Result<(), BuildError> {
         match self.given.points > 0 && self.needs_points() {
@@ -291,7 +312,7 @@ impl Builder {
     /// Gives the memory that segments, seeds and sites do not take to everything else.
     fn reserve(&mut self) -> Result<(), BuildError> {
         let seeds = size_of_val(&*self.given.seeds) as u64;
-        let sites = self.sites.byte_size() + seeds;
+        let sites = self.sites.byte_size() + self.ponds.byte_size() + seeds;
         self.context.segments = self.segments.len();
         self.context.memory = self.context.memory.with_arrivals(self.segments.byte_size(), sites)?;
         Ok(())
@@ -396,7 +417,7 @@ impl Builder {
     async fn build(&mut self) -> Result<BuildSummary, BuildError> {
         let is_resumed = !self.needs_points();
         if !is_resumed {
-            if self.needs_surface() {
+            if self.needs_surface()? {
                 self.triangulate_points().await?;
             }
             self.push_ends().await?;
@@ -411,14 +432,22 @@ impl Builder {
         assembly.build(points, segments, is_resumed).await
     }
 
-    /// Returns whether lines or sites lack a z and points have it. Asked before ends of lines become
-    /// points.
-    fn needs_surface(&self) -> bool {
+    /// Returns whether there are ponds, or lines or sites lack a z and points have it. Asked before
+    /// ends of lines become points.
+    ///
+    /// # Errors
+    /// Fails if there are ponds, and the points have no z.
+    fn needs_surface(&self) -> Result<bool, BuildError> {
         let lacks_z = self.segments.lacks_z() || self.sites.lacks_z();
-        self.context.options.missing_z == MissingZ::Drape && self.given.has_z && lacks_z
+        let drapes = self.context.options.missing_z == MissingZ::Drape && lacks_z;
+        match (self.ponds.is_empty(), self.given.has_z) {
+            (false, false) => Err(BuildError::PondsWithoutZ),
+            (has_no_ponds, has_z) => Ok(has_z && (drapes || !has_no_ponds)),
+        }
     }
 
-    /// Triangulates the points alone, so that other vertices can take their z from the surface.
+    /// Triangulates the points alone, so that other vertices can take their z from the surface. Then
+    /// the z of ponds are known, and their shores become lines.
     async fn triangulate_points(&mut self) -> Result<(), BuildError> {
         let intake = std::mem::replace(&mut self.intake, Intake::new());
         let given = Given {
@@ -429,8 +458,13 @@ impl Builder {
             first_site: u64::MAX,
             ..Given::default()
         };
-        let made = surface_of(intake, &mut self.context, &self.output, given, self.began).await;
+        let input = (intake, self.ponds.take_shores());
+        let made = surface_of(input, &mut self.context, &self.output, given, self.began).await;
         let (surface, intake) = made?;
+        let (ponds, lines) = (surface.ponds(), self.ponds.lines());
+        self.segments
+            .push(&ponds.shores(), &ponds.z_of_edges(), LineKind::BreakLine, lines)?;
+        self.reserve()?;
         (self.surface, self.intake) = (Some(Arc::new(surface)), intake);
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! The surface of a build: its points are triangulated alone, and read back from that file.
 //!
-//! In: all points, in memory or in runs. Out: a [`PointSurface`] in the work folder, and the points
-//! once more, without duplicates, for the build with lines and sites. Neither the input is read
+//! In: all points, in memory or in runs, and shores of ponds. Out: a [`PointSurface`] in the work
+//! folder, which has the z of the ponds, and the points once more, without duplicates, for the build with lines and sites. Neither the input is read
 //! again nor are all points in memory at once.
 
 use std::path::Path;
@@ -18,21 +18,21 @@ use crate::io::Backend;
 use crate::pipeline::assembly::Assembly;
 use crate::pipeline::context::{BuildContext, Given};
 use crate::pipeline::error::BuildError;
-use crate::pipeline::ingest::drape::PointSurface;
+use crate::pipeline::ingest::drape::{Draping, PointSurface};
 use crate::pipeline::ingest::intake::Intake;
 use crate::pipeline::options::{BuildOptions, Crossings, Steiner};
 use crate::store::{OpenOptions, Tile, TileReader};
-use crate::terrain::{Outline, OutlineParts};
+use crate::terrain::{Outline, OutlineParts, Ponds, ShoreLevels, Shores};
 
 /// The first number of runs of points that were read back. Runs of the surface have lower numbers:
 /// they may still be in the course of being removed.
 const FIRST_RUN: u32 = 1 << 31;
 
-/// Triangulates all points of a build alone. `given` says how many points there are and which
+/// Triangulates all points of a build alone, and finds the z of ponds on them. `given` says how many points there are and which
 /// record number comes next. Returns the surface, and an intake with the points. From now on, the
 /// surface has its share of the memory in `context`.
 pub(crate) async fn surface_of(
-    intake: Intake,
+    (intake, shores): (Intake, Shores),
     context: &mut BuildContext,
     output: &Path,
     given: Given,
@@ -53,10 +53,16 @@ pub(crate) async fn surface_of(
         .memory(context.memory.for_reading_back(points))
         .backend(Backend::Threads);
     let reader = TileReader::open(&path, options).await.map_err(EditError::Read)?;
-    let (intake, outline) = read_back(&reader, points, context).await?;
+    let (intake, outline, ponds) = read_back(&reader, points, shores, context).await?;
     drop(reader);
     let (memory, progress) = (context.memory.for_surface(), Arc::clone(&context.options.progress));
-    let surface = PointSurface::open(&path, outline, first_end, memory, progress).await;
+    let rules = Draping {
+        first_lacking: (context.options.missing_z == MissingZ::Drape).then_some(first_end),
+        first_end,
+        outline,
+        ponds,
+    };
+    let surface = PointSurface::open(&path, rules, memory, progress).await;
     Ok((surface.map_err(EditError::Read)?, intake))
 }
 
@@ -74,13 +80,18 @@ fn options_alone(options: &BuildOptions) -> BuildOptions {
     }
 }
 
-/// Reads the vertices of the surface into an intake, and its outline.
-async fn read_back(reader: &TileReader, points: u64, context: &BuildContext) -> Result<(Intake, Outline), BuildError> {
+/// Reads the vertices of the surface into an intake, its outline, and the z of ponds.
+async fn read_back(
+    reader: &TileReader,
+    points: u64,
+    shores: Shores,
+    context: &BuildContext,
+) -> Result<(Intake, Outline, Ponds), BuildError> {
     let mut intake = Intake::new();
     let directory = reader.directory().await.map_err(EditError::Read)?;
     let sample = sample(directory.tiles.iter().map(|tile| tile.bounds));
     intake.expect(points, sample, context)?;
-    let mut outline = OutlineParts::default();
+    let (mut outline, mut levels) = (OutlineParts::default(), ShoreLevels::new(shores));
     let has_triangles = reader.metadata().triangles > 0;
     let mut tiles = reader.tiles();
     while let Some(tile) = tiles.try_next().await.map_err(EditError::Read)? {
@@ -88,9 +99,12 @@ async fn read_back(reader: &TileReader, points: u64, context: &BuildContext) -> 
             return Err(BuildError::Cancelled);
         }
         outline.add(&tile, has_triangles);
+        levels.add(&tile);
         intake.push(&vertices(&tile), context).await?;
     }
-    Ok((intake, outline.finish()))
+    let outline = outline.finish();
+    let ponds = levels.finish(&outline);
+    Ok((intake, outline, ponds))
 }
 
 /// Returns a sample of the points: tiles have about equally many of them.

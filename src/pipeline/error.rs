@@ -117,6 +117,17 @@ pub enum BuildError {
         /// Number of pairs of segments that cross.
         count: u64,
     },
+    /// There are ponds, and the points have no z.
+    #[error(
+        "the points have no z, so ponds have no shore to take theirs from; leave out the ponds, or give points with z"
+    )]
+    PondsWithoutZ,
+    /// The shores of ponds have too many edges.
+    #[error(
+        "the shores of ponds have more than {} edges; simplify them",
+        crate::terrain::Shores::MAX_EDGES
+    )]
+    TooManyShores,
     /// Some vertices have no z, and others have.
     #[error(
         "{count} vertices have no z, and others have; the first is {first}; give z to all, or allow that they get z = 0 \

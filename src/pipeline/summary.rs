@@ -62,6 +62,10 @@ pub struct BuildSummary {
     /// Number of these vertices outside the hull of the points. They have the z of the nearest point
     /// of the hull.
     pub draped_outside: u64,
+    /// Number of ponds.
+    pub ponds: u64,
+    /// Number of points in ponds, on their shores too. They have the z of their pond.
+    pub flattened: u64,
     /// Number of tiles of the file.
     pub tiles: u64,
     /// Bytes of the file.

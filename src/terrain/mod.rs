@@ -12,6 +12,7 @@
 //! | `facet` | the plane of a triangle, exact places on it |
 //! | `surface`, `clip` | the triangles that count; polygons to which results are limited |
 //! | `outline` | z outside, from the nearest point of the hull |
+//! | `ponds` | the lowest z of shores, for all vertices in them |
 //! | `grid`, `scan`, `measure` | cells, the cells in a triangle, what they show |
 //! | `cells`, `raster` | blocks of a raster, filled by threads |
 //! | `chord`, `profile` | the part of a segment in a triangle; heights along a line |
@@ -32,6 +33,7 @@ mod levels;
 mod measure;
 mod outline;
 mod overlap;
+mod ponds;
 mod profile;
 mod raster;
 mod scan;
@@ -49,6 +51,8 @@ pub use grid::{Grid, GridError};
 pub use levels::{Levels, LevelsError};
 pub use measure::{Light, Measure, UnknownMeasure};
 pub(crate) use outline::{Outline, OutlineParts};
+pub(crate) use ponds::ShoreLevels;
+pub use ponds::{Ponds, Shores};
 pub use profile::{Profile, ProfilePart, ProfilePoint};
 pub use raster::RasterOptions;
 pub(crate) use raster::{Block, BlockSize, Raster};

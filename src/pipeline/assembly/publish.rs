@@ -159,6 +159,11 @@ impl Assembly {
             held_triangles: state.blocks.iter().map(|block| block.held_triangles).sum(),
             deferred_segments: written.deferred,
             without_z: state.without_z.count,
+            ponds: self
+                .surface
+                .as_ref()
+                .map_or(0, |surface| surface.ponds().count() as u64),
+            flattened: self.surface.as_ref().map_or(0, |surface| surface.flattened()),
             draped: self.surface.as_ref().map_or(0, |surface| surface.draped()),
             draped_outside: self.surface.as_ref().map_or(0, |surface| surface.draped_outside()),
             tiles: written.tiles,

@@ -1,4 +1,5 @@
-//! Vertices without z take it from the surface: the triangulation of the points alone.
+//! Vertices without z take it from the surface: the triangulation of the points alone. Vertices in
+//! ponds take that of their pond.
 //!
 //! In: the file of that triangulation, and a block of points, ends of lines, crossing points and
 //! sites. Out: the block, in which each vertex has a z. The z depends on the position alone, so it
@@ -19,28 +20,39 @@ use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::point_store::{Attributes, Item, PointStore};
 use crate::pipeline::options::Progress;
 use crate::store::{Cache, OpenOptions, ReadError, TileReader};
-use crate::terrain::Outline;
+use crate::terrain::{Outline, Ponds};
 
 /// Number of points after which other tasks get their turn.
 const AT_ONCE: usize = 256;
+/// The same, of points that only ponds are sought for.
+const AT_ONCE_IN_PONDS: usize = 1 << 16;
 
 /// The triangulation of the points of a build, from which other vertices take their z.
 pub(crate) struct PointSurface {
     reader: TileReader,
-    outline: Outline,
-    /// First record number of vertices that may take their z from it.
-    first_end: u64,
+    rules: Draping,
     progress: Arc<Progress>,
     draped: AtomicU64,
     outside: AtomicU64,
+    flattened: AtomicU64,
+}
+
+/// Which vertices take which z.
+pub(crate) struct Draping {
+    /// First record number of vertices that may take their z from the surface, if they have none.
+    /// `None` if none may.
+    pub(crate) first_lacking: Option<u64>,
+    /// First record number of vertices that are no points of the input.
+    pub(crate) first_end: u64,
+    pub(crate) outline: Outline,
+    pub(crate) ponds: Ponds,
 }
 
 impl PointSurface {
     /// Opens the file of the triangulation. Tiles in memory may take about `memory` bytes.
     pub(crate) async fn open(
         path: &Path,
-        outline: Outline,
-        first_end: u64,
+        rules: Draping,
         memory: u64,
         progress: Arc<Progress>,
     ) -> Result<Self, ReadError> {
@@ -48,18 +60,60 @@ impl PointSurface {
         let options = OpenOptions::default().cache(&cache).backend(Backend::Threads);
         Ok(Self {
             reader: TileReader::open(path, options).await?,
-            outline,
-            first_end,
+            rules,
             progress,
             draped: AtomicU64::new(0),
             outside: AtomicU64::new(0),
+            flattened: AtomicU64::new(0),
         })
     }
 
-    /// Gives a z to each vertex of a block that has none, other than points of the input. The order
-    /// of the block's items changes.
+    /// Gives their z to the vertices of a block that are in ponds, and to those that have none, other
+    /// than points of the input. The order of the block's items changes.
     pub(crate) async fn drape(&self, store: &mut PointStore) -> Result<(), BuildError> {
-        let lacking = Lacking::find(store, self.first_end);
+        self.flatten(store).await?;
+        match self.rules.first_lacking {
+            Some(first) => self.drape_lacking(store, first).await,
+            None => Ok(()),
+        }
+    }
+
+    /// Gives the z of their pond to the vertices of a block that are in ponds.
+    async fn flatten(&self, store: &mut PointStore) -> Result<(), BuildError> {
+        if self.rules.ponds.is_empty() {
+            return Ok(());
+        }
+        let PointStore { items, attributes } = store;
+        let ponds = self.rules.ponds.near(Rect::around(items.iter().map(|item| item.point)));
+        let mut points = 0;
+        for some in items.chunks(AT_ONCE_IN_PONDS) {
+            self.give_turn().await?;
+            for item in some {
+                if let Some(z) = ponds.z_at(item.point) {
+                    attributes.set_z(item.position, z);
+                    points += u64::from(attributes.record(item.position) < self.rules.first_end);
+                }
+            }
+        }
+        self.flattened.fetch_add(points, Memory::Relaxed);
+        Ok(())
+    }
+
+    /// Lets other tasks go on.
+    ///
+    /// # Errors
+    /// Fails if the build was cancelled.
+    async fn give_turn(&self) -> Result<(), BuildError> {
+        yield_now().await;
+        match self.progress.is_cancelled() {
+            true => Err(BuildError::Cancelled),
+            false => Ok(()),
+        }
+    }
+
+    /// Gives a z to each vertex of a block that has none and has at least this record number.
+    async fn drape_lacking(&self, store: &mut PointStore, first: u64) -> Result<(), BuildError> {
+        let lacking = Lacking::find(store, first);
         let PointStore { items, attributes } = store;
         let lacking_items = &items[..lacking.has_other.len()];
         let mut first = 0;
@@ -68,10 +122,7 @@ impl PointSurface {
             .enumerate()
         {
             if number % AT_ONCE == 0 {
-                yield_now().await;
-                if self.progress.is_cancelled() {
-                    return Err(BuildError::Cancelled);
-                }
+                self.give_turn().await?;
             }
             if !lacking.has_other[first]
                 && let Some(z) = self.z_at(group[0].point).await.map_err(EditError::Read)?
@@ -90,7 +141,17 @@ impl PointSurface {
             return Ok(Some(z));
         }
         self.outside.fetch_add(1, Memory::Relaxed);
-        Ok(self.outline.z_near(point))
+        Ok(self.rules.outline.z_near(point))
+    }
+
+    /// Returns the ponds.
+    pub(crate) fn ponds(&self) -> &Ponds {
+        &self.rules.ponds
+    }
+
+    /// Returns the number of points of the input that took the z of a pond.
+    pub(crate) fn flattened(&self) -> u64 {
+        self.flattened.load(Memory::Relaxed)
     }
 
     /// Returns the number of vertices that took their z from the surface.

@@ -6,5 +6,6 @@ pub(super) mod drape;
 pub(super) mod intake;
 pub(super) mod missing_z;
 pub(crate) mod point_store;
+pub(crate) mod ponds;
 pub(super) mod sites;
 pub(super) mod spill;

@@ -13,12 +13,12 @@ use futures::TryStreamExt;
 use super::{ENOUGH, Segment};
 use crate::support::{Random, Scratch, runtime};
 
-fn p(x: f64, y: f64) -> Point {
+pub(super) fn p(x: f64, y: f64) -> Point {
     Point::new(x, y)
 }
 
 /// Points of the unit square and its corners, with the z of a function.
-fn ground(count: usize, z: impl Fn(Point, &mut Random) -> f64) -> PointBatch {
+pub(super) fn ground(count: usize, z: impl Fn(Point, &mut Random) -> f64) -> PointBatch {
     let mut random = Random(7);
     let corners = [p(0.0, 0.0), p(1.0, 0.0), p(1.0, 1.0), p(0.0, 1.0)];
     let inside: Vec<Point> = (0..count).map(|_| p(random.unit(), random.unit())).collect();
@@ -34,7 +34,7 @@ fn slope(point: Point) -> f64 {
     3.0 * point.x - 2.0 * point.y + 5.0
 }
 
-fn lines(ends: Vec<Segment>) -> SegmentBatch {
+pub(super) fn lines(ends: Vec<Segment>) -> SegmentBatch {
     SegmentBatch {
         lines: (0..ends.len() as u64).collect(),
         ends,
@@ -83,7 +83,7 @@ impl Without {
 
 /// Returns all vertices: their coordinates, as bits, with their z and whether a point of the input
 /// lies there.
-async fn vertices(reader: &TileReader) -> BTreeMap<[u64; 2], (f64, bool)> {
+pub(super) async fn vertices(reader: &TileReader) -> BTreeMap<[u64; 2], (f64, bool)> {
     let tiles: Vec<_> = reader.tiles().try_collect().await.unwrap();
     let mut all = BTreeMap::new();
     for tile in &tiles {
@@ -96,13 +96,13 @@ async fn vertices(reader: &TileReader) -> BTreeMap<[u64; 2], (f64, bool)> {
     all
 }
 
-fn at([x, y]: [u64; 2]) -> Point {
+pub(super) fn at([x, y]: [u64; 2]) -> Point {
     p(f64::from_bits(x), f64::from_bits(y))
 }
 
-const WAYS: [(usize, usize, u64); 3] = [(65536, 1, ENOUGH), (1000, 2, ENOUGH), (1000, 2, 3 << 20)];
+pub(super) const WAYS: [(usize, usize, u64); 3] = [(65536, 1, ENOUGH), (1000, 2, ENOUGH), (1000, 2, 3 << 20)];
 
-fn options((tile_vertices, threads, memory): (usize, usize, u64)) -> BuildOptions {
+pub(super) fn options((tile_vertices, threads, memory): (usize, usize, u64)) -> BuildOptions {
     BuildOptions::default()
         .tile_vertices(tile_vertices)
         .threads(threads)

@@ -6,6 +6,7 @@ mod crossings;
 mod draping;
 mod missing_z;
 mod overlaps;
+mod ponds;
 mod stars;
 mod steiner;
 

@@ -158,6 +158,7 @@ async fn check(args: &VerifyArgs, report: &mut VerifyReport) -> anyhow::Result<(
         added: Vec::new(),
         memory: args.memory.bytes() / 8,
         split_memory: args.memory.bytes() / 2,
+        ponds: None,
         files: Unchanged::default(),
     };
     let mut reader = args.memory.open(&args.file).await?;
@@ -174,7 +175,7 @@ async fn check(args: &VerifyArgs, report: &mut VerifyReport) -> anyhow::Result<(
     if input.is_empty() {
         return Ok(());
     }
-    let mut others = input.byte_size();
+    let mut others = input.byte_size() + input.find_ponds(&reader).await?;
     if is_split {
         input.split_memory = against::split_memory(reader.metadata(), args.memory.bytes());
         others += input.split_memory;

@@ -105,6 +105,8 @@ impl Serialize for BuildReport<'_> {
             ("regions", summary.regions),
             ("hole_regions", summary.hole_regions),
             ("hole_triangles", summary.hole_triangles),
+            ("ponds", summary.ponds),
+            ("flattened", summary.flattened),
             ("sites", summary.sites),
             ("sites_in_holes", summary.sites_in_holes),
             ("tiles", summary.tiles),
@@ -240,6 +242,14 @@ fn line_rows(summary: &BuildSummary, read: &InputCounts) -> Vec<(&'static str, S
         let triangles = counted(summary.hole_triangles, "triangle", "triangles");
         let regions = thousands(summary.regions);
         rows.push(("regions", format!("{regions}, including {holes} with {triangles}")));
+    }
+    if summary.ponds > 0 {
+        let ponds = format!(
+            "{} with {} that took the lowest z of the shore",
+            thousands(summary.ponds),
+            counted(summary.flattened, "point", "points")
+        );
+        rows.push(("ponds", ponds));
     }
     if summary.sites > 0 {
         rows.push(("sites", thousands(summary.sites)));

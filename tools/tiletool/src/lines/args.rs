@@ -30,6 +30,13 @@ pub struct LineFiles {
 pub struct LineArgs {
     #[command(flatten)]
     files: LineFiles,
+    /// File of polygons (GeoJSON, FlatGeobuf, Shapefile, GeoPackage) of ponds: their rings become break
+    /// lines, and all vertices in them get the lowest z of the shore; may be repeated
+    ///
+    /// Each polygon is a pond. The z of its shore is that of the triangulation of the points, and at
+    /// corners with a z that z.
+    #[arg(long, value_name = "FILE", help_heading = "Lines and sites")]
+    flatten: Vec<PathBuf>,
     /// File of sites, which are points with an id, as GeoJSON, FlatGeobuf, Shapefile, GeoPackage, or
     /// as text with rows x,y[,id]; may be repeated
     #[arg(long, value_name = "FILE", help_heading = "Lines and sites")]
@@ -55,6 +62,7 @@ impl LineFiles {
     pub fn open(self) -> anyhow::Result<LineInput> {
         let args = LineArgs {
             files: self,
+            flatten: Vec::new(),
             sites: Vec::new(),
             keep_edges: false,
             site_id: None,
@@ -75,7 +83,15 @@ impl LineArgs {
     /// Returns whether no files of lines or sites are named, and none of the inputs of points has
     /// lines.
     pub fn is_empty(&self, inputs: &[PathBuf]) -> bool {
-        self.files.is_empty() && self.sites.is_empty() && !inputs.iter().any(|path| is_poly(path) || self.keeps(path))
+        self.files.is_empty()
+            && self.flatten.is_empty()
+            && self.sites.is_empty()
+            && !inputs.iter().any(|path| is_poly(path) || self.keeps(path))
+    }
+
+    /// Returns whether files of ponds are named.
+    pub fn has_ponds(&self) -> bool {
+        !self.flatten.is_empty()
     }
 
     /// Returns whether the edges of an input of points are to be kept.
@@ -96,6 +112,8 @@ impl LineArgs {
     /// Opens the files, and those inputs of points that also have lines.
     pub fn open(&self, inputs: &[PathBuf]) -> anyhow::Result<LineInput> {
         let mut sets = vec![
+            // First, because the first line determines the z where lines cross.
+            LineSet::ponds(SegmentSource::open_obstacles(&self.flatten)?),
             open_set(LineKind::BreakLine, 0, &self.files.segments)?,
             open_set(LineKind::Wall, 0, &self.files.walls)?,
         ];
@@ -148,7 +166,12 @@ impl LineArgs {
         let polys = inputs.iter().filter(|path| is_poly(path)).count();
         let kept = inputs.iter().filter(|path| self.keeps(path)).count();
         let options = [
-            (LineKind::BreakLine, "--segments", &self.files.segments, kept),
+            (
+                LineKind::BreakLine,
+                "--segments",
+                &self.files.segments,
+                kept + self.flatten.len(),
+            ),
             (LineKind::Wall, "--walls", &self.files.walls, polys),
             (LineKind::Obstacle, "--obstacles", &self.files.obstacles, 0),
         ];

@@ -17,6 +17,8 @@ pub struct LineSet {
     first: u64,
     /// The number of the edit that added the lines, or 0 for the build.
     edit: u32,
+    /// Whether the lines are shores of ponds.
+    is_of_ponds: bool,
     /// What is added to the record numbers of the source: those of inputs before its points.
     records_before: u64,
     source: LineSetSource,
@@ -50,8 +52,17 @@ impl LineSet {
             kind,
             first: u64::MAX,
             edit,
+            is_of_ponds: false,
             records_before: 0,
             source: LineSetSource::Files(files),
+        }
+    }
+
+    /// Creates a set of the shores of ponds, as break lines.
+    pub fn ponds(files: SegmentSource) -> Self {
+        Self {
+            is_of_ponds: true,
+            ..Self::files(LineKind::BreakLine, 0, files)
         }
     }
 
@@ -71,6 +82,7 @@ impl LineSet {
             kind: LineKind::Wall,
             first: u64::MAX,
             edit: 0,
+            is_of_ponds: false,
             records_before: records,
             source: LineSetSource::Poly(path.to_owned(), Some(poly), 0),
         }
@@ -142,6 +154,11 @@ impl LineInput {
         Ok(None)
     }
 
+    /// Returns whether the batch that was read last has shores of ponds.
+    pub fn is_of_ponds(&self) -> bool {
+        self.sets.get(self.done).is_some_and(|set| set.is_of_ponds)
+    }
+
     /// Fills the batch with the next sites. Returns false if no sites are left.
     pub fn next_sites(&mut self, batch: &mut SiteBatch) -> anyhow::Result<bool> {
         Ok(self.sites.next_batch(batch)?)
@@ -172,7 +189,10 @@ impl LineInput {
     pub fn feed(mut self, mut builder: Builder) -> anyhow::Result<(Builder, Self)> {
         let mut batch = SegmentBatch::default();
         while let Some((kind, first)) = self.next_batch(&mut batch)? {
-            builder.push_lines(kind, first, &batch)?;
+            match self.is_of_ponds() {
+                true => builder.push_ponds(first, &batch)?,
+                false => builder.push_lines(kind, first, &batch)?,
+            }
         }
         builder.push_seeds(&self.seeds)?;
         let mut sites = SiteBatch::default();

@@ -4,6 +4,8 @@
 //! as in the build, in this order. Segments between record numbers get their end points from the
 //! points. The points are read again for each part of these segments that fits in memory.
 
+mod ponds;
+
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
@@ -17,6 +19,7 @@ use delaunay_tiles::{LinesToSplit, PolygonCheck, PolygonFaults, PolygonNormalize
 use crate::common;
 use crate::lines::{LineArgs, LineInput};
 use crate::unchanged::Unchanged;
+pub use ponds::BuildPonds;
 
 /// Maximum number of segments in a batch.
 const BATCH: usize = 8192;
@@ -38,6 +41,8 @@ pub struct BuildInput<'a> {
     pub memory: u64,
     /// Bytes for splitting segments.
     pub split_memory: u64,
+    /// The ponds, with the z that the tile file has at their shores.
+    pub ponds: Option<BuildPonds>,
     /// The stamps of all these files, which are read several times.
     pub files: Unchanged,
 }
@@ -132,6 +137,14 @@ impl BuildInput<'_> {
         Ok(points)
     }
 
+    /// Finds the ponds. Returns the bytes of memory that they take.
+    pub async fn find_ponds(&mut self, reader: &TileReader) -> anyhow::Result<u64> {
+        if self.lines.has_ponds() {
+            self.ponds = BuildPonds::of(self.open_lines()?, reader).await?;
+        }
+        Ok(self.ponds.as_ref().map_or(0, BuildPonds::byte_size))
+    }
+
     /// Returns whether the build split lines or corrected polygons. Only a build that splits lines
     /// does so.
     pub async fn is_split(&self, reader: &TileReader) -> anyhow::Result<bool> {
@@ -186,6 +199,7 @@ impl BuildInput<'_> {
             returned: 0,
             wanted: Vec::new(),
             capacity: capacity.min(1 << 30) as usize,
+            shores: self.ponds.as_ref().map_or(&[], BuildPonds::z_of_edges),
         })
     }
 
@@ -228,7 +242,7 @@ impl BuildInput<'_> {
 
     /// Returns a reader of all points that are vertices, with the crossing points if lines were
     /// split.
-    fn vertex_points<'b>(&self, split: Option<&'b SplitLines>) -> anyhow::Result<VertexPoints<'b>> {
+    fn vertex_points<'b>(&'b self, split: Option<&'b SplitLines>) -> anyhow::Result<VertexPoints<'b>> {
         Ok(VertexPoints {
             points: self.open_points()?,
             lines: self.open_lines()?,
@@ -237,6 +251,7 @@ impl BuildInput<'_> {
             sites: SiteBatch::default(),
             split,
             crossing_points: None,
+            ponds: self.ponds.as_ref(),
             next_record: 0,
         })
     }
@@ -311,6 +326,7 @@ struct VertexPoints<'a> {
     split: Option<&'a SplitLines>,
     /// The remaining points where segments cross, once the ends of the build's segments are read.
     crossing_points: Option<Box<dyn Iterator<Item = PointBatch> + 'a>>,
+    ponds: Option<&'a BuildPonds>,
     /// The largest record number so far, plus 1.
     next_record: u64,
 }
@@ -319,10 +335,11 @@ impl VertexPoints<'_> {
     fn next_batch(&mut self, batch: &mut PointBatch) -> anyhow::Result<Option<PointOrigin>> {
         if self.points.next_batch(batch)? {
             self.next_record = batch.records.last().map_or(0, |last| last + 1);
+            self.flatten(batch);
             return Ok(Some(PointOrigin::Input));
         }
         batch.clear();
-        let mut has_pairs = false;
+        let (mut has_pairs, mut is_of_edit) = (false, false);
         while batch.is_empty() {
             if self.lines.next_batch_until(0, &mut self.segments)?.is_some() {
                 self.take_ends(batch);
@@ -338,7 +355,7 @@ impl VertexPoints<'_> {
                 .is_some()
             {
                 self.take_ends(batch);
-                has_pairs = true;
+                (has_pairs, is_of_edit) = (true, true);
             } else {
                 return Ok(None);
             }
@@ -347,10 +364,19 @@ impl VertexPoints<'_> {
         batch.records.clear();
         batch.records.extend(self.next_record..next);
         self.next_record = next;
+        if !is_of_edit {
+            self.flatten(batch);
+        }
         if has_pairs {
             batch.remove_pairs_at_one_point();
         }
         Ok(Some(PointOrigin::Other))
+    }
+
+    fn flatten(&self, batch: &mut PointBatch) {
+        if let Some(ponds) = self.ponds {
+            ponds.flatten(batch);
+        }
     }
 
     fn take_ends(&self, batch: &mut PointBatch) {
@@ -390,6 +416,8 @@ struct InputSegments<'a> {
     wanted: Vec<(u64, u32)>,
     /// Approximate maximum number of segments in `ready` that wait for points.
     capacity: usize,
+    /// The z at the ends of the edges of shores that were not read yet.
+    shores: &'a [[f64; 2]],
 }
 
 impl InputSegments<'_> {
@@ -438,9 +466,20 @@ impl InputSegments<'_> {
                 .map(|line| LinePart::whole(EdgeSource::new(kind, first + line)));
             self.ready.sources.extend(sources);
             self.z.resize(self.ready.ends.len(), [f64::NAN; 2]);
-            self.z.extend_from_slice(z);
+            if let Some((z, others)) = self
+                .shores
+                .split_at_checked(ends.len())
+                .filter(|_| self.lines.is_of_ponds())
+            {
+                self.z.extend_from_slice(z);
+                self.shores = others;
+            } else {
+                self.z.extend_from_slice(z);
+            }
             self.polygons.resize(self.ready.ends.len(), 0);
-            self.polygons.extend_from_slice(polygons);
+            if kind == LineKind::Obstacle {
+                self.polygons.extend_from_slice(polygons);
+            }
             self.ready.ends.extend_from_slice(ends);
             for pair in records {
                 let index = 2 * self.ready.ends.len() as u32;
