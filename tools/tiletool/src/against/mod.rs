@@ -252,6 +252,7 @@ impl BuildInput<'_> {
             split,
             crossing_points: None,
             ponds: self.ponds.as_ref(),
+            shores: Vec::new(),
             next_record: 0,
         })
     }
@@ -327,6 +328,8 @@ struct VertexPoints<'a> {
     /// The remaining points where segments cross, once the ends of the build's segments are read.
     crossing_points: Option<Box<dyn Iterator<Item = PointBatch> + 'a>>,
     ponds: Option<&'a BuildPonds>,
+    /// Ends of the edges of shores, which come after those of other segments of the build.
+    shores: Vec<Point>,
     /// The largest record number so far, plus 1.
     next_record: u64,
 }
@@ -342,7 +345,13 @@ impl VertexPoints<'_> {
         let (mut has_pairs, mut is_of_edit) = (false, false);
         while batch.is_empty() {
             if self.lines.next_batch_until(0, &mut self.segments)?.is_some() {
-                self.take_ends(batch);
+                match self.lines.is_of_ponds() {
+                    true => self.shores.extend_from_slice(self.segments.ends.as_flattened()),
+                    false => self.take_ends(batch),
+                }
+                has_pairs = true;
+            } else if !self.shores.is_empty() {
+                batch.points = std::mem::take(&mut self.shores);
                 has_pairs = true;
             } else if let Some(points) = self.next_crossing_points() {
                 *batch = points;

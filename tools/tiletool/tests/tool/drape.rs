@@ -98,3 +98,50 @@ fn draped_files_pass_verification_against_their_input() {
     let on_slope = |&[x, y, z]: &[f64; 3]| (z - (100.0 + x / 4.0 - y / 8.0)).abs() < 1e-12;
     assert!(vertices(folder, "b.tiles").iter().all(on_slope));
 }
+
+#[test]
+fn ponds_are_flat_and_pass_verification() {
+    let scratch = scratch();
+    let folder = scratch.path();
+    fs::write(
+        folder.join("ponds.geojson"),
+        r#"{"type":"MultiPolygon","coordinates":[
+            [[[4.5,9.5],[8.5,9.5],[8.5,15.5],[4.5,9.5]]], [[[12,2],[15,2],[15,6],[12,6],[12,2]]]]}"#,
+    )
+    .unwrap();
+    let inputs = "--flatten ponds.geojson --segments lakes.csv --sites shops.csv";
+    let built = json(
+        folder,
+        &format!("build ground.csv {inputs} --crossings split -o a.tiles --tile-vertices 50 --json"),
+    );
+    // A triangle with 4 columns of points, and a square of 4 by 5.
+    assert_eq!(
+        (built["ponds"].as_u64(), built["flattened"].as_u64()),
+        (Some(2), Some(32))
+    );
+    assert_eq!(
+        run(folder, "query z a.tiles --at 8,11"),
+        format!("{}\n", 100.0 + 4.5 / 4.0 - 9.5 / 8.0)
+    );
+    assert_eq!(
+        run(folder, "query z a.tiles --at 14,3.3"),
+        format!("{}\n", 100.0 + 12.0 / 4.0 - 6.0 / 8.0)
+    );
+    run(folder, &format!("verify --deep a.tiles --against ground.csv {inputs}"));
+    // The same lines, but no ponds.
+    run(
+        folder,
+        "build ground.csv --segments ponds.geojson -o steep.tiles --quiet",
+    );
+    let steep = fails(
+        folder,
+        1,
+        "verify steep.tiles --against ground.csv --flatten ponds.geojson",
+    );
+    assert!(steep.contains("another z"), "{steep}");
+    let refused = fails(folder, 1, "build shops.csv --flatten ponds.geojson -o b.tiles");
+    assert!(
+        refused.contains("no z") && !folder.join("b.tiles").exists(),
+        "{refused}"
+    );
+}
