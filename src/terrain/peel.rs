@@ -366,3 +366,50 @@ impl Peeled {
         Some(peeled)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::VertexIndex;
+
+    fn vertex(tile: u32) -> VertexId {
+        VertexId {
+            tile: TileId(tile),
+            index: VertexIndex(7),
+        }
+    }
+
+    /// Three tiles with a triangle in common; the first two share another one, whose third corner is of
+    /// the second tile too, and the last has a cluster that it shares with nobody.
+    #[test]
+    fn clusters_join_and_a_tile_without_its_triangle_is_found() {
+        let all = [0, 1, 2].map(vertex);
+        let pair = [
+            vertex(0),
+            vertex(1),
+            VertexId {
+                index: VertexIndex(9),
+                ..vertex(1)
+            },
+        ];
+        let tiles = [
+            (vec![false, false], vec![(all, 0), (pair, 1)]),
+            (vec![false, true], vec![(pair, 0), (all, 1)]),
+            (vec![false, false], vec![(all, 1)]),
+        ];
+        for order in [[0, 1, 2], [2, 1, 0], [1, 2, 0]] {
+            let mut joining = Joining::new(3);
+            for tile in order {
+                assert!(tile == order[0] || joining.missing().is_some());
+                let (is_outer, shared) = tiles[tile].clone();
+                let tile = TileId(tile as u32);
+                assert!(joining.take(Found { tile, is_outer, shared }));
+                assert!(joining.bytes() > 0);
+            }
+            assert_eq!(joining.missing(), None);
+            let (starts, peeled) = joining.finish();
+            let of_tile = |tile: usize| [0, 1].map(|number| peeled.has(starts[tile] as usize + number));
+            assert_eq!([0, 1, 2].map(of_tile), [[true, false], [false, true], [false, true]]);
+        }
+    }
+}
