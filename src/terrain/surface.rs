@@ -48,7 +48,8 @@ impl Surface {
     /// it has an edge that is too long, and an edge on the hull or of another triangle that is peeled.
     /// Constraints and holes do not stop it. Without `max_edge`, this has no effect.
     ///
-    /// Which triangles these are follows from the whole triangulation, so all tiles are read first.
+    /// Which triangles these are follows from the whole triangulation, so each question reads all tiles
+    /// first.
     #[must_use]
     pub fn from_hull(mut self, from_hull: bool) -> Self {
         self.from_hull = from_hull;
