@@ -9,17 +9,18 @@ use super::options::ExportOptions;
 use super::what::{CutBy, What};
 use crate::geometry::{TriangleId, VertexIndex};
 use crate::store::{PassReader, ReadError, Tile, TileEdge, TileId, VertexId};
+use crate::terrain::{FileSurface, TileSurface};
 
 /// The number of each tile's first vertex.
 pub(super) struct Numbering {
     reader: PassReader,
     starts: Vec<u64>,
     options: ExportOptions,
+    surface: FileSurface,
 }
 
 impl Numbering {
-    pub(super) fn new(reader: PassReader, mut options: ExportOptions) -> Self {
-        options.surface = options.surface.of(reader.metadata());
+    pub(super) fn new(reader: PassReader, options: ExportOptions, surface: FileSurface) -> Self {
         let directory = reader.directory();
         let mut starts = vec![0; directory.tiles.len()];
         let mut next = 0;
@@ -31,11 +32,17 @@ impl Numbering {
             starts,
             reader,
             options,
+            surface,
         }
     }
 
     pub(super) fn reader(&self) -> &PassReader {
         &self.reader
+    }
+
+    /// Returns the triangles that count, before they are clipped.
+    pub(super) fn surface(&self) -> &FileSurface {
+        &self.surface
     }
 
     /// Returns the number of a tile's first vertex.
@@ -66,7 +73,7 @@ impl Numbering {
 
     /// Returns whether there are triangles that are not written because they are in holes.
     pub(super) fn leaves_out_holes(&self) -> bool {
-        !self.options.surface.has_holes() && self.reader.metadata().hole_triangles > 0
+        !self.surface.has_holes() && self.reader.metadata().hole_triangles > 0
     }
 
     /// Returns what is exported in a format of features.
@@ -88,7 +95,7 @@ impl Numbering {
         let metadata = self.reader.metadata();
         let is_clipped = self.options.clip.is_some();
         match by {
-            CutBy::Triangles if is_clipped || self.options.surface.is_limited() => None,
+            CutBy::Triangles if is_clipped || self.surface.is_limited() => None,
             // A directory with more triangles in holes than triangles was refused at open.
             CutBy::Triangles if self.leaves_out_holes() => Some(metadata.triangles - metadata.hole_triangles),
             CutBy::Triangles => Some(metadata.triangles),
@@ -109,10 +116,10 @@ impl Numbering {
         }
     }
 
-    /// Returns whether a triangle is written as part of this tile.
-    pub(super) fn is_written(&self, tile: &Tile, triangle: TriangleId) -> bool {
+    /// Returns whether a triangle is written as part of this tile, of which the surface is known.
+    pub(super) fn is_written(&self, tile: &Tile, surface: &TileSurface, triangle: TriangleId) -> bool {
         tile.owns(triangle)
-            && self.options.surface.has(tile, triangle)
+            && surface.has(tile, triangle)
             && self
                 .options
                 .clip

@@ -55,6 +55,15 @@ impl ExportOptions {
         self
     }
 
+    /// Sets whether, of the triangles with an edge that is too long, only those are left out that are
+    /// peeled off from the hull inwards, as [`Surface::from_hull`] says; false by default. All tiles are
+    /// read first.
+    #[must_use]
+    pub fn from_hull(mut self, from_hull: bool) -> Self {
+        self.surface = self.surface.from_hull(from_hull);
+        self
+    }
+
     /// Exports only triangles and edges that meet the interior of polygons, whole, and, of formats of
     /// features, only vertices that are inside or on the boundary. Formats of meshes keep all
     /// vertices, so that their numbers are the same in all exports.

@@ -12,6 +12,7 @@ use super::options::ExportOptions;
 use super::tile_part::{CHUNK_BYTES, TilePart};
 use super::what::CutBy;
 use crate::store::{Needs, PassPlan, PassReader, ReadError, TileId, spawn};
+use crate::terrain::FileSurface;
 
 /// The least number of bytes per write, except the last one.
 const BUFFER: usize = 1 << 20;
@@ -114,20 +115,32 @@ pub(super) struct ExportJob<'a> {
 }
 
 impl<'a> ExportJob<'a> {
-    pub(super) fn new(
+    /// Prepares an export.
+    ///
+    /// # Errors
+    /// As [`FileSurface::of`].
+    pub(super) async fn new(
         reader: PassReader,
         options: ExportOptions,
         progress: &'a mut (dyn FnMut(u64, u64) + Send),
-    ) -> Self {
-        Self {
-            numbering: Arc::new(Numbering::new(reader, options)),
+    ) -> Result<Self, ExportError> {
+        // If tiles are read before, then again to be written.
+        let total = 2 * u64::from(reader.metadata().tiles);
+        let mut done = 0;
+        let advance = || {
+            done += 1;
+            progress(done, total);
+        };
+        let surface = FileSurface::of(&reader, options.surface, advance).await?;
+        Ok(Self {
+            numbering: Arc::new(Numbering::new(reader, options, surface)),
             found: Vec::new(),
             written: Written::default(),
             notes: Vec::new(),
             progress,
-            done: 0,
-            total: 0,
-        }
+            done,
+            total: done,
+        })
     }
 
     pub(super) fn reader(&self) -> &PassReader {
@@ -210,7 +223,7 @@ impl<'a> ExportJob<'a> {
         S: Sink,
         F: Fn(&Numbering, &TilePart, &mut Vec<u8>) -> Result<(), Contradiction> + Clone + Send + 'static,
     {
-        let plan = self.reader().plan(needs)?;
+        let plan = self.reader().plan(needs.and(self.numbering.surface().needs()))?;
         let tiles = self.reader().pass(self.reader().tile_ids(), plan);
         let numbering = Arc::clone(&self.numbering);
         let tiles = tiles.map(move |tile| {

@@ -63,7 +63,8 @@ impl Survey {
         };
         match by {
             CutBy::Triangles => {
-                let written = tile.triangle_ids().filter(|&t| numbering.is_written(tile, t));
+                let surface = numbering.surface().in_tile(tile);
+                let written = tile.triangle_ids().filter(|&t| numbering.is_written(tile, &surface, t));
                 written.for_each(|triangle| add(&tile.corners(triangle)));
             }
             CutBy::Vertices => tile.vertex_indices().for_each(|vertex| add(&[vertex])),
@@ -95,8 +96,12 @@ impl ExportJob<'_> {
     /// Counts, in a pass, the elements that will be written, and finds their bounds.
     pub(super) async fn survey(&mut self, by: CutBy) -> Result<Survey, ExportError> {
         let numbering = self.numbering.clone();
+        let needs = match by {
+            CutBy::Triangles => numbering.surface().needs(),
+            CutBy::Vertices | CutBy::Points | CutBy::Edges => Needs::default(),
+        };
         let work = move |tile: crate::store::TileInPass| Survey::of(&numbering, &tile, by);
-        let mut surveys = self.reader().for_each_tile(Needs::default(), work)?;
+        let mut surveys = self.reader().for_each_tile(needs, work)?;
         let mut all = Survey {
             count: 0,
             bounds: Bounds::EMPTY,

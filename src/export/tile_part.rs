@@ -9,6 +9,7 @@ use super::numbering::Numbering;
 use super::what::CutBy;
 use crate::geometry::{TriangleId, VertexIndex};
 use crate::store::{ReadError, TileEdge, TileInPass};
+use crate::terrain::TileSurface;
 
 /// The number of vertices, triangles or edges in a part.
 const PART: u32 = 2048;
@@ -20,6 +21,8 @@ pub(super) const CHUNK_BYTES: u64 = 512 * PART as u64;
 /// Some of the vertices, triangles or edges of a tile.
 pub(super) struct TilePart {
     pub(super) tile: Arc<TileInPass>,
+    /// The surface in the tile, if this is a part of its triangles.
+    surface: Option<Arc<TileSurface>>,
     /// The indices of the elements in the tile.
     pub(super) range: Range<u32>,
     /// The number of elements to be written.
@@ -37,10 +40,9 @@ impl TilePart {
         numbering: &Numbering,
         mut take: impl FnMut(TriangleId, [VertexIndex; 3], [u64; 3]) -> Result<(), Contradiction>,
     ) -> Result<(), Contradiction> {
-        let Self { tile, range, .. } = self;
+        let tile = &self.tile;
         let start = numbering.start(tile);
-        let triangles = range.clone().map(TriangleId);
-        for triangle in triangles.filter(|&triangle| numbering.is_written(tile, triangle)) {
+        for triangle in self.triangles(numbering) {
             let corners = tile.corners(triangle);
             let mut numbers = corners.map(|corner| start + u64::from(corner.0));
             for (corner, number) in corners.into_iter().zip(&mut numbers) {
@@ -51,6 +53,15 @@ impl TilePart {
             take(triangle, corners, numbers)?;
         }
         Ok(())
+    }
+
+    /// Returns the triangles that are written.
+    fn triangles<'a>(&'a self, numbering: &'a Numbering) -> impl Iterator<Item = TriangleId> + 'a {
+        let surface = self.surface.as_deref().into_iter();
+        surface.flat_map(move |surface| {
+            let triangles = self.range.clone().map(TriangleId);
+            triangles.filter(move |&triangle| numbering.is_written(&self.tile, surface, triangle))
+        })
     }
 
     /// Returns the vertices, with their numbers over the whole file.
@@ -94,11 +105,13 @@ impl Numbering {
             _ => 0,
         };
         let all_in_part = owned == tile.triangle_count() && self.writes_all(CutBy::Triangles);
+        let surface = (cut == CutBy::Triangles).then(|| Arc::new(self.surface().in_tile(tile)));
         let mut parts = Vec::new();
         for start in (0..count.max(1)).step_by(PART as usize) {
             let range = start..count.min(start.saturating_add(PART));
             let mut part = TilePart {
                 tile: Arc::clone(tile),
+                surface: surface.clone(),
                 is_last: range.end == count,
                 written: range.end - range.start,
                 range,
@@ -107,10 +120,7 @@ impl Numbering {
             part.written = match cut {
                 CutBy::Vertices => part.written,
                 CutBy::Triangles if all_in_part => part.written,
-                CutBy::Triangles => {
-                    let triangles = part.range.clone().map(TriangleId);
-                    triangles.filter(|&t| self.is_written(tile, t)).count() as u32
-                }
+                CutBy::Triangles => part.triangles(self).count() as u32,
                 CutBy::Points if self.writes_all(cut) => part.written,
                 CutBy::Points => part.points(self).count() as u32,
                 CutBy::Edges => part.edges(self).count() as u32,

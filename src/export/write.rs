@@ -69,7 +69,7 @@ pub async fn export<W: Write + Send + 'static>(
         .zip(suffixes)
         .map(|(writer, suffix)| Output::new(writer, suffix))
         .collect();
-    let mut job = ExportJob::new(reader.for_passes().await?, options, &mut progress);
+    let mut job = ExportJob::new(reader.for_passes().await?, options, &mut progress).await?;
     match (format, outputs.as_mut_slice()) {
         (Format::Ply, [output]) => ply::write(&mut job, output).await?,
         (Format::Node, [node, ele]) => node::write(&mut job, node, ele).await?,

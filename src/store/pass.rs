@@ -69,6 +69,15 @@ impl Needs {
         }
     }
 
+    /// Returns the memory for both.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            fixed: self.fixed.saturating_add(other.fixed),
+            per_thread: self.per_thread.saturating_add(other.per_thread),
+            per_vertex: self.per_vertex.saturating_add(other.per_vertex),
+        }
+    }
+
     /// Returns the bytes that a pass takes with one tile at a time.
     pub(crate) fn least(self, directory: &Directory) -> u64 {
         let PassCost {

@@ -13,7 +13,7 @@ use super::facet::{Facet, Place};
 use super::grid::Window;
 use super::measure::Measuring;
 use super::scan::scan;
-use super::surface::Surface;
+use super::surface::FileSurface;
 use crate::geometry::{Point, Rect};
 use crate::store::Tile;
 
@@ -29,7 +29,7 @@ fn bits(value: f64) -> u64 {
 /// The cells of a window, being filled.
 pub(crate) struct Cells {
     window: Window,
-    surface: Surface,
+    surface: FileSurface,
     measuring: Measuring,
     /// The bits of the values, row by row. Relaxed order suffices: no two threads write different bits
     /// to a cell, and what starts and joins the threads orders all else.
@@ -58,7 +58,7 @@ impl Cells {
     /// Bytes of memory for each cell.
     pub(crate) const BYTES: u64 = size_of::<AtomicU64>() as u64;
 
-    pub(crate) fn new(window: Window, surface: Surface, measuring: Measuring) -> Self {
+    pub(crate) fn new(window: Window, surface: FileSurface, measuring: Measuring) -> Self {
         let cells = window.columns() * window.rows();
         Self {
             values: (0..cells).map(|_| AtomicU64::new(NONE)).collect(),
@@ -76,12 +76,13 @@ impl Cells {
     /// Gives values to the cells whose centres are in triangles that a tile owns.
     pub(crate) fn fill(&self, tile: &Tile) {
         let around = self.window.around_centres();
+        let surface = self.surface.in_tile(tile);
         let facets = || {
             let triangles = tile.owned_triangles().filter(|&triangle| {
                 let [a, b, c] = tile.triangle_points(triangle);
                 Rect::around([a, b, c]).intersects(around)
             });
-            triangles.filter_map(|triangle| self.surface.facet(tile, triangle))
+            triangles.filter_map(|triangle| surface.facet(tile, triangle))
         };
         let mut has_candidates = false;
         for facet in facets() {

@@ -21,7 +21,7 @@ use std::ops::Range;
 use super::chain;
 use super::facet::{Corner, point_on_edge};
 use super::levels::{Levels, LevelsError};
-use super::surface::Surface;
+use super::surface::{Surface, TileSurface};
 use crate::geometry::{HalfEdge, Point, TriangleId};
 use crate::mesh::{Topology, Twin};
 use crate::store::{Tile, VertexId};
@@ -53,9 +53,9 @@ impl ContourOptions {
         self
     }
 
-    /// Returns the levels.
-    pub(crate) fn levels(&self) -> &Levels {
-        &self.levels
+    /// Returns the levels, and the triangles that count.
+    pub(crate) fn parts(&self) -> (Levels, Surface) {
+        (self.levels, self.surface)
     }
 }
 
@@ -98,8 +98,11 @@ pub(crate) struct BadTwin(u32);
 
 /// Returns the levels that cross the triangles of a tile, in ranges of about as many crossings as the
 /// tile has triangles, or of one level.
-pub(crate) fn level_ranges(tile: &Tile, options: &ContourOptions) -> Result<Vec<Range<i64>>, LevelsError> {
-    let ContourOptions { levels, surface } = options;
+pub(crate) fn level_ranges(
+    tile: &Tile,
+    surface: &TileSurface,
+    levels: &Levels,
+) -> Result<Vec<Range<i64>>, LevelsError> {
     let mut heights: Option<[f64; 2]> = None;
     let counting = || {
         let counting = tile.owned_triangles().filter(|&t| surface.has(tile, t));
@@ -139,8 +142,13 @@ pub(crate) fn level_ranges(tile: &Tile, options: &ContourOptions) -> Result<Vec<
 }
 
 /// Returns the chains of some levels in a tile.
-pub(crate) fn trace(tile: &Tile, options: &ContourOptions, within: Range<i64>) -> Result<TileChains, BadTwin> {
-    let mut tracer = Tracer::new(tile, options, within);
+pub(crate) fn trace(
+    tile: &Tile,
+    surface: &TileSurface,
+    levels: &Levels,
+    within: Range<i64>,
+) -> Result<TileChains, BadTwin> {
+    let mut tracer = Tracer::new(tile, surface, levels, within);
     // What is left after all open chains are closed ones.
     for open in [true, false] {
         for triangle in tile.triangle_ids() {
@@ -173,7 +181,8 @@ enum Beyond {
 
 struct Tracer<'t> {
     tile: &'t Tile,
-    options: &'t ContourOptions,
+    surface: &'t TileSurface,
+    levels: &'t Levels,
     within: Range<i64>,
     /// For each triangle that the tile traces the number of its first crossing. There is a number for
     /// each level of `within` that crosses the triangle, in order.
@@ -187,17 +196,18 @@ struct Tracer<'t> {
 type Number = std::num::NonZeroU32;
 
 impl<'t> Tracer<'t> {
-    fn new(tile: &'t Tile, options: &'t ContourOptions, within: Range<i64>) -> Self {
+    fn new(tile: &'t Tile, surface: &'t TileSurface, levels: &'t Levels, within: Range<i64>) -> Self {
         let mut tracer = Self {
             tile,
-            options,
+            surface,
+            levels,
             within,
             firsts: vec![None; tile.triangle_count() as usize],
             is_traced: Vec::new(),
             found: TileChains::default(),
         };
         let mut next = Number::MIN;
-        for triangle in tile.owned_triangles().filter(|&t| options.surface.has(tile, t)) {
+        for triangle in tile.owned_triangles().filter(|&t| surface.has(tile, t)) {
             tracer.firsts[triangle.index()] = Some(next);
             next = next.saturating_add(tracer.crossing(triangle).count() as u32);
         }
@@ -208,7 +218,7 @@ impl<'t> Tracer<'t> {
     /// Returns the levels that cross a triangle.
     fn crossing(&self, triangle: TriangleId) -> Range<i64> {
         let [low, high] = extremes(self.tile, triangle);
-        let Range { start, end } = self.options.levels.between(low, high);
+        let Range { start, end } = self.levels.between(low, high);
         let start = start.max(self.within.start);
         start..end.min(self.within.end).max(start)
     }
@@ -245,7 +255,7 @@ impl<'t> Tracer<'t> {
                 false => Err(BadTwin(half_edge.0)),
             };
         }
-        let is_of_other = !self.tile.owns(triangle) && self.options.surface.has(self.tile, triangle);
+        let is_of_other = !self.tile.owns(triangle) && self.surface.has(self.tile, triangle);
         Ok(if is_of_other { Beyond::Junction } else { Beyond::Border })
     }
 
@@ -273,7 +283,7 @@ impl<'t> Tracer<'t> {
     /// Traces the chain of a level that starts in a triangle, if it is `open`; or that passes through
     /// it, if all open ones are traced.
     fn trace_from(&mut self, triangle: TriangleId, level: i64, open: bool) -> Result<(), BadTwin> {
-        let height = self.options.levels.height(level);
+        let height = self.levels.height(level);
         let entry = self.crossed(triangle, height, true);
         let start = match self.beyond(entry)? {
             Beyond::Traced(_) if open => return Ok(()),

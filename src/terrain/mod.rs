@@ -4,13 +4,14 @@
 //! plane of each triangle; nothing is resampled or smoothed.
 //!
 //! All of it is made of pure functions of tiles, which need no other tile: a tile has the z of all
-//! corners of its triangles. What they compute is the same to the last bit, whatever the tiles, the
-//! threads and the memory.
+//! corners of its triangles. Only to peel triangles off the hull, all tiles are read before. What they
+//! compute is the same to the last bit, whatever the tiles, the threads and the memory.
 //!
 //! | module | contents |
 //! |---|---|
 //! | `facet` | the plane of a triangle, exact places on it |
 //! | `surface`, `clip` | the triangles that count; polygons to which results are limited |
+//! | `peel` | triangles that are left out from the hull inwards |
 //! | `outline` | z outside, from the nearest point of the hull |
 //! | `ponds` | the lowest z of shores, for all vertices in them |
 //! | `grid`, `scan`, `measure` | cells, the cells in a triangle, what they show |
@@ -33,6 +34,7 @@ mod levels;
 mod measure;
 mod outline;
 mod overlap;
+mod peel;
 mod ponds;
 mod profile;
 mod raster;
@@ -58,4 +60,5 @@ pub use raster::RasterOptions;
 pub(crate) use raster::{Block, BlockSize, Raster};
 pub(crate) use strands::{Run, Strand, Strands};
 pub use surface::Surface;
+pub(crate) use surface::{FileSurface, TileSurface};
 pub use volume::Volume;

@@ -15,7 +15,7 @@ use futures::stream::{self, StreamExt, TryStreamExt};
 use super::chord::{Link, Mark, Station, chord};
 use super::error::TerrainError;
 use super::strips::Strips;
-use super::surface::Surface;
+use super::surface::{FileSurface, Surface, TileSurface};
 use crate::geometry::{Point, Rect, segment_meets};
 use crate::store::{Tile, TileReader};
 
@@ -135,7 +135,7 @@ impl Line {
     ///
     /// # Errors
     /// Fails if a triangle is not counter-clockwise, which valid files do not have.
-    fn walk(&self, tile: &Tile, surface: Surface, links: &mut Links) -> Result<(), String> {
+    fn walk(&self, tile: &Tile, surface: &TileSurface, links: &mut Links) -> Result<(), String> {
         for triangle in tile.owned_triangles() {
             let corners = tile.triangle_points(triangle);
             let near = self.segments.near(Rect::around(corners));
@@ -248,7 +248,8 @@ impl TileReader {
     /// wherever it crosses an edge or meets a vertex of the triangulation. A line may run along edges,
     /// turn back and cross itself. A coordinate closer to 0 than [`Point::MIN_MAGNITUDE`] counts as 0.
     ///
-    /// Only tiles that the line meets are read. The result does not depend on the tiles, to the last
+    /// Only tiles that the line meets are read, unless triangles are left out [from the
+    /// hull](Surface::from_hull). The result does not depend on the tiles, to the last
     /// bit. Its memory grows with the number of edges that the line crosses.
     ///
     /// # Errors
@@ -288,11 +289,12 @@ impl TileReader {
             return Err(TerrainError::no_z(self));
         }
         let line = Line::new(line)?;
+        let surface = FileSurface::for_few_tiles(self, surface).await?;
         let ids = self.tiles_where(|bounds| line.meets(bounds)).await?;
         let mut tiles = stream::iter(ids).map(|id| self.tile(id)).buffered(AHEAD);
         let mut links = Links::default();
         while let Some(tile) = tiles.try_next().await? {
-            let walked = line.walk(&tile, surface, &mut links);
+            let walked = line.walk(&tile, &surface.in_tile(&tile), &mut links);
             walked.map_err(|reason| self.damaged(tile.id(), reason))?;
         }
         Ok(Profile {

@@ -13,7 +13,7 @@ use super::clip::Clip;
 use super::error::TerrainError;
 use super::grid::{Grid, Window};
 use super::measure::{Measure, Measuring};
-use super::surface::Surface;
+use super::surface::{FileSurface, Surface};
 #[cfg(feature = "geotiff")]
 use crate::crs::Crs;
 use crate::memory::FileShares;
@@ -99,6 +99,7 @@ impl RasterOptions {
 pub(crate) struct Raster {
     reader: PassReader,
     options: RasterOptions,
+    surface: FileSurface,
 }
 
 /// The number of columns and rows of the blocks of a raster.
@@ -120,16 +121,24 @@ impl Raster {
     /// The memory of a thread for each vertex of its tile, where some values are found in two steps.
     const CANDIDATES: u64 = 64;
 
-    /// Prepares a raster.
+    /// Prepares a raster. Calls `advance` after each tile that it must read before.
     ///
     /// # Errors
-    /// Fails if the file has no z.
-    pub(crate) fn new(reader: PassReader, mut options: RasterOptions) -> Result<Self, TerrainError> {
-        options.surface = options.surface.of(reader.metadata());
-        match reader.metadata().has_z {
-            true => Ok(Self { reader, options }),
-            false => Err(TerrainError::no_z(&reader)),
+    /// Fails if the file has no z, or as [`FileSurface::of`].
+    pub(crate) async fn new(
+        reader: PassReader,
+        options: RasterOptions,
+        advance: impl FnMut() + Send,
+    ) -> Result<Self, TerrainError> {
+        if !reader.metadata().has_z {
+            return Err(TerrainError::no_z(&reader));
         }
+        let surface = FileSurface::of(&reader, options.surface, advance).await?;
+        Ok(Self {
+            reader,
+            options,
+            surface,
+        })
     }
 
     pub(crate) fn options(&self) -> &RasterOptions {
@@ -148,18 +157,20 @@ impl Raster {
         Self {
             reader: self.reader.clone(),
             options: self.options.coarser(factor),
+            surface: self.surface.clone(),
         }
     }
 
     fn needs(&self, fixed: u64) -> Needs {
-        Needs {
+        let needs = Needs {
             fixed,
             per_thread: 0,
             per_vertex: match self.options.measure {
                 Measure::Z => 0,
                 _ => Self::CANDIDATES,
             },
-        }
+        };
+        needs.and(self.surface.needs())
     }
 
     /// Returns the size of blocks that fit into the memory that the reader may use, beside
@@ -218,12 +229,16 @@ impl Raster {
             grid,
             measure,
             z_factor,
-            surface,
             ref clip,
+            ..
         } = self.options;
         let window = Window::new(&grid, columns, rows);
         let tiles = self.tiles(&window);
-        let cells = Arc::new(Cells::new(window, surface, Measuring::new(measure, z_factor)));
+        let cells = Arc::new(Cells::new(
+            window,
+            self.surface.clone(),
+            Measuring::new(measure, z_factor),
+        ));
         let plan = self.reader.plan(self.needs(others + cells.bytes()))?;
         let filled = Arc::clone(&cells);
         let mut passes = self
@@ -320,7 +335,7 @@ impl TileReader {
             columns.end <= grid.columns() && rows.end <= grid.rows(),
             "{columns:?} and {rows:?}"
         );
-        let raster = Raster::new(self.for_passes().await?, options.clone())?;
+        let raster = Raster::new(self.for_passes().await?, options.clone(), || {}).await?;
         // The copy.
         let bytes = columns.len() as u64 * rows.len() as u64 * size_of::<f64>() as u64;
         let block = raster.block(columns, rows, bytes, || {}).await?;

@@ -14,7 +14,7 @@ use super::error::TerrainError;
 use super::exact_sum::ExactSum;
 use super::facet::{Facet, Place};
 use super::overlap::overlap;
-use super::surface::Surface;
+use super::surface::{FileSurface, Surface, TileSurface};
 use crate::store::{Needs, Tile, TileId, TileReader};
 
 /// Bytes of memory that the overlap with a triangle takes for each edge of polygons there.
@@ -146,7 +146,7 @@ impl Sums {
     ///
     /// # Errors
     /// Fails if a triangle is not counter-clockwise, which valid files do not have.
-    fn of(tile: &Tile, level: f64, surface: Surface, clip: Option<&Clip>) -> Result<Self, String> {
+    fn of(tile: &Tile, level: f64, surface: &TileSurface, clip: Option<&Clip>) -> Result<Self, String> {
         let mut sums = Self::default();
         for triangle in tile.owned_triangles() {
             if let Some(facet) = surface.checked_facet(tile, triangle)? {
@@ -162,7 +162,8 @@ impl TileReader {
     /// Returns the volumes between the surface and the horizontal plane at `level`, in polygons if there
     /// are any. Where polygons overlap, the surface counts once.
     ///
-    /// Reads the tiles that meet the polygons. The result does not depend on tiles, threads and memory,
+    /// Reads the tiles that meet the polygons, and all tiles before if triangles are left out [from the
+    /// hull](Surface::from_hull). The result does not depend on tiles, threads and memory,
     /// to the last bit. Must be awaited within a tokio runtime.
     ///
     /// # Errors
@@ -204,20 +205,22 @@ impl TileReader {
             return Err(TerrainError::no_z(self));
         }
         let reader = self.for_passes().await?;
+        let surface = FileSurface::of(&reader, surface, || {}).await?;
         let directory = reader.directory();
         let meets = |id: &TileId| {
             let bounds = directory.tiles[id.0 as usize].bounds;
             clip.as_ref().is_none_or(|clip| clip.bounds().intersects(bounds))
         };
         let tiles = directory.tile_ids().filter(meets).map(|id| (id, ())).collect();
-        let plan = reader.plan(Needs {
+        let of_clip = Needs {
             fixed: clip.as_ref().map_or(0, |clip| clip.bytes()),
             // All edges may be in one triangle.
             per_thread: clip.as_ref().map_or(0, |clip| PER_EDGE * clip.edge_count()),
             per_vertex: 0,
-        })?;
+        };
+        let plan = reader.plan(of_clip.and(surface.needs()))?;
         let mut passes = reader.for_some_tiles(tiles, plan, move |tile, ()| {
-            let sums = Sums::of(&tile, level, surface, clip.as_deref());
+            let sums = Sums::of(&tile, level, &surface.in_tile(&tile), clip.as_deref());
             (tile.id(), sums.map(Box::new))
         });
         let mut total = Sums::default();

@@ -5,6 +5,7 @@
 pub mod faults;
 pub mod flat;
 pub mod oracle;
+pub mod peeling;
 pub mod test_data;
 
 use std::path::{Path, PathBuf};

@@ -14,7 +14,7 @@ use crate::export::spool::Spool;
 use crate::geometry::Point;
 use crate::memory::FileShares;
 use crate::store::{Needs, PassReader, ReadError, TileInPass, spawn};
-use crate::terrain::{ContourOptions, Ends, Levels, Run, Strand, Strands, TerrainError, TileChains};
+use crate::terrain::{Ends, FileSurface, Levels, Run, Strand, Strands, TerrainError, TileChains, TileSurface};
 use crate::terrain::{complete, level_ranges, push, trace};
 
 /// The number of bytes of a point in the temporary file.
@@ -27,6 +27,7 @@ const READ: u64 = 1 << 20;
 /// Some levels in a tile.
 struct Slice {
     tile: Arc<TileInPass>,
+    surface: Arc<TileSurface>,
     levels: Range<i64>,
     /// Whether these are the last levels of the tile.
     is_last: bool,
@@ -45,7 +46,7 @@ struct Drawn {
 
 impl Slice {
     /// Traces the contours, and formats those that are complete.
-    fn draw(self, reader: &PassReader, options: &ContourOptions, encoding: Encoding) -> Result<Drawn, ExportError> {
+    fn draw(self, reader: &PassReader, levels: &Levels, encoding: Encoding) -> Result<Drawn, ExportError> {
         let tile = self.tile.id();
         let mut drawn = Drawn {
             features: Features::new(encoding),
@@ -57,13 +58,13 @@ impl Slice {
         if self.levels.is_empty() {
             return Ok(drawn);
         }
-        let traced = trace(&self.tile, options, self.levels);
+        let traced = trace(&self.tile, &self.surface, levels, self.levels);
         let mut traced = traced.map_err(|fault| reader.damaged(tile, fault.to_string()))?;
         for chain in &traced.chains {
             let points = &traced.points[chain.points.clone()];
             match chain.ends {
                 Ends::Closed | Ends::Open([None, None]) => drawn.features.add(Contour {
-                    z: options.levels().height(chain.level),
+                    z: levels.height(chain.level),
                     points,
                     is_closed: chain.ends == Ends::Closed,
                 })?,
@@ -83,11 +84,17 @@ impl Slice {
 }
 
 /// Returns the slices of a tile, at least one.
-fn slices(reader: &PassReader, options: &ContourOptions, tile: TileInPass) -> Result<Vec<Slice>, ExportError> {
+fn slices(
+    reader: &PassReader,
+    surface: &FileSurface,
+    levels: &Levels,
+    tile: TileInPass,
+) -> Result<Vec<Slice>, ExportError> {
     if !tile.has_z() {
         return Err(reader.damaged(tile.id(), Contradiction::HasZ.to_string()).into());
     }
-    let mut ranges = level_ranges(&tile, options).map_err(TerrainError::from)?;
+    let surface = Arc::new(surface.in_tile(&tile));
+    let mut ranges = level_ranges(&tile, &surface, levels).map_err(TerrainError::from)?;
     if ranges.is_empty() {
         ranges.push(0..0);
     }
@@ -97,6 +104,7 @@ fn slices(reader: &PassReader, options: &ContourOptions, tile: TileInPass) -> Re
     Ok(numbered
         .map(|(number, levels)| Slice {
             tile: Arc::clone(&tile),
+            surface: Arc::clone(&surface),
             levels,
             is_last: number == count,
         })
@@ -106,7 +114,8 @@ fn slices(reader: &PassReader, options: &ContourOptions, tile: TileInPass) -> Re
 /// The state of an export.
 pub(super) struct ContourJob<W> {
     reader: PassReader,
-    options: ContourOptions,
+    surface: FileSurface,
+    levels: Levels,
     encoding: Encoding,
     sink: FeatureSink<W>,
     spool: Spool,
@@ -124,14 +133,15 @@ impl<W: Write + Send + 'static> ContourJob<W> {
 
     pub(super) fn new(
         reader: PassReader,
-        options: ContourOptions,
+        (surface, levels): (FileSurface, Levels),
         encoding: Encoding,
         sink: FeatureSink<W>,
         spool: Spool,
     ) -> Self {
         let mut job = Self {
             reader,
-            options,
+            surface,
+            levels,
             encoding,
             sink,
             spool,
@@ -152,12 +162,13 @@ impl<W: Write + Send + 'static> ContourJob<W> {
         let per_vertex = 2 * (Self::PER_CROSSING + size_of::<u32>() as u64);
         let tiles = self.reader.directory().tiles.iter();
         let largest = tiles.map(|tile| u64::from(tile.vertices)).max().unwrap_or(0);
-        Needs {
+        let needs = Needs {
             // What is written, and a slice that waits for it.
             fixed: self.most + (4 << 20) + 2 * LONG * Self::PER_CROSSING + per_vertex * largest,
             per_thread: (1 << 20) + Levels::MAX * size_of::<i64>() as u64,
             per_vertex,
-        }
+        };
+        needs.and(self.surface.needs())
     }
 
     /// Returns the memory that the smallest pass needs.
@@ -179,10 +190,10 @@ impl<W: Write + Send + 'static> ContourJob<W> {
     /// Writes all contours. Calls `advance` after each tile.
     pub(super) async fn run(mut self, mut advance: impl FnMut() + Send) -> Result<FeatureSink<W>, ExportError> {
         let threads = self.reader.plan(self.needs())?.threads;
-        let (reader, options, encoding) = (self.reader.clone(), self.options, self.encoding);
+        let (reader, levels, encoding) = (self.reader.clone(), self.levels, self.encoding);
         let drawn = self.slices()?.map(move |slice| {
             let reader = reader.clone();
-            let drawn = slice.map(|slice| spawn(move || slice.draw(&reader, &options, encoding)));
+            let drawn = slice.map(|slice| spawn(move || slice.draw(&reader, &levels, encoding)));
             async move { drawn?.await? }
         });
         let mut drawn = pin!(drawn.buffered(threads));
@@ -205,13 +216,13 @@ impl<W: Write + Send + 'static> ContourJob<W> {
     /// Returns the slices of all tiles, in order.
     fn slices(&self) -> Result<impl Stream<Item = Result<Slice, ExportError>> + Send + use<W>, ExportError> {
         let plan = self.reader.plan(self.needs())?;
-        let (reader, options) = (self.reader.clone(), self.options);
+        let (reader, surface, levels) = (self.reader.clone(), self.surface.clone(), self.levels);
         let tiles = self.reader.pass(self.reader.tile_ids(), plan).boxed();
         let tiles = tiles.map(move |tile| {
-            let reader = reader.clone();
+            let (reader, surface) = (reader.clone(), surface.clone());
             async move {
                 let tile = tile?;
-                spawn(move || slices(&reader, &options, tile)).await?
+                spawn(move || slices(&reader, &surface, &levels, tile)).await?
             }
         });
         let mut all: Option<Range<i64>> = None;
@@ -224,7 +235,7 @@ impl<W: Write + Send + 'static> ContourJob<W> {
                 }
             }
             let all = all.clone().unwrap_or_default();
-            options.levels().check_count(&all).map_err(TerrainError::from)?;
+            levels.check_count(&all).map_err(TerrainError::from)?;
             Ok(slices)
         });
         Ok(checked.flat_map(|slices| match slices {
@@ -276,7 +287,7 @@ impl<W: Write + Send + 'static> ContourJob<W> {
         if strands.is_empty() {
             return Ok(());
         }
-        let (levels, encoding) = (*self.options.levels(), self.encoding);
+        let (levels, encoding) = (self.levels, self.encoding);
         let read = self.spool.with(move |file| {
             let mut features = Features::new(encoding);
             for strand in strands {
@@ -300,7 +311,7 @@ impl<W: Write + Send + 'static> ContourJob<W> {
     /// Writes a contour part by part.
     async fn write_long(&mut self, strand: Strand) -> Result<(), ExportError> {
         self.check_memory(strand.points().saturating_mul(self.encoding.memory_per_point()))?;
-        let (z, is_closed) = (self.options.levels().height(strand.level), strand.is_closed);
+        let (z, is_closed) = (self.levels.height(strand.level), strand.is_closed);
         let points = self.spool.with(move |file| read(file, &strand)).await?;
         let Some(points) = points else { return Ok(()) };
         let (points, encoding) = (Arc::new(points), self.encoding);

@@ -10,7 +10,7 @@ use crate::export::format::Format;
 use crate::export::output::Output;
 use crate::export::spool::Spool;
 use crate::store::TileReader;
-use crate::terrain::{ContourOptions, TerrainError};
+use crate::terrain::{ContourOptions, FileSurface, TerrainError};
 
 /// How contours are written.
 ///
@@ -124,11 +124,20 @@ pub async fn export_contours<W: Write + Send + 'static>(
         return Err(TerrainError::NoZ { file }.into());
     }
     let reader = reader.for_passes().await?;
+    let (levels, surface) = options.parts();
+    let tiles = u64::from(reader.metadata().tiles);
+    // With the pass that follows.
+    let (mut done, mut total) = (0, 2 * tiles);
+    let mut advance = || {
+        done += 1;
+        progress(done, total);
+    };
+    let surface = FileSurface::of(&reader, surface, &mut advance).await?;
+    total = done + tiles;
     let output = Output::new(output, how.format.suffixes()[0]);
     let sink = FeatureSink::open(&reader, encoding, output, &how.scratch).await?;
     let spool = Spool::create(&how.scratch).await?;
-    let (mut done, total) = (0, u64::from(reader.metadata().tiles));
-    let job = ContourJob::new(reader.clone(), options, encoding, sink, spool);
+    let job = ContourJob::new(reader.clone(), (surface, levels), encoding, sink, spool);
     let advance = || {
         done += 1;
         progress(done, total);

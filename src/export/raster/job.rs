@@ -8,8 +8,8 @@ use futures::stream::{self, StreamExt};
 
 use crate::export::error::ExportError;
 use crate::export::output::Sink;
-use crate::store::spawn;
-use crate::terrain::{Block, BlockSize, Grid, Raster};
+use crate::store::{PassReader, spawn};
+use crate::terrain::{Block, BlockSize, Grid, Raster, RasterOptions};
 
 /// The blocks that a format takes.
 #[derive(Clone, Copy)]
@@ -32,13 +32,29 @@ impl<'a> RasterJob<'a> {
     /// The memory for encoding: chunks on their way, a few for each thread.
     const ENCODING: u64 = 32 << 20;
 
-    pub(super) fn new(raster: Raster, progress: &'a mut (dyn FnMut(u64, u64) + Send)) -> Self {
-        Self {
+    /// Prepares an export.
+    ///
+    /// # Errors
+    /// As [`Raster::new`].
+    pub(super) async fn new(
+        reader: PassReader,
+        options: RasterOptions,
+        progress: &'a mut (dyn FnMut(u64, u64) + Send),
+    ) -> Result<Self, ExportError> {
+        // If tiles are read before, then again for the raster.
+        let total = 2 * u64::from(reader.metadata().tiles);
+        let mut done = 0;
+        let advance = || {
+            done += 1;
+            progress(done, total);
+        };
+        let raster = Raster::new(reader, options, advance).await?;
+        Ok(Self {
             raster,
             progress,
-            done: 0,
-            total: 0,
-        }
+            done,
+            total: done,
+        })
     }
 
     pub(super) fn grid(&self) -> &Grid {

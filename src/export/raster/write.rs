@@ -11,7 +11,7 @@ use super::samples::{RasterFormat, Samples};
 use crate::export::error::ExportError;
 use crate::export::output::Output;
 use crate::store::TileReader;
-use crate::terrain::{Raster, RasterOptions};
+use crate::terrain::RasterOptions;
 
 /// How a raster is written.
 ///
@@ -100,8 +100,7 @@ pub async fn export_raster<W: Write + Send + 'static>(
     let samples = Samples::of(options.what(), how.samples);
     let mut output = Output::new(output, how.format.suffix());
     let grid = *options.grid();
-    let raster = Raster::new(reader.for_passes().await?, options)?;
-    let mut job = RasterJob::new(raster, &mut progress);
+    let mut job = RasterJob::new(reader.for_passes().await?, options, &mut progress).await?;
     match how.format {
         RasterFormat::Asc => asc::write(&mut job, samples, &mut output).await?,
         #[cfg(feature = "geotiff")]

@@ -8,7 +8,7 @@ use crate::geometry::{HalfEdge, Point, TriangleId, VertexIndex};
 use crate::mesh::Topology;
 use crate::query::request::{Contradiction, half_edge_towards};
 use crate::store::{ReadError, Tile, TileReader, VertexId};
-use crate::terrain::Surface;
+use crate::terrain::{FileSurface, Surface};
 
 /// Point location.
 impl TileReader {
@@ -92,7 +92,9 @@ impl TileReader {
     ///
     /// Reads the tiles that [`locate`](Self::locate) reads, and no others: a tile has the z of all
     /// corners of its triangles. Only if the point is on an edge or on a vertex, and no triangle there
-    /// counts that one of these tiles has, it reads the tile of a vertex there.
+    /// counts that one of these tiles has, it reads the tile of a vertex there. If triangles are left out
+    /// [from the hull](Surface::from_hull), and the point is in one that is long, it reads all tiles; for
+    /// many such points, a [raster](Self::raster) is faster, which reads them once.
     ///
     /// # Errors
     /// As [`locate`](Self::locate).
@@ -100,16 +102,40 @@ impl TileReader {
         let Some((tile, location)) = self.locate_in_tile(x, y).await? else {
             return Ok(None);
         };
-        let point = Point::new(x, y).representable();
+        let at = (Point::new(x, y).representable(), location);
+        let metadata = self.metadata();
+        let peels = surface.peels(metadata).is_some();
+        let least = FileSurface::without_peeling(surface, metadata);
+        let found = self.z_at_location(&tile, at, &least).await?;
+        if found.is_some() || !peels {
+            return Ok(found);
+        }
+        // Not all long triangles may be peeled.
+        let most = FileSurface::without_peeling(surface.max_edge(None), metadata);
+        if self.z_at_location(&tile, at, &most).await?.is_none() {
+            return Ok(None);
+        }
+        let surface = FileSurface::for_few_tiles(self, surface).await?;
+        self.z_at_location(&tile, at, &surface).await
+    }
+
+    /// Returns the z of the surface at a point whose location is known, with a tile that has the triangle
+    /// or the vertex.
+    async fn z_at_location(
+        &self,
+        tile: &Tile,
+        (point, location): (Point, Location),
+        surface: &FileSurface,
+    ) -> Result<Option<f64>, ReadError> {
         let z = |tile: &Tile, triangle: TriangleId| {
-            let facet = surface.facet(tile, triangle)?;
+            let facet = surface.in_tile(tile).facet(tile, triangle)?;
             Some(facet.z_at(point, facet.place(point)?))
         };
         match location {
             Location::Outside => Ok(None),
-            Location::InTriangle(triangle) => Ok(z(&tile, triangle.triangle)),
+            Location::InTriangle(triangle) => Ok(z(tile, triangle.triangle)),
             Location::OnEdge { ends: [a, b], triangle } => {
-                let here = z(&tile, triangle.triangle);
+                let here = z(tile, triangle.triangle);
                 if here.is_some() || !tile.has_z() {
                     return Ok(here);
                 }
@@ -119,11 +145,14 @@ impl TileReader {
                 Ok(other.and_then(|half_edge| z(&tile, half_edge.triangle())))
             }
             Location::OnVertex(vertex) => {
-                let has = |tile: &Tile| triangles_at(tile, vertex.id).any(|triangle| surface.has(tile, triangle));
+                let has = |tile: &Tile| {
+                    let surface = surface.in_tile(tile);
+                    triangles_at(tile, vertex.id).any(|triangle| surface.has(tile, triangle))
+                };
                 let is_on_surface = self.metadata().triangles == 0
-                    || has(&tile)
+                    || has(tile)
                     || (vertex.id.tile != tile.id() && has(&*self.tile_of(vertex.id).await?));
-                Ok(if is_on_surface { z_in(&tile, vertex.id) } else { None })
+                Ok(if is_on_surface { z_in(tile, vertex.id) } else { None })
             }
         }
     }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::features::{Feature, features};
 use super::parsers::{mesh_of_glb, parse};
+use crate::support::peeling::peeled;
 use crate::support::{Scratch, built, points_of, runtime};
 use delaunay_tiles::export::{ExportOptions, Exported, Format, What, export};
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
@@ -168,6 +169,31 @@ fn triangles_with_long_edges_are_left_out() {
             assert!(most == 0.0 || expected.len() > before, "{most}");
             before = expected.len();
             check_triangles(&reader, ExportOptions::default().max_edge(Some(most)), &expected).await;
+        }
+    });
+}
+
+#[test]
+fn long_triangles_are_peeled_off_from_the_hull_in_all_formats() {
+    runtime().block_on(async {
+        let scratch = Scratch::new();
+        let reader = with_lines(&scratch).await;
+        let mut all = Vec::new();
+        let mut tiles = reader.tiles();
+        while let Some(tile) = tiles.next().await {
+            let tile = tile.unwrap();
+            all.extend(tile.owned_triangles().map(|triangle| tile.triangle_points(triangle)));
+        }
+        let name = |corners: [Point; 3]| from_least(corners.map(|p| position(p.x, p.y)));
+        let mut before = 0;
+        for most in [0.0, 0.03, 0.05, 0.08] {
+            let peeled = all.iter().zip(peeled(&all, most)).filter(|(_, is_peeled)| *is_peeled);
+            let peeled: BTreeSet<_> = peeled.map(|(&corners, _)| name(corners)).collect();
+            let expected = triangles_of(&reader, |corners| !peeled.contains(&name(corners))).await;
+            assert!(most == 0.0 || expected.len() > before, "{most}");
+            before = expected.len();
+            let options = ExportOptions::default().max_edge(Some(most)).from_hull(true);
+            check_triangles(&reader, options, &expected).await;
         }
     });
 }

@@ -15,13 +15,15 @@ use std::time::Duration;
 
 use self::digest::fix_digest;
 use self::surgery::Patient;
+use crate::support::peeling::peeled;
 use crate::support::{self, Random, batches, file_bytes, open_bytes, points_of, reference, runtime};
 use bytes::Bytes;
 use delaunay_tiles::BuildOptions;
+use delaunay_tiles::export::{ExportError, ExportOptions, Format, export};
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::io::{MemoryFile, ReadAt};
 use delaunay_tiles::mesh::EngineKind;
-use delaunay_tiles::store::{Cache, Digest, Directory, OpenOptions, ReadError, TileReader, VerifyError};
+use delaunay_tiles::store::{Cache, Digest, Directory, OpenOptions, ReadError, Tile, TileReader, VerifyError};
 use distributions::Kind;
 use futures::future::{BoxFuture, FutureExt};
 use futures::stream::{StreamExt, TryStreamExt};
@@ -261,6 +263,7 @@ async fn use_all(bytes: Vec<u8>, right: &Digest, story: &str) -> Outcome {
         }
         let found: Result<Vec<_>, _> = reader.triangles_in(Rect::PLANE).try_collect().await;
         whole &= found.map_err(message).is_ok();
+        let left = left_after_peeling(&reader).await.map_err(message);
         let digest = reader.recompute_digest().await.map_err(message);
         let shallow = reader.verify(false).await;
         let deep = reader.verify(true).await;
@@ -286,6 +289,7 @@ async fn use_all(bytes: Vec<u8>, right: &Digest, story: &str) -> Outcome {
             let bounds = Rect::around(points.iter().copied());
             assert_eq!(reader.metadata().bounds, bounds, "{story}");
             check_z(&reader, story).await;
+            check_peeling(&reader, left.unwrap(), story).await;
             assert!(
                 points.iter().all(|p| p.x.to_bits() == p.normalized().x.to_bits()),
                 "{story}"
@@ -320,6 +324,30 @@ async fn check_z(reader: &TileReader, story: &str) {
             assert_eq!(right.is_some_and(f64::is_finite), reader.metadata().has_z, "{story}");
         }
     }
+}
+
+/// Triangles with a longer edge are peeled off from the hull.
+const LONG: f64 = 0.3;
+
+async fn left_after_peeling(reader: &TileReader) -> Result<u64, ReadError> {
+    let options = ExportOptions::default().max_edge(Some(LONG)).from_hull(true);
+    match export(reader, Format::Obj, options, vec![io::sink()], |_, _| ()).await {
+        Ok(exported) => Ok(exported.triangles),
+        Err(ExportError::Read(error)) => Err(error),
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// Checks the number of triangles that are left against a flood over all triangles.
+async fn check_peeling(reader: &TileReader, left: u64, story: &str) {
+    let tiles: Vec<_> = reader.tiles().try_collect().await.unwrap();
+    let owned = |tile: &Arc<Tile>| {
+        let triangles = tile.owned_triangles().map(|triangle| tile.triangle_points(triangle));
+        triangles.collect::<Vec<_>>()
+    };
+    let peeled = peeled(&tiles.iter().flat_map(owned).collect::<Vec<_>>(), LONG);
+    let expected = peeled.iter().filter(|is_peeled| !**is_peeled).count();
+    assert_eq!(left, expected as u64, "{story}");
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

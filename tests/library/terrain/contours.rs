@@ -15,11 +15,11 @@ use futures::StreamExt;
 
 /// The bits of x and y, which name a vertex.
 type Position = [u64; 2];
-type Corner = (Point, f64);
+pub(super) type Corner = (Point, f64);
 
 /// A contour: its height, whether it is closed, and its points.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Contour {
+pub(super) struct Contour {
     z: u64,
     is_closed: bool,
     points: Vec<Position>,
@@ -41,10 +41,9 @@ async fn exported(
     let mut last = (0, 0);
     let how = ContourOutput::new(format);
     let exported = export_contours(reader, options, &how, Vec::new(), |done, total| last = (done, total)).await?;
-    assert_eq!(
-        last,
-        (u64::from(reader.metadata().tiles), u64::from(reader.metadata().tiles))
-    );
+    let tiles = u64::from(reader.metadata().tiles);
+    // Tiles are read twice if triangles are peeled off the hull.
+    assert!(last.0 == last.1 && [tiles, 2 * tiles].contains(&last.0), "{last:?}");
     Ok(exported)
 }
 
@@ -72,7 +71,7 @@ fn parsed(format: Format, bytes: &[u8]) -> Vec<Contour> {
 }
 
 /// Returns the contours in the order of their heights and points. No two are equal.
-async fn contours(reader: &TileReader, options: ContourOptions) -> BTreeSet<Contour> {
+pub(super) async fn contours(reader: &TileReader, options: ContourOptions) -> BTreeSet<Contour> {
     let exported = exported(reader, options, Format::GeoJson).await.unwrap();
     let list = parsed(Format::GeoJson, &exported.output);
     let set: BTreeSet<_> = list.iter().cloned().collect();
@@ -168,7 +167,7 @@ fn joined(triangles: &[[Corner; 3]], z: f64) -> BTreeSet<Contour> {
 }
 
 /// Returns the contours of all levels between the least and the greatest height.
-fn expected(triangles: &[[Corner; 3]], step: f64, base: f64) -> BTreeSet<Contour> {
+pub(super) fn expected(triangles: &[[Corner; 3]], step: f64, base: f64) -> BTreeSet<Contour> {
     let heights = || triangles.iter().flatten().map(|corner| corner.1);
     let (low, high) = (
         heights().fold(f64::INFINITY, f64::min),
@@ -178,7 +177,7 @@ fn expected(triangles: &[[Corner; 3]], step: f64, base: f64) -> BTreeSet<Contour
     levels.flat_map(|k| joined(triangles, base + k as f64 * step)).collect()
 }
 
-fn options(step: f64, base: f64) -> ContourOptions {
+pub(super) fn options(step: f64, base: f64) -> ContourOptions {
     ContourOptions::new(Levels::new(step, base).unwrap())
 }
 

@@ -2,6 +2,7 @@
 //! and the memory.
 
 mod contours;
+mod peeling;
 mod profiles;
 mod rasters;
 mod volumes;

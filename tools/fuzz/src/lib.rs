@@ -192,6 +192,8 @@ async fn ask(bytes: Vec<u8>) {
     let ring = [Point::new(1.0, 1.0), Point::new(15.5, 2.0), Point::new(3.0, 14.5)];
     let clip = Clip::new((0..3).map(|i| [ring[i], ring[(i + 1) % 3]]).collect());
     let _ = reader.volume(2.0, Surface::default(), Some(Arc::new(clip))).await;
+    let peeled = Surface::default().max_edge(Some(2.0)).from_hull(true);
+    let _ = reader.volume(2.0, peeled, None).await;
     let options = || QueryOptions::default().certified();
     for (x, y) in [(1.25, 1.5), (5.5, 6.0), (14.0, 13.0), (19.0, 3.0), (-3.0, 40.0)] {
         let _ = reader.locate(x, y).await;

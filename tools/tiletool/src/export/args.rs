@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use delaunay_tiles::terrain::Surface;
 use delaunay_tiles::{Point, Rect};
 
 use super::formats::{AnyFormat, Shown};
@@ -27,7 +28,7 @@ use crate::surface::length;
 #[command(after_help = "Examples:
   tiletool export survey.tiles -o survey.ply
   tiletool export survey.tiles -o survey --format node    # survey.node and survey.ele
-  tiletool export survey.tiles -o survey.fgb --max-edge 50
+  tiletool export survey.tiles -o survey.fgb --max-edge 50 --from-hull
   tiletool export survey.tiles -o points.parquet --what vertices --clip district.geojson
   tiletool export survey.tiles -o dem.tif --resolution 1
   tiletool export survey.tiles -o contours.fgb --contours 5
@@ -58,6 +59,10 @@ pub struct ExportArgs {
     /// Leave out triangles with an edge longer than this, in units of the coordinates
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub max_edge: Option<f64>,
+    /// With --max-edge: leave out only triangles that are peeled off from the hull inwards, so that those
+    /// over a lake stay
+    #[arg(long, requires = "max_edge")]
+    pub from_hull: bool,
     /// Write only triangles and edges that meet the interior of these polygons, whole, and, with --what
     /// vertices, vertices in them; of rasters, cells whose centres are in them. The polygons must have
     /// the file's coordinate reference system, and take at most half of --memory
@@ -77,6 +82,12 @@ pub struct ExportArgs {
 }
 
 impl ExportArgs {
+    /// Returns the triangles that count, before they are clipped.
+    pub fn surface(&self) -> Surface {
+        let surface = Surface::default().holes(self.all);
+        surface.max_edge(self.max_edge).from_hull(self.from_hull)
+    }
+
     /// Returns whether the output is standard output.
     pub fn is_stdout(&self) -> bool {
         self.output == Path::new("-")

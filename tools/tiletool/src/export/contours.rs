@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 use delaunay_tiles::export::{ContourOutput, Format, export_contours};
-use delaunay_tiles::terrain::{ContourOptions, Levels, Surface};
+use delaunay_tiles::terrain::{ContourOptions, Levels};
 use delaunay_tiles::{TileReader, peak_memory};
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -55,8 +55,7 @@ pub async fn write(
 ) -> anyhow::Result<String> {
     let step = args.contours.step.context("contours need --contours STEP")?;
     let base = args.contours.base.unwrap_or(0.0);
-    let surface = Surface::default().holes(args.all).max_edge(args.max_edge);
-    let options = ContourOptions::new(Levels::new(step, base)?).surface(surface);
+    let options = ContourOptions::new(Levels::new(step, base)?).surface(args.surface());
     let how = ContourOutput::new(format).scratch(args.scratch());
     let mut targets = Targets::create("the contours", vec![args.output.clone()], &args.file)?;
     let output = targets.writers()?.remove(0);

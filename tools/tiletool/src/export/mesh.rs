@@ -78,6 +78,7 @@ pub async fn write(
         .edges(args.edges)
         .what(what)
         .max_edge(args.max_edge)
+        .from_hull(args.from_hull)
         .clip(clip);
     let exported = export(reader, format, options, targets.writers()?, shown_on(bar)).await;
     let exported = targets.explained(exported)?;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use delaunay_tiles::export::{RasterFormat, RasterOutput, Samples, export_raster};
-use delaunay_tiles::terrain::{Clip, Grid, Light, Measure, RasterOptions, Surface};
+use delaunay_tiles::terrain::{Clip, Grid, Light, Measure, RasterOptions};
 use delaunay_tiles::{Rect, TileReader, peak_memory};
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -88,7 +88,7 @@ pub async fn write(
     let options = RasterOptions::new(grid)
         .measure(measure)
         .z_factor(args.raster.z_factor.unwrap_or(1.0))
-        .surface(Surface::default().holes(args.all).max_edge(args.max_edge))
+        .surface(args.surface())
         .clip(clip);
     let samples = match args.raster.float32 {
         true => Samples::Float32,

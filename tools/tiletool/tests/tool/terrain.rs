@@ -225,3 +225,78 @@ fn volumes_are_cut_and_fill_also_in_polygons() {
     fails(folder, 2, "query volume t.tiles --level NaN");
     fails(folder, 2, "query volume t.tiles");
 }
+
+/// Builds `t.tiles`: a square of 20 by 20 whose z is x + 2 y, without points in a lake of 5 by 5 and in a bay of
+/// that size at the upper side.
+fn build_shore(folder: &Path) {
+    let mut points = "x,y,z\n".to_owned();
+    for (x, y) in (0..21).flat_map(|x| (0..21).map(move |y| (x, y))) {
+        let is_water = |low: i32, high: i32| (9..=12).contains(&x) && (low..=high).contains(&y);
+        if !is_water(6, 9) && !is_water(16, 20) {
+            writeln!(points, "{x},{y},{}", x + 2 * y).unwrap();
+        }
+    }
+    fs::write(folder.join("p.csv"), points).unwrap();
+    run(folder, "build p.csv --tile-vertices 20 -o t.tiles --quiet");
+}
+
+#[test]
+fn from_the_hull_long_triangles_are_left_out_in_the_bay_and_not_in_the_lake() {
+    let scratch = tempfile::tempdir().unwrap();
+    let folder = scratch.path();
+    build_shore(folder);
+    let (short, peeled) = ("--max-edge 1.5", "--max-edge 1.5 --from-hull");
+    // At the corners of the lake, and at the lower ones of the bay, triangles are short.
+    for (options, area) in [("", 400.0), (short, 400.0 - 23.0 - 24.0), (peeled, 400.0 - 24.0)] {
+        let found = report(
+            folder,
+            format!("query volume t.tiles --level -1 --json {options}").trim_end(),
+        );
+        assert!(
+            (found["area"].as_f64().unwrap() - area).abs() < 1e-9,
+            "{options}: {found}"
+        );
+    }
+    let through_both = "query profile t.tiles --from 10.5,0 --to 10.5,20 --json";
+    for (options, gaps) in [
+        (short, json!([[5.0, 10.0], [15.0, 20.0]])),
+        (peeled, json!([[15.0, 20.0]])),
+    ] {
+        assert_eq!(
+            report(folder, &format!("{through_both} {options}"))["gaps"],
+            gaps,
+            "{options}"
+        );
+    }
+    let cells = |options: &str| {
+        let export = "export t.tiles -o t.asc --resolution 1 --bounds 10,0,11,20";
+        run(folder, &format!("{export} {options}"));
+        let text = fs::read_to_string(folder.join("t.asc")).unwrap();
+        let cells = text.lines().skip(6).map(|line| line.trim() != "-9999");
+        cells.collect::<Vec<bool>>()
+    };
+    let rows = |is_there: &dyn Fn(usize) -> bool| (0..20).map(is_there).collect::<Vec<bool>>();
+    assert_eq!(cells(short), rows(&|row| row >= 5 && !(10..15).contains(&row)));
+    assert_eq!(cells(peeled), rows(&|row| row >= 5));
+    let count = |command: &str, key: &str| {
+        let counted = |options: &str| {
+            report(folder, format!("{command} --json {options}").trim_end())[key]
+                .as_u64()
+                .unwrap()
+        };
+        [short, peeled, ""].map(counted)
+    };
+    for format in ["ply", "fgb"] {
+        let [short, peeled, all] = count(&format!("export t.tiles -o t.{format}"), "triangles");
+        assert!(short < peeled && peeled < all, "{format}: {short} {peeled} {all}");
+    }
+    let [of_short, of_peeled, of_all] = count("export t.tiles -o c.geojson --contours 1000 --base 25.5", "contours");
+    assert_eq!([of_short, of_peeled, of_all], [2, 1, 1]);
+    for command in [
+        "export t.tiles -o u.ply --from-hull",
+        "query volume t.tiles --level 0 --from-hull",
+        "query profile t.tiles --from 0,0 --to 1,1 --from-hull",
+    ] {
+        assert!(fails(folder, 2, command).contains("--max-edge"), "{command}");
+    }
+}

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use super::super::args::{FileArgs, Format, FormatArgs};
 use super::super::batch;
 use super::super::values::{COLLECTION_END, collection, pair, position, write_feature};
-use super::surface::SurfaceArgs;
+use super::surface::WholeSurfaceArgs;
 use crate::common::{self, counted};
 use crate::output::StandardOutput;
 use crate::units::{Measure, Unit, number, unit};
@@ -43,7 +43,7 @@ pub struct ProfileArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["from", "to"])]
     line: Option<PathBuf>,
     #[command(flatten)]
-    surface: SurfaceArgs,
+    surface: WholeSurfaceArgs,
     #[command(flatten)]
     format: FormatArgs,
 }

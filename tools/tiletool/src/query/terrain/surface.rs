@@ -15,6 +15,23 @@ pub struct SurfaceArgs {
     max_edge: Option<f64>,
 }
 
+/// The triangles that count, for queries that may read the whole file before.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct WholeSurfaceArgs {
+    #[command(flatten)]
+    of_triangles: SurfaceArgs,
+    /// With --max-edge: leave out only triangles that are peeled off from the hull inwards, so that those
+    /// over a lake stay. Reads the whole file first
+    #[arg(long, requires = "max_edge")]
+    from_hull: bool,
+}
+
+impl WholeSurfaceArgs {
+    pub fn surface(self) -> Surface {
+        self.of_triangles.surface().from_hull(self.from_hull)
+    }
+}
+
 impl SurfaceArgs {
     pub fn surface(self) -> Surface {
         Surface::default().holes(self.all).max_edge(self.max_edge)

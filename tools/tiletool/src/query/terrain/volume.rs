@@ -8,7 +8,7 @@ use delaunay_tiles::crs::Crs;
 use delaunay_tiles::terrain::Volume;
 use serde::Serialize;
 
-use super::surface::SurfaceArgs;
+use super::surface::WholeSurfaceArgs;
 use crate::common::{self, MemoryArgs};
 use crate::crs::CrsArgs;
 use crate::surface::open_clipped;
@@ -37,7 +37,7 @@ pub struct VolumeArgs {
     #[command(flatten)]
     crs: CrsArgs,
     #[command(flatten)]
-    surface: SurfaceArgs,
+    surface: WholeSurfaceArgs,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
