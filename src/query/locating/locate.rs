@@ -97,19 +97,64 @@ impl TileReader {
     /// # Errors
     /// As [`locate`](Self::locate).
     pub async fn surface_z(&self, x: f64, y: f64, surface: Surface) -> Result<Option<f64>, ReadError> {
+        Ok(self.locate_with_z(x, y, surface).await?.1)
+    }
+
+    /// Returns what [`locate`](Self::locate) and [`surface_z`](Self::surface_z) return, from one walk to
+    /// the point.
+    ///
+    /// # Errors
+    /// As [`locate`](Self::locate).
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// # use delaunay_tiles::{BuildOptions, Builder, OpenOptions, Point, TileReader, input::PointBatch};
+    /// use delaunay_tiles::query::Location;
+    /// use delaunay_tiles::terrain::Surface;
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let folder = tempfile::tempdir()?;
+    /// # let path = folder.path().join("slope.tiles");
+    /// # tokio::runtime::Runtime::new()?.block_on(async {
+    /// # let points: Vec<Point> = (0..441).map(|i| Point::new(f64::from(i % 21), f64::from(i / 21))).collect();
+    /// # let z = points.iter().map(|p| p.x).collect();
+    /// # let mut builder = Builder::new(&path, BuildOptions::default())?;
+    /// # builder.push(&PointBatch { records: (0..441).collect(), points, z }).await?;
+    /// # builder.finish().await?;
+    /// // A square of 20 by 20 that rises from 0 in the west to 20 in the east.
+    /// let slope = TileReader::open(&path, OpenOptions::default()).await?;
+    /// let (location, z) = slope.locate_with_z(7.0, 3.5, Surface::default()).await?;
+    /// assert!(matches!(location, Location::OnEdge { .. }) && z == Some(7.0));
+    /// # Ok(())
+    /// # })
+    /// # }
+    /// ```
+    pub async fn locate_with_z(&self, x: f64, y: f64, surface: Surface) -> Result<(Location, Option<f64>), ReadError> {
         let Some((tile, location)) = self.locate_in_tile(x, y).await? else {
-            return Ok(None);
+            return Ok((Location::Outside, None));
         };
         let point = Point::new(x, y).representable();
+        let z = self.z_in_place(&tile, point, &location, surface).await?;
+        Ok((location, z))
+    }
+
+    /// Returns the z of the surface at a point, given its location and the tile that has it.
+    async fn z_in_place(
+        &self,
+        tile: &Tile,
+        point: Point,
+        location: &Location,
+        surface: Surface,
+    ) -> Result<Option<f64>, ReadError> {
         let z = |tile: &Tile, triangle: TriangleId| {
             let facet = surface.facet(tile, triangle)?;
             Some(facet.z_at(point, facet.place(point)?))
         };
         match location {
             Location::Outside => Ok(None),
-            Location::InTriangle(triangle) => Ok(z(&tile, triangle.triangle)),
+            Location::InTriangle(triangle) => Ok(z(tile, triangle.triangle)),
             Location::OnEdge { ends: [a, b], triangle } => {
-                let here = z(&tile, triangle.triangle);
+                let here = z(tile, triangle.triangle);
                 if here.is_some() || !tile.has_z() {
                     return Ok(here);
                 }
@@ -121,9 +166,9 @@ impl TileReader {
             Location::OnVertex(vertex) => {
                 let has = |tile: &Tile| triangles_at(tile, vertex.id).any(|triangle| surface.has(tile, triangle));
                 let is_on_surface = self.metadata().triangles == 0
-                    || has(&tile)
+                    || has(tile)
                     || (vertex.id.tile != tile.id() && has(&*self.tile_of(vertex.id).await?));
-                Ok(if is_on_surface { z_in(&tile, vertex.id) } else { None })
+                Ok(if is_on_surface { z_in(tile, vertex.id) } else { None })
             }
         }
     }
