@@ -163,7 +163,8 @@ impl TileReader {
     /// are any. Where polygons overlap, the surface counts once.
     ///
     /// Reads the tiles that meet the polygons. The result does not depend on tiles, threads and memory,
-    /// to the last bit. Must be awaited within a tokio runtime.
+    /// to the last bit. The memory that the reader may use is that of the pass; the polygons, with
+    /// [`Clip::bytes`], come on top of it. Must be awaited within a tokio runtime.
     ///
     /// # Errors
     /// Fails if the file has no z, if a tile cannot be read, if the memory that the reader may use does
@@ -211,7 +212,8 @@ impl TileReader {
         };
         let tiles = directory.tile_ids().filter(meets).map(|id| (id, ())).collect();
         let plan = reader.plan(Needs {
-            fixed: clip.as_ref().map_or(0, |clip| clip.bytes()),
+            // The polygons are the caller's, and beside the memory of the reader.
+            fixed: 0,
             // All edges may be in one triangle.
             per_thread: clip.as_ref().map_or(0, |clip| PER_EDGE * clip.edge_count()),
             per_vertex: 0,
