@@ -17,22 +17,25 @@
 //! [`Junction`], where the chain of another tile continues it.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::chain;
+use super::clip::Clip;
 use super::facet::{Corner, point_on_edge};
 use super::levels::{Levels, LevelsError};
 use super::surface::Surface;
-use crate::geometry::{HalfEdge, Point, TriangleId};
+use crate::geometry::{HalfEdge, Point, Rect, TriangleId};
 use crate::mesh::{Topology, Twin};
 use crate::store::{Tile, VertexId};
 
 /// Which contours are wanted.
 ///
 /// The [example of `export_contours`](crate::export::export_contours) uses it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct ContourOptions {
     levels: Levels,
     surface: Surface,
+    clip: Option<Arc<Clip>>,
 }
 
 impl ContourOptions {
@@ -42,6 +45,7 @@ impl ContourOptions {
         Self {
             levels,
             surface: Surface::default(),
+            clip: None,
         }
     }
 
@@ -53,9 +57,34 @@ impl ContourOptions {
         self
     }
 
+    /// Cuts contours where they leave polygons. A contour along the boundary is inside.
+    #[must_use]
+    pub fn clip(mut self, clip: Option<Arc<Clip>>) -> Self {
+        self.clip = clip;
+        self
+    }
+
     /// Returns the levels.
     pub(crate) fn levels(&self) -> &Levels {
         &self.levels
+    }
+
+    /// Returns the polygons in which the contours are.
+    pub(crate) fn polygons(&self) -> Option<&Arc<Clip>> {
+        self.clip.as_ref()
+    }
+
+    /// Returns whether what has these bounds can have a part of a contour.
+    pub(crate) fn reaches(&self, bounds: Rect) -> bool {
+        self.clip.as_ref().is_none_or(|clip| clip.bounds().intersects(bounds))
+    }
+
+    /// Returns whether contours are traced through a triangle of a tile. This depends on the triangle and
+    /// not on the tile, so that neighbours agree. What is left out is not in the polygons, so the contours
+    /// in them are the same as without it.
+    fn has(&self, tile: &Tile, triangle: TriangleId) -> bool {
+        self.surface.has(tile, triangle)
+            && (self.clip.is_none() || self.reaches(Rect::around(tile.triangle_points(triangle))))
     }
 }
 
@@ -99,10 +128,10 @@ pub(crate) struct BadTwin(u32);
 /// Returns the levels that cross the triangles of a tile, in ranges of about as many crossings as the
 /// tile has triangles, or of one level.
 pub(crate) fn level_ranges(tile: &Tile, options: &ContourOptions) -> Result<Vec<Range<i64>>, LevelsError> {
-    let ContourOptions { levels, surface } = options;
+    let levels = options.levels();
     let mut heights: Option<[f64; 2]> = None;
     let counting = || {
-        let counting = tile.owned_triangles().filter(|&t| surface.has(tile, t));
+        let counting = tile.owned_triangles().filter(|&t| options.has(tile, t));
         counting.map(|triangle| extremes(tile, triangle))
     };
     for [low, high] in counting() {
@@ -197,7 +226,7 @@ impl<'t> Tracer<'t> {
             found: TileChains::default(),
         };
         let mut next = Number::MIN;
-        for triangle in tile.owned_triangles().filter(|&t| options.surface.has(tile, t)) {
+        for triangle in tile.owned_triangles().filter(|&t| options.has(tile, t)) {
             tracer.firsts[triangle.index()] = Some(next);
             next = next.saturating_add(tracer.crossing(triangle).count() as u32);
         }
@@ -245,7 +274,7 @@ impl<'t> Tracer<'t> {
                 false => Err(BadTwin(half_edge.0)),
             };
         }
-        let is_of_other = !self.tile.owns(triangle) && self.options.surface.has(self.tile, triangle);
+        let is_of_other = !self.tile.owns(triangle) && self.options.has(self.tile, triangle);
         Ok(if is_of_other { Beyond::Junction } else { Beyond::Border })
     }
 
