@@ -23,7 +23,7 @@ pub struct Clip {
     edges: Strips,
 }
 
-/// Where the interior of a triangle lies.
+/// Where the interior of a triangle, or a line, lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {
     /// In no polygon.
@@ -79,6 +79,17 @@ impl Clip {
     pub(crate) fn edges_near(&self, rect: Rect) -> Vec<[Point; 2]> {
         let numbers = self.edges.near(rect).into_iter();
         numbers.map(|number| self.edges.segment(number)).collect()
+    }
+
+    /// Returns whether the rectangle around all polygons meets another one.
+    pub(crate) fn reaches(&self, bounds: Rect) -> bool {
+        self.bounds().intersects(bounds)
+    }
+
+    /// Returns the edges that may have a y from `low` to `high`; those of a great height several times, if
+    /// `low` is not `high`.
+    pub(crate) fn edges_between(&self, low: f64, high: f64) -> impl Iterator<Item = [Point; 2]> {
+        self.edges.between(low, high).map(|(_, edge)| edge)
     }
 
     /// Returns the part of the winding number of points at `y` and right of `x` that comes from edges

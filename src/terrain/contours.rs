@@ -17,22 +17,25 @@
 //! [`Junction`], where the chain of another tile continues it.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::chain;
+use super::clip::Clip;
 use super::facet::{Corner, point_on_edge};
 use super::levels::{Levels, LevelsError};
 use super::surface::{Surface, TileSurface};
-use crate::geometry::{HalfEdge, Point, TriangleId};
+use crate::geometry::{HalfEdge, Point, Rect, TriangleId};
 use crate::mesh::{Topology, Twin};
 use crate::store::{Tile, VertexId};
 
 /// Which contours are wanted.
 ///
 /// The [example of `export_contours`](crate::export::export_contours) uses it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct ContourOptions {
     levels: Levels,
     surface: Surface,
+    clip: Option<Arc<Clip>>,
 }
 
 impl ContourOptions {
@@ -42,6 +45,7 @@ impl ContourOptions {
         Self {
             levels,
             surface: Surface::default(),
+            clip: None,
         }
     }
 
@@ -53,9 +57,41 @@ impl ContourOptions {
         self
     }
 
-    /// Returns the levels, and the triangles that count.
-    pub(crate) fn parts(&self) -> (Levels, Surface) {
-        (self.levels, self.surface)
+    /// Cuts contours where they leave polygons. A contour along the boundary is inside.
+    #[must_use]
+    pub fn clip(mut self, clip: Option<Arc<Clip>>) -> Self {
+        self.clip = clip;
+        self
+    }
+
+    /// Returns the levels, the triangles that count, and the polygons in which the contours are.
+    pub(crate) fn parts(self) -> (Levels, Surface, Option<Arc<Clip>>) {
+        (self.levels, self.surface, self.clip)
+    }
+}
+
+/// The triangles of a tile through which contours are traced.
+pub(crate) struct Traced {
+    surface: TileSurface,
+    clip: Option<Arc<Clip>>,
+}
+
+impl Traced {
+    pub(crate) fn new(surface: TileSurface, clip: Option<Arc<Clip>>) -> Self {
+        Self { surface, clip }
+    }
+
+    /// Returns the polygons in which the contours are.
+    pub(crate) fn clip(&self) -> Option<&Clip> {
+        self.clip.as_deref()
+    }
+
+    /// Returns whether contours are traced through a triangle of the tile. This depends on the triangle and
+    /// not on the tile, so that neighbours agree. What is left out is not in the polygons, so the contours
+    /// in them are the same as without it.
+    fn has(&self, tile: &Tile, triangle: TriangleId) -> bool {
+        let reaches = |clip: &Arc<Clip>| clip.reaches(Rect::around(tile.triangle_points(triangle)));
+        self.surface.has(tile, triangle) && self.clip.as_ref().is_none_or(reaches)
     }
 }
 
@@ -98,14 +134,10 @@ pub(crate) struct BadTwin(u32);
 
 /// Returns the levels that cross the triangles of a tile, in ranges of about as many crossings as the
 /// tile has triangles, or of one level.
-pub(crate) fn level_ranges(
-    tile: &Tile,
-    surface: &TileSurface,
-    levels: &Levels,
-) -> Result<Vec<Range<i64>>, LevelsError> {
+pub(crate) fn level_ranges(tile: &Tile, traced: &Traced, levels: &Levels) -> Result<Vec<Range<i64>>, LevelsError> {
     let mut heights: Option<[f64; 2]> = None;
     let counting = || {
-        let counting = tile.owned_triangles().filter(|&t| surface.has(tile, t));
+        let counting = tile.owned_triangles().filter(|&t| traced.has(tile, t));
         counting.map(|triangle| extremes(tile, triangle))
     };
     for [low, high] in counting() {
@@ -142,13 +174,8 @@ pub(crate) fn level_ranges(
 }
 
 /// Returns the chains of some levels in a tile.
-pub(crate) fn trace(
-    tile: &Tile,
-    surface: &TileSurface,
-    levels: &Levels,
-    within: Range<i64>,
-) -> Result<TileChains, BadTwin> {
-    let mut tracer = Tracer::new(tile, surface, levels, within);
+pub(crate) fn trace(tile: &Tile, traced: &Traced, levels: &Levels, within: Range<i64>) -> Result<TileChains, BadTwin> {
+    let mut tracer = Tracer::new(tile, traced, levels, within);
     // What is left after all open chains are closed ones.
     for open in [true, false] {
         for triangle in tile.triangle_ids() {
@@ -181,7 +208,7 @@ enum Beyond {
 
 struct Tracer<'t> {
     tile: &'t Tile,
-    surface: &'t TileSurface,
+    traced: &'t Traced,
     levels: &'t Levels,
     within: Range<i64>,
     /// For each triangle that the tile traces the number of its first crossing. There is a number for
@@ -196,10 +223,10 @@ struct Tracer<'t> {
 type Number = std::num::NonZeroU32;
 
 impl<'t> Tracer<'t> {
-    fn new(tile: &'t Tile, surface: &'t TileSurface, levels: &'t Levels, within: Range<i64>) -> Self {
+    fn new(tile: &'t Tile, traced: &'t Traced, levels: &'t Levels, within: Range<i64>) -> Self {
         let mut tracer = Self {
             tile,
-            surface,
+            traced,
             levels,
             within,
             firsts: vec![None; tile.triangle_count() as usize],
@@ -207,7 +234,7 @@ impl<'t> Tracer<'t> {
             found: TileChains::default(),
         };
         let mut next = Number::MIN;
-        for triangle in tile.owned_triangles().filter(|&t| surface.has(tile, t)) {
+        for triangle in tile.owned_triangles().filter(|&t| traced.has(tile, t)) {
             tracer.firsts[triangle.index()] = Some(next);
             next = next.saturating_add(tracer.crossing(triangle).count() as u32);
         }
@@ -255,7 +282,7 @@ impl<'t> Tracer<'t> {
                 false => Err(BadTwin(half_edge.0)),
             };
         }
-        let is_of_other = !self.tile.owns(triangle) && self.surface.has(self.tile, triangle);
+        let is_of_other = !self.tile.owns(triangle) && self.traced.has(self.tile, triangle);
         Ok(if is_of_other { Beyond::Junction } else { Beyond::Border })
     }
 

@@ -156,7 +156,7 @@ pub(crate) fn z_on_edge(mut ends: [Corner; 2], p: Point) -> f64 {
 }
 
 /// Returns the point of an edge at a height between those of its ends, the same for both directions of
-/// the edge. At the height of an end it is that end.
+/// the edge. At the height of an end it is that end. Exact predicates can take it.
 pub(crate) fn point_on_edge(mut ends: [Corner; 2], z: f64) -> Point {
     if ends[1].point.lex_cmp(ends[0].point).is_lt() {
         ends.swap(0, 1);
@@ -171,7 +171,7 @@ pub(crate) fn point_on_edge(mut ends: [Corner; 2], z: f64) -> Point {
         let v = from + share * (to - from);
         v.max(from.min(to)).min(from.max(to))
     };
-    Point::new(between(a.point.x, b.point.x), between(a.point.y, b.point.y)).normalized()
+    Point::new(between(a.point.x, b.point.x), between(a.point.y, b.point.y)).representable()
 }
 
 #[cfg(test)]

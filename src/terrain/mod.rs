@@ -20,12 +20,14 @@
 //! | `overlap`, `exact_sum`, `volume` | the part of a triangle in polygons; sums without rounding; cut and fill |
 //! | `strips` | segments, found by their place |
 //! | `levels`, `contours`, `chain`, `strands` | contours in a tile, and how those of several tiles join |
+//! | `cut` | the parts of a line in polygons |
 
 mod cells;
 mod chain;
 mod chord;
 mod clip;
 mod contours;
+mod cut;
 mod error;
 mod exact_sum;
 mod facet;
@@ -46,8 +48,10 @@ mod volume;
 
 pub(crate) use chain::{complete, push};
 pub use clip::Clip;
+pub(crate) use clip::Side;
 pub use contours::ContourOptions;
-pub(crate) use contours::{Ends, TileChains, level_ranges, trace};
+pub(crate) use contours::{Ends, TileChains, Traced, level_ranges, trace};
+pub(crate) use cut::{CUT_PER_EDGE, Cut, Piece};
 pub use error::TerrainError;
 pub use grid::{Grid, GridError};
 pub use levels::{Levels, LevelsError};

@@ -27,6 +27,15 @@ pub(crate) struct Strand {
 }
 
 impl Strand {
+    /// Returns a closed contour of one chain.
+    pub(crate) fn closed(level: i64, run: Run) -> Self {
+        Self {
+            level,
+            runs: vec![run],
+            is_closed: true,
+        }
+    }
+
     /// Returns the number of points of all chains.
     pub(crate) fn points(&self) -> u64 {
         self.runs.iter().map(|run| run.points).sum()

@@ -164,7 +164,8 @@ impl TileReader {
     ///
     /// Reads the tiles that meet the polygons, and all tiles before if triangles are left out [from the
     /// hull](Surface::from_hull). The result does not depend on tiles, threads and memory,
-    /// to the last bit. Must be awaited within a tokio runtime.
+    /// to the last bit. The memory that the reader may use is that of the pass; the polygons, with
+    /// [`Clip::bytes`], come on top of it. Must be awaited within a tokio runtime.
     ///
     /// # Errors
     /// Fails if the file has no z, if a tile cannot be read, if the memory that the reader may use does
@@ -213,7 +214,8 @@ impl TileReader {
         };
         let tiles = directory.tile_ids().filter(meets).map(|id| (id, ())).collect();
         let of_clip = Needs {
-            fixed: clip.as_ref().map_or(0, |clip| clip.bytes()),
+            // The polygons are the caller's, and beside the memory of the reader.
+            fixed: 0,
             // All edges may be in one triangle.
             per_thread: clip.as_ref().map_or(0, |clip| PER_EDGE * clip.edge_count()),
             per_vertex: 0,

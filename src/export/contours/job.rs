@@ -8,14 +8,15 @@ use std::sync::Arc;
 
 use futures::stream::{self, Stream, StreamExt};
 
+use super::clipped::{Clipped, Whole};
 use super::features::{Contour, Encoding, FeatureSink, Features};
 use crate::export::error::{Contradiction, ExportError};
 use crate::export::spool::Spool;
 use crate::geometry::Point;
 use crate::memory::FileShares;
-use crate::store::{Needs, PassReader, ReadError, TileInPass, spawn};
-use crate::terrain::{Ends, FileSurface, Levels, Run, Strand, Strands, TerrainError, TileChains, TileSurface};
-use crate::terrain::{complete, level_ranges, push, trace};
+use crate::store::{Needs, PassReader, ReadError, TileId, TileInPass, spawn};
+use crate::terrain::{CUT_PER_EDGE, Clip, complete, level_ranges, push, trace};
+use crate::terrain::{Ends, FileSurface, Levels, Run, Side, Strand, Strands, TerrainError, TileChains, Traced};
 
 /// The number of bytes of a point in the temporary file.
 const POINT_BYTES: u64 = size_of::<Point>() as u64;
@@ -27,7 +28,7 @@ const READ: u64 = 1 << 20;
 /// Some levels in a tile.
 struct Slice {
     tile: Arc<TileInPass>,
-    surface: Arc<TileSurface>,
+    traced: Arc<Traced>,
     levels: Range<i64>,
     /// Whether these are the last levels of the tile.
     is_last: bool,
@@ -41,7 +42,29 @@ struct Drawn {
     chains: TileChains,
     stored: Vec<u8>,
     is_last: bool,
-    tile: crate::store::TileId,
+    tile: TileId,
+}
+
+/// What becomes of a chain.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Fate {
+    /// It is a contour.
+    Written,
+    /// Others continue it, or polygons cut it.
+    Stored,
+    /// No polygon has any of it.
+    Dropped,
+}
+
+fn fate(clip: Option<&Clip>, ends: Ends, points: &[Point]) -> Fate {
+    if !matches!(ends, Ends::Closed | Ends::Open([None, None])) {
+        return Fate::Stored;
+    }
+    match clip.map_or(Side::Inside, |clip| clip.side_of_line(points)) {
+        Side::Inside => Fate::Written,
+        Side::Both => Fate::Stored,
+        Side::Outside => Fate::Dropped,
+    }
 }
 
 impl Slice {
@@ -58,26 +81,26 @@ impl Slice {
         if self.levels.is_empty() {
             return Ok(drawn);
         }
-        let traced = trace(&self.tile, &self.surface, levels, self.levels);
+        let traced = trace(&self.tile, &self.traced, levels, self.levels);
         let mut traced = traced.map_err(|fault| reader.damaged(tile, fault.to_string()))?;
-        for chain in &traced.chains {
-            let points = &traced.points[chain.points.clone()];
-            match chain.ends {
-                Ends::Closed | Ends::Open([None, None]) => drawn.features.add(Contour {
+        let points = std::mem::take(&mut traced.points);
+        for chain in std::mem::take(&mut traced.chains) {
+            let points = &points[chain.points.clone()];
+            match fate(self.traced.clip(), chain.ends, points) {
+                Fate::Written => drawn.features.add(Contour {
                     z: levels.height(chain.level),
                     points,
                     is_closed: chain.ends == Ends::Closed,
                 })?,
-                Ends::Open(_) => {
+                Fate::Stored => {
                     for number in points.iter().flat_map(|point| [point.x, point.y]) {
                         drawn.stored.extend_from_slice(&number.to_le_bytes());
                     }
+                    traced.chains.push(chain);
                 }
+                Fate::Dropped => {}
             }
         }
-        let continues = |ends: &Ends| matches!(ends, Ends::Open([start, end]) if start.is_some() || end.is_some());
-        traced.chains.retain(|chain| continues(&chain.ends));
-        traced.points = Vec::new();
         drawn.chains = traced;
         Ok(drawn)
     }
@@ -86,15 +109,15 @@ impl Slice {
 /// Returns the slices of a tile, at least one.
 fn slices(
     reader: &PassReader,
-    surface: &FileSurface,
+    (surface, clip): (&FileSurface, Option<Arc<Clip>>),
     levels: &Levels,
     tile: TileInPass,
 ) -> Result<Vec<Slice>, ExportError> {
     if !tile.has_z() {
         return Err(reader.damaged(tile.id(), Contradiction::HasZ.to_string()).into());
     }
-    let surface = Arc::new(surface.in_tile(&tile));
-    let mut ranges = level_ranges(&tile, &surface, levels).map_err(TerrainError::from)?;
+    let traced = Arc::new(Traced::new(surface.in_tile(&tile), clip));
+    let mut ranges = level_ranges(&tile, &traced, levels).map_err(TerrainError::from)?;
     if ranges.is_empty() {
         ranges.push(0..0);
     }
@@ -104,7 +127,7 @@ fn slices(
     Ok(numbered
         .map(|(number, levels)| Slice {
             tile: Arc::clone(&tile),
-            surface: Arc::clone(&surface),
+            traced: Arc::clone(&traced),
             levels,
             is_last: number == count,
         })
@@ -116,6 +139,8 @@ pub(super) struct ContourJob<W> {
     reader: PassReader,
     surface: FileSurface,
     levels: Levels,
+    /// The polygons in which the contours are.
+    clip: Option<Arc<Clip>>,
     encoding: Encoding,
     sink: FeatureSink<W>,
     spool: Spool,
@@ -130,10 +155,13 @@ impl<W: Write + Send + 'static> ContourJob<W> {
     /// The memory that tracing takes for each crossing of a level and a triangle: points, in lists that
     /// grow, the texts of complete contours and the bytes of the others.
     const PER_CROSSING: u64 = 3 * POINT_BYTES + 2 * Encoding::POINT_BYTES + POINT_BYTES + 1;
+    /// The memory that a contour that is cut takes for each of its points: itself, and parts of it, which
+    /// grow.
+    const PER_CUT_POINT: u64 = (1 + 4) * POINT_BYTES;
 
     pub(super) fn new(
         reader: PassReader,
-        (surface, levels): (FileSurface, Levels),
+        (surface, levels, clip): (FileSurface, Levels, Option<Arc<Clip>>),
         encoding: Encoding,
         sink: FeatureSink<W>,
         spool: Spool,
@@ -142,6 +170,7 @@ impl<W: Write + Send + 'static> ContourJob<W> {
             reader,
             surface,
             levels,
+            clip,
             encoding,
             sink,
             spool,
@@ -164,11 +193,26 @@ impl<W: Write + Send + 'static> ContourJob<W> {
         let largest = tiles.map(|tile| u64::from(tile.vertices)).max().unwrap_or(0);
         let needs = Needs {
             // What is written, and a slice that waits for it.
-            fixed: self.most + (4 << 20) + 2 * LONG * Self::PER_CROSSING + per_vertex * largest,
+            fixed: self.most + (4 << 20) + 2 * LONG * Self::PER_CROSSING + per_vertex * largest + self.per_cut(),
             per_thread: (1 << 20) + Levels::MAX * size_of::<i64>() as u64,
             per_vertex,
         };
         needs.and(self.surface.needs())
+    }
+
+    /// Returns the memory that cutting takes: all edges of polygons may be near a segment.
+    fn per_cut(&self) -> u64 {
+        self.clip.as_ref().map_or(0, |clip| CUT_PER_EDGE * clip.edge_count())
+    }
+
+    /// Returns the tiles that contours may be in.
+    fn tiles(&self) -> Vec<TileId> {
+        let directory = self.reader.directory();
+        let bounds = |id: &TileId| directory.tiles[id.0 as usize].bounds;
+        let reaches = |id: &TileId| self.clip.as_ref().is_none_or(|clip| clip.reaches(bounds(id)));
+        let mut tiles = self.reader.tile_ids();
+        tiles.retain(reaches);
+        tiles
     }
 
     /// Returns the memory that the smallest pass needs.
@@ -187,11 +231,16 @@ impl<W: Write + Send + 'static> ContourJob<W> {
         Err(self.reader.too_little_memory(needed + needed / 15))
     }
 
-    /// Writes all contours. Calls `advance` after each tile.
-    pub(super) async fn run(mut self, mut advance: impl FnMut() + Send) -> Result<FeatureSink<W>, ExportError> {
+    /// Writes all contours. Calls `progress` with the number of tiles done and the total after each tile.
+    pub(super) async fn run(
+        mut self,
+        mut progress: impl FnMut(u64, u64) + Send,
+    ) -> Result<FeatureSink<W>, ExportError> {
         let threads = self.reader.plan(self.needs())?.threads;
         let (reader, levels, encoding) = (self.reader.clone(), self.levels, self.encoding);
-        let drawn = self.slices()?.map(move |slice| {
+        let tiles = self.tiles();
+        let (mut done, total) = (0, tiles.len() as u64);
+        let drawn = self.slices(tiles)?.map(move |slice| {
             let reader = reader.clone();
             let drawn = slice.map(|slice| spawn(move || slice.draw(&reader, &levels, encoding)));
             async move { drawn?.await? }
@@ -202,7 +251,8 @@ impl<W: Write + Send + 'static> ContourJob<W> {
             let is_last = drawn.is_last;
             self.take(drawn).await?;
             if is_last {
-                advance();
+                done += 1;
+                progress(done, total);
             }
         }
         let strands = std::mem::replace(&mut self.strands, Strands::new());
@@ -213,16 +263,20 @@ impl<W: Write + Send + 'static> ContourJob<W> {
         Ok(self.sink)
     }
 
-    /// Returns the slices of all tiles, in order.
-    fn slices(&self) -> Result<impl Stream<Item = Result<Slice, ExportError>> + Send + use<W>, ExportError> {
+    /// Returns the slices of tiles, in order.
+    fn slices(
+        &self,
+        tiles: Vec<TileId>,
+    ) -> Result<impl Stream<Item = Result<Slice, ExportError>> + Send + use<W>, ExportError> {
         let plan = self.reader.plan(self.needs())?;
         let (reader, surface, levels) = (self.reader.clone(), self.surface.clone(), self.levels);
-        let tiles = self.reader.pass(self.reader.tile_ids(), plan).boxed();
+        let clip = self.clip.clone();
+        let tiles = self.reader.pass(tiles, plan).boxed();
         let tiles = tiles.map(move |tile| {
-            let (reader, surface) = (reader.clone(), surface.clone());
+            let (reader, surface, clip) = (reader.clone(), surface.clone(), clip.clone());
             async move {
                 let tile = tile?;
-                spawn(move || slices(&reader, &surface, &levels, tile)).await?
+                spawn(move || slices(&reader, (&surface, clip), &levels, tile)).await?
             }
         });
         let mut all: Option<Range<i64>> = None;
@@ -253,12 +307,14 @@ impl<W: Write + Send + 'static> ContourJob<W> {
         let mut start = self.spool.length() / POINT_BYTES;
         self.spool.append(drawn.stored).await?;
         for chain in drawn.chains.chains {
-            let Ends::Open(ends) = chain.ends else { continue };
             let points = chain.points.len() as u64;
             let run = Run { start, points };
             start += points;
-            let added = self.strands.add(chain.level, run, ends);
-            let complete = added.map_err(|fault| self.reader.damaged(drawn.tile, fault.to_string()))?;
+            let complete = match chain.ends {
+                Ends::Closed => Ok(Some(Strand::closed(chain.level, run))),
+                Ends::Open(ends) => self.strands.add(chain.level, run, ends),
+            };
+            let complete = complete.map_err(|fault| self.reader.damaged(drawn.tile, fault.to_string()))?;
             if let Some(strand) = complete {
                 self.complete(strand).await?;
             }
@@ -271,7 +327,14 @@ impl<W: Write + Send + 'static> ContourJob<W> {
         let points = strand.points();
         if points > LONG {
             self.write_waiting().await?;
-            return self.write_long(strand).await;
+            return match &self.clip {
+                None => self.write_long(strand).await,
+                Some(clip) => {
+                    let per_point = Self::PER_CUT_POINT + self.encoding.memory_per_point();
+                    self.check_memory(points.saturating_mul(per_point))?;
+                    self.write_parts(Arc::clone(clip), vec![strand]).await
+                }
+            };
         }
         self.waiting.0.push(strand);
         self.waiting.1 += points;
@@ -286,6 +349,9 @@ impl<W: Write + Send + 'static> ContourJob<W> {
         let (strands, _) = std::mem::take(&mut self.waiting);
         if strands.is_empty() {
             return Ok(());
+        }
+        if let Some(clip) = &self.clip {
+            return self.write_parts(Arc::clone(clip), strands).await;
         }
         let (levels, encoding) = (self.levels, self.encoding);
         let read = self.spool.with(move |file| {
@@ -329,6 +395,30 @@ impl<W: Write + Send + 'static> ContourJob<W> {
             self.sink.push(features.await??).await?;
         }
         Ok(())
+    }
+
+    /// Writes the parts of contours that are in polygons.
+    async fn write_parts(&mut self, clip: Arc<Clip>, strands: Vec<Strand>) -> Result<(), ExportError> {
+        let levels = self.levels;
+        let wholes = self.spool.with(move |file| {
+            let mut wholes = Vec::with_capacity(strands.len());
+            for strand in strands {
+                let (z, is_closed) = (levels.height(strand.level), strand.is_closed);
+                wholes.extend(read(file, &strand)?.map(|points| Whole { z, points, is_closed }));
+            }
+            Ok(wholes)
+        });
+        let mut clipped = Clipped::new(clip, self.encoding, wholes.await?);
+        loop {
+            let (rest, features) = spawn(move || {
+                let features = clipped.next();
+                (clipped, features)
+            })
+            .await?;
+            let Some(features) = features? else { return Ok(()) };
+            self.sink.push(features).await?;
+            clipped = rest;
+        }
     }
 }
 

@@ -3,7 +3,8 @@
 //! In: an open tile file with z and the levels. Out: one file, to anything that takes bytes. Tiles are
 //! read once, and threads trace and format what is complete within a tile. The points of chains that
 //! continue in other tiles go to a temporary file; when the last chain of a contour is there, all of it
-//! is read again.
+//! is read again. So do contours that leave polygons, which are cut when they are complete, so that what
+//! is left of them does not depend on the tiles.
 //!
 //! ```text
 //! tile ──▶ trace ──┬─ complete ─────────────────────────────▶ features ──▶ Output
@@ -11,6 +12,7 @@
 //!                          └───▶ terrain::Strands ──┘
 //! ```
 
+mod clipped;
 mod features;
 mod job;
 mod write;

@@ -64,16 +64,20 @@ pub struct ExportedContours<W> {
 ///
 /// A contour is a line along which the planes of the triangles have the height of a level. It is exact,
 /// but for the rounding of its points, which are on the edges that it crosses. The higher ground is on
-/// its left. It is closed, or it ends at the hull, at a hole, or at triangles that do not count. A
+/// its left. It is closed, or it ends at the hull, at a hole, or at triangles that do not count; and if
+/// it is limited to [polygons](ContourOptions::clip), at their boundary, at the point of the boundary
+/// that is exact but for one rounding. A
 /// vertex whose z is that of a level counts as above it. So flat ground at a level is above it too, and
 /// where contours of a level meet in a vertex, they touch and do not cross.
 ///
 /// Each contour is a line of x, y and z with the properties `z`, the height, and `closed`. A closed one
 /// begins and ends at its lexicographically smallest point. The contours do not depend on tiles, threads
-/// and memory, to the last bit. Their order depends on the tiles, and on nothing else.
+/// and memory, to the last bit. Their order depends on the tiles, and on nothing else. Of polygons, only
+/// the tiles that meet the rectangle around them are read. The polygons, with
+/// [`Clip::bytes`](crate::terrain::Clip::bytes), come on top of the memory that the reader may use.
 ///
 /// The output gets chunks of one or two mebibytes, on threads for blocking work, so it needs no buffer.
-/// `progress` is called with the number of tiles done and the total.
+/// `progress` is called with the number of tiles done and the total of those to be read.
 ///
 /// # Errors
 /// Fails if the file has no z, cannot be read or is damaged; if the surface has more than
@@ -124,25 +128,20 @@ pub async fn export_contours<W: Write + Send + 'static>(
         return Err(TerrainError::NoZ { file }.into());
     }
     let reader = reader.for_passes().await?;
-    let (levels, surface) = options.parts();
+    let (levels, surface, clip) = options.parts();
     let tiles = u64::from(reader.metadata().tiles);
-    // With the pass that follows.
-    let (mut done, mut total) = (0, 2 * tiles);
+    let mut before = 0;
     let mut advance = || {
-        done += 1;
-        progress(done, total);
+        before += 1;
+        // With the pass that follows.
+        progress(before, 2 * tiles);
     };
     let surface = FileSurface::of(&reader, surface, &mut advance).await?;
-    total = done + tiles;
     let output = Output::new(output, how.format.suffixes()[0]);
     let sink = FeatureSink::open(&reader, encoding, output, &how.scratch).await?;
     let spool = Spool::create(&how.scratch).await?;
-    let job = ContourJob::new(reader.clone(), (surface, levels), encoding, sink, spool);
-    let advance = || {
-        done += 1;
-        progress(done, total);
-    };
-    let sink = job.run(advance).await?;
+    let job = ContourJob::new(reader.clone(), (surface, levels, clip), encoding, sink, spool);
+    let sink = job.run(|done, of| progress(before + done, before + of)).await?;
     let (contours, points) = (sink.count, sink.points);
     let (output, bytes) = sink.finish(&reader).await?;
     Ok(ExportedContours {

@@ -99,32 +99,77 @@ impl TileReader {
     /// # Errors
     /// As [`locate`](Self::locate).
     pub async fn surface_z(&self, x: f64, y: f64, surface: Surface) -> Result<Option<f64>, ReadError> {
+        Ok(self.locate_with_z(x, y, surface).await?.1)
+    }
+
+    /// Returns what [`locate`](Self::locate) and [`surface_z`](Self::surface_z) return, from one walk to
+    /// the point.
+    ///
+    /// # Errors
+    /// As [`locate`](Self::locate).
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// # use delaunay_tiles::{BuildOptions, Builder, OpenOptions, Point, TileReader, input::PointBatch};
+    /// use delaunay_tiles::query::Location;
+    /// use delaunay_tiles::terrain::Surface;
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let folder = tempfile::tempdir()?;
+    /// # let path = folder.path().join("slope.tiles");
+    /// # tokio::runtime::Runtime::new()?.block_on(async {
+    /// # let points: Vec<Point> = (0..441).map(|i| Point::new(f64::from(i % 21), f64::from(i / 21))).collect();
+    /// # let z = points.iter().map(|p| p.x).collect();
+    /// # let mut builder = Builder::new(&path, BuildOptions::default())?;
+    /// # builder.push(&PointBatch { records: (0..441).collect(), points, z }).await?;
+    /// # builder.finish().await?;
+    /// // A square of 20 by 20 that rises from 0 in the west to 20 in the east.
+    /// let slope = TileReader::open(&path, OpenOptions::default()).await?;
+    /// let (location, z) = slope.locate_with_z(7.0, 3.5, Surface::default()).await?;
+    /// assert!(matches!(location, Location::OnEdge { .. }) && z == Some(7.0));
+    /// # Ok(())
+    /// # })
+    /// # }
+    /// ```
+    pub async fn locate_with_z(&self, x: f64, y: f64, surface: Surface) -> Result<(Location, Option<f64>), ReadError> {
         let Some((tile, location)) = self.locate_in_tile(x, y).await? else {
-            return Ok(None);
+            return Ok((Location::Outside, None));
         };
-        let at = (Point::new(x, y).representable(), location);
+        let point = Point::new(x, y).representable();
+        let z = self.z_in_place(&tile, point, &location, surface).await?;
+        Ok((location, z))
+    }
+
+    /// Returns the z of the surface at a point, given its location and the tile that has it.
+    async fn z_in_place(
+        &self,
+        tile: &Tile,
+        point: Point,
+        location: &Location,
+        surface: Surface,
+    ) -> Result<Option<f64>, ReadError> {
         let metadata = self.metadata();
+        let at = (point, location);
         let peels = surface.peels(metadata).is_some();
         let least = FileSurface::without_peeling(surface, metadata);
-        let found = self.z_at_location(&tile, at, &least).await?;
+        let found = self.z_on(tile, at, &least).await?;
         if found.is_some() || !peels {
             return Ok(found);
         }
         // Not all long triangles may be peeled.
         let most = FileSurface::without_peeling(surface.max_edge(None), metadata);
-        if self.z_at_location(&tile, at, &most).await?.is_none() {
+        if self.z_on(tile, at, &most).await?.is_none() {
             return Ok(None);
         }
         let surface = FileSurface::for_few_tiles(self, surface).await?;
-        self.z_at_location(&tile, at, &surface).await
+        self.z_on(tile, at, &surface).await
     }
 
-    /// Returns the z of the surface at a point whose location is known, with a tile that has the triangle
-    /// or the vertex.
-    async fn z_at_location(
+    /// Returns the same, of a surface of which all is known that it needs.
+    async fn z_on(
         &self,
         tile: &Tile,
-        (point, location): (Point, Location),
+        (point, location): (Point, &Location),
         surface: &FileSurface,
     ) -> Result<Option<f64>, ReadError> {
         let z = |tile: &Tile, triangle: TriangleId| {

@@ -2,6 +2,7 @@
 //! and the memory.
 
 mod contours;
+mod contours_cut;
 mod peeling;
 mod profiles;
 mod rasters;

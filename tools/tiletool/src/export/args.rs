@@ -64,8 +64,9 @@ pub struct ExportArgs {
     #[arg(long, requires = "max_edge")]
     pub from_hull: bool,
     /// Write only triangles and edges that meet the interior of these polygons, whole, and, with --what
-    /// vertices, vertices in them; of rasters, cells whose centres are in them. The polygons must have
-    /// the file's coordinate reference system, and take at most half of --memory
+    /// vertices, vertices in them; of rasters, cells whose centres are in them; of contours, the parts in
+    /// them. The polygons must have the file's coordinate reference system, and take at most half of
+    /// --memory
     #[arg(long, value_name = "POLYGONS.geojson")]
     pub clip: Option<PathBuf>,
     #[command(flatten)]

@@ -1,8 +1,10 @@
 //! Export of contours.
 
+use std::sync::Arc;
+
 use anyhow::Context;
 use delaunay_tiles::export::{ContourOutput, Format, export_contours};
-use delaunay_tiles::terrain::{ContourOptions, Levels};
+use delaunay_tiles::terrain::{Clip, ContourOptions, Levels};
 use delaunay_tiles::{TileReader, peak_memory};
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -34,8 +36,6 @@ pub fn check(args: &ExportArgs, format: Format) -> Result<(), clap::Error> {
         format!("--contours is for {FORMATS}, and not for {format}")
     } else if let Some(Shown::Mesh(_) | Shown::Raster(_)) = args.what {
         "--contours and --what exclude each other: an export shows one of them".to_owned()
-    } else if args.clip.is_some() {
-        "--clip is not for --contours, which are not cut; clip them with a program for maps".to_owned()
     } else if args.edges {
         "--edges is for ply and glb".to_owned()
     } else if let Some(option) = args.raster.given() {
@@ -51,11 +51,14 @@ pub async fn write(
     args: &ExportArgs,
     format: Format,
     reader: &TileReader,
+    clip: Option<Arc<Clip>>,
     bar: &ProgressBar,
 ) -> anyhow::Result<String> {
     let step = args.contours.step.context("contours need --contours STEP")?;
     let base = args.contours.base.unwrap_or(0.0);
-    let options = ContourOptions::new(Levels::new(step, base)?).surface(args.surface());
+    let options = ContourOptions::new(Levels::new(step, base)?)
+        .surface(args.surface())
+        .clip(clip);
     let how = ContourOutput::new(format).scratch(args.scratch());
     let mut targets = Targets::create("the contours", vec![args.output.clone()], &args.file)?;
     let output = targets.writers()?.remove(0);

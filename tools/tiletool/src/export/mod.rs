@@ -48,7 +48,7 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
 async fn write(args: &ExportArgs, format: AnyFormat, bar: &ProgressBar) -> anyhow::Result<String> {
     let (reader, clip) = open_clipped(&args.file, args.clip.as_deref(), &args.crs, &args.memory).await?;
     match format {
-        AnyFormat::Mesh(format) if args.contours.are_given() => contours::write(args, format, &reader, bar).await,
+        AnyFormat::Mesh(format) if args.contours.are_given() => contours::write(args, format, &reader, clip, bar).await,
         AnyFormat::Mesh(format) => mesh::write(args, format, &reader, clip, bar).await,
         AnyFormat::Raster(format) => raster::write(args, format, &reader, clip, bar).await,
     }

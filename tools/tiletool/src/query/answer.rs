@@ -4,6 +4,7 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{AlongInterval, Location, Near, Path, QueryError, SiteFound, TriangleRef};
 use delaunay_tiles::shown;
 use delaunay_tiles::store::{TileReader, Vertex};
+use delaunay_tiles::terrain::Surface;
 use serde_json::Value;
 
 use super::batch::Question;
@@ -114,11 +115,7 @@ impl Located {
     /// # Errors
     /// Fails if a tile cannot be read.
     pub async fn find(reader: &TileReader, at: Point) -> anyhow::Result<Self> {
-        let location = reader.locate(at.x, at.y).await?;
-        let z = match reader.metadata().has_z {
-            true => reader.z_at(at.x, at.y).await?,
-            false => None,
-        };
+        let (location, z) = reader.locate_with_z(at.x, at.y, Surface::default()).await?;
         let vertices = match &location {
             Location::Outside => Vec::new(),
             // A vertex in a hole has a z too.

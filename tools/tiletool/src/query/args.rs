@@ -14,6 +14,7 @@ use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
 
 use super::batch::{self, Question};
 use crate::common::{self, thousands};
+use crate::crs::CrsArgs;
 use crate::plot::PlotFile;
 use crate::units::{Measure, unit};
 
@@ -174,6 +175,15 @@ impl FileArgs {
             common::say(format_args!("note: {}: {warning}", common::shown(&self.file)));
         }
         Ok(crs)
+    }
+
+    /// Checks that the tile file has the coordinate reference system of other files.
+    ///
+    /// # Errors
+    /// Fails if two of them have different systems, or if a list of the file cannot be read.
+    pub async fn agree(&self, reader: &TileReader, crs: &CrsArgs, others: &[(PathBuf, String)]) -> anyhow::Result<()> {
+        let own = reader.crs().await?.map(|text| (self.file.clone(), text));
+        crs.agree(own.iter().chain(others)).map(drop)
     }
 
     /// Prints the elapsed time and the tiles read to standard error, if --stats is given. `things`

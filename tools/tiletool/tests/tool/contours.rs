@@ -52,6 +52,44 @@ fn contours_are_lines_with_their_height() {
     assert_eq!(summary["bytes"], bytes);
 }
 
+#[test]
+fn contours_are_cut_at_polygons() {
+    let folder = scratch();
+    let folder = folder.path();
+    // A hole of 2 by 2 in a square that is larger than the pyramid, but for its south.
+    let outer = "[[-9,1.5],[9,1.5],[9,9],[-9,9],[-9,1.5]]";
+    let hole = "[[1,1.75],[3,1.75],[3,3.25],[1,3.25],[1,1.75]]";
+    fs::write(
+        folder.join("p.geojson"),
+        format!(r#"{{"type": "Polygon", "coordinates": [{outer}, {hole}]}}"#),
+    )
+    .unwrap();
+    let printed = run(
+        folder,
+        "export a.tiles -o c.geojson --contours 1 --base 1 --clip p.geojson",
+    );
+    let text = fs::read_to_string(folder.join("c.geojson")).unwrap();
+    let collection: Value = serde_json::from_str(&text).unwrap();
+    let mut lines: Vec<_> = collection["features"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|feature| {
+            assert_eq!(feature["properties"]["closed"], false);
+            feature["geometry"]["coordinates"].to_string()
+        })
+        .collect();
+    lines.sort();
+    // What runs along a side of the hole or along the border in the south is inside.
+    let expected = [
+        "[[1.0,3.0,2.0],[1.0,1.5,2.0]]",
+        "[[1.5,1.75,3.0],[1.5,1.5,3.0],[2.5,1.5,3.0],[2.5,1.75,3.0]]",
+        "[[3.0,1.5,2.0],[3.0,3.0,2.0]]",
+        "[[3.5,1.5,1.0],[3.5,3.5,1.0],[0.5,3.5,1.0],[0.5,1.5,1.0]]",
+    ];
+    assert_eq!(lines, expected, "{printed}");
+}
+
 /// An independent reader, if there is one.
 #[test]
 fn gdal_reads_contours() {
@@ -101,11 +139,7 @@ fn options_without_an_effect_on_contours_are_refused() {
         ("-o c.geojson --contours 0", 2, "a length is a number above 0"),
         ("-o c.geojson --base 1", 2, "--contours"),
         ("-o c.geojson --contours 1 --what edges", 2, "exclude each other"),
-        (
-            "-o c.geojson --contours 1 --clip c.geojson",
-            2,
-            "--clip is not for --contours",
-        ),
+        ("-o c.geojson --contours 1 --clip b.geojson", 1, "b.geojson"),
         (
             "-o c.geojson --contours 1 --resolution 1",
             2,

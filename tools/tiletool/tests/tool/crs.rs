@@ -102,6 +102,37 @@ fn the_system_is_kept_shown_and_written_by_queries() {
 }
 
 #[test]
+fn a_profile_follows_only_lines_in_the_system_of_the_file() {
+    let scratch = tempfile::tempdir().unwrap();
+    let folder = scratch.path();
+    let at = |i: u32| json!([f64::from(i % 10), f64::from(i / 10), f64::from(i % 10)]);
+    let points = json!({"type": "MultiPoint", "coordinates": (0..100).map(at).collect::<Vec<_>>()});
+    write(folder, "p.geojson", Some(UTM), &points);
+    run(folder, "build p.geojson -o a.tiles");
+    write(folder, "same.geojson", Some(UTM), &line(0.0));
+    write(folder, "plain.geojson", None, &line(0.0));
+    let expected = run(folder, "query profile a.tiles --from 1.5,1.5 --to 7.5,6 --csv");
+    for name in ["same", "plain"] {
+        let profile = format!("query profile a.tiles --line {name}.geojson --csv");
+        assert_eq!(run(folder, &profile), expected, "{name}");
+    }
+    write(folder, "other.geojson", Some("urn:ogc:def:crs:EPSG::26917"), &line(0.0));
+    // The member is behind two lines.
+    let crs = json!({"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::26917"}});
+    let feature = json!({"type": "Feature", "properties": {}, "geometry": line(0.0)});
+    let late = format!(r#"{{"type": "FeatureCollection", "features": [{feature}, {feature}], "crs": {crs}}}"#);
+    fs::write(folder.join("late.geojson"), late).unwrap();
+    for name in ["other", "late"] {
+        let profile = format!("query profile a.tiles --line {name}.geojson --csv");
+        let error = fails(folder, 1, &profile);
+        for part in ["a.tiles", name, "EPSG:25832", "EPSG:26917", "--crs"] {
+            assert!(error.contains(part), "{part}: {error}");
+        }
+        assert_eq!(run(folder, &format!("{profile} --crs EPSG:25832")), expected, "{name}");
+    }
+}
+
+#[test]
 fn lines_that_lie_elsewhere_get_a_note() {
     let scratch = tempfile::tempdir().unwrap();
     let folder = scratch.path();

@@ -17,6 +17,7 @@ use super::super::batch;
 use super::super::values::{COLLECTION_END, collection, pair, position, write_feature};
 use super::surface::WholeSurfaceArgs;
 use crate::common::{self, counted};
+use crate::crs::CrsArgs;
 use crate::output::StandardOutput;
 use crate::units::{Measure, Unit, number, unit};
 
@@ -39,9 +40,12 @@ pub struct ProfileArgs {
     /// End of the line, as X,Y
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = batch::point, requires = "from")]
     to: Option<Point>,
-    /// File whose first line is the line, in a format of --segments, such as GeoJSON
+    /// File whose first line is the line, in a format of --segments, such as GeoJSON. It must have the
+    /// tile file's coordinate reference system
     #[arg(long, value_name = "FILE", conflicts_with_all = ["from", "to"])]
     line: Option<PathBuf>,
+    #[command(flatten)]
+    crs: CrsArgs,
     #[command(flatten)]
     surface: WholeSurfaceArgs,
     #[command(flatten)]
@@ -52,15 +56,16 @@ pub struct ProfileArgs {
 pub fn run(args: &ProfileArgs) -> anyhow::Result<()> {
     common::block_on(async {
         let began = Instant::now();
-        let line = match (&args.line, args.from.zip(args.to)) {
+        let (line, of_line) = match (&args.line, args.from.zip(args.to)) {
             (Some(path), _) => {
                 let path = path.clone();
                 common::on_thread("reading the line", move || first_line(&path)).await?
             }
-            (None, Some((from, to))) => vec![from, to],
+            (None, Some((from, to))) => (vec![from, to], Vec::new()),
             (None, None) => bail!("no line is given; give --from X,Y --to X,Y, or --line FILE"),
         };
         let reader = args.file.open().await?;
+        args.file.agree(&reader, &args.crs, &of_line).await?;
         let crs = args.file.crs(&reader, true).await?;
         let profile = reader.profile(&line, args.surface.surface()).await?;
         let ends = [line[0], line[line.len() - 1]];
@@ -70,26 +75,33 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<()> {
     })
 }
 
+/// The first line of a file, and the text of its coordinate reference system.
+type LineFile = (Vec<Point>, Vec<(PathBuf, String)>);
+
 /// Returns the first line of a file.
 ///
 /// # Errors
 /// Fails if the file cannot be read or has no lines.
-fn first_line(path: &Path) -> anyhow::Result<Vec<Point>> {
+fn first_line(path: &Path) -> anyhow::Result<LineFile> {
     let mut source = SegmentSource::open(&[path.to_owned()])?;
     let mut batch = SegmentBatch::default();
-    let mut line: Vec<Point> = Vec::new();
-    'file: while source.next_batch(&mut batch)? {
+    let (mut line, mut is_complete): (Vec<Point>, _) = (Vec::new(), false);
+    while source.next_batch(&mut batch)? {
+        // GeoJSON may name its system at the end.
+        if is_complete && !source.crs_of_files().is_empty() {
+            break;
+        }
         for (&[from, to], &number) in batch.ends.iter().zip(&batch.lines) {
             match line.last() {
                 None => line.extend([from, to]),
                 // The segments of one LineString are joined.
-                Some(&last) if number == 0 && last == from => line.push(to),
-                Some(_) => break 'file,
+                Some(&last) if !is_complete && number == 0 && last == from => line.push(to),
+                Some(_) => is_complete = true,
             }
         }
     }
     ensure!(!line.is_empty(), "{}: it has no lines", common::shown(path));
-    Ok(line)
+    Ok((line, source.crs_of_files().to_vec()))
 }
 
 fn print(format: Format, profile: &Profile, ends: [Point; 2], crs: Option<&Crs>) -> anyhow::Result<()> {

@@ -123,12 +123,10 @@ async fn print(args: &ZArgs, reader: &TileReader, points: Vec<Point>, crs: Optio
 }
 
 async fn height(reader: TileReader, at: Point, surface: SurfaceArgs) -> anyhow::Result<Height> {
-    let z = match reader.surface_z(at.x, at.y, surface.surface()).await? {
-        Some(z) => Ok(z),
-        None => match reader.locate(at.x, at.y).await? {
-            Location::Outside => Err("outside the triangulation"),
-            _ => Err(surface.why_not()),
-        },
+    let z = match reader.locate_with_z(at.x, at.y, surface.surface()).await? {
+        (_, Some(z)) => Ok(z),
+        (Location::Outside, None) => Err("outside the triangulation"),
+        (_, None) => Err(surface.why_not()),
     };
     Ok(Height { at, z })
 }
