@@ -38,9 +38,12 @@ impl OutlineParts {
             self.vertices.extend(tile.vertex_indices().filter_map(corner));
             return;
         }
-        for triangle in tile.owned_triangles() {
+        // A tile knows which edges at its own vertices are on the hull, and not of all that its own
+        // triangles have.
+        for triangle in tile.triangle_ids() {
             let sides = (0..3).map(|side| HalfEdge::new(triangle, side));
-            for side in sides.filter(|&side| tile.twin(side) == Twin::Hull) {
+            let is_its = |side: &HalfEdge| tile.twin(*side) == Twin::Hull && tile.has_vertex(tile.origin(*side));
+            for side in sides.filter(is_its) {
                 let ends = [tile.origin(side), tile.origin(side.next())];
                 if let [Some(from), Some(to)] = ends.map(corner) {
                     self.edges.push([from, to]);

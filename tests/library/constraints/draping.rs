@@ -208,6 +208,40 @@ fn outside_the_hull_the_z_is_that_of_its_nearest_point() {
 }
 
 #[test]
+fn outside_the_hull_the_z_does_not_depend_on_the_tiles() {
+    runtime().block_on(async {
+        let mut random = Random(11);
+        let turn = |i: u32, count: u32, radius: f64| {
+            let angle = f64::from(i) / f64::from(count) * std::f64::consts::TAU;
+            p(radius * angle.cos(), radius * angle.sin())
+        };
+        // All points of a circle are on the hull.
+        let points: Vec<Point> = (0..300)
+            .map(|i| turn(i, 300, 1.0))
+            .chain((0..300).map(|i| turn(i * 7, 300, random.unit())))
+            .collect();
+        let batch = PointBatch {
+            z: points.iter().map(|_| random.unit()).collect(),
+            records: (0..600).collect(),
+            points,
+        };
+        let around = lines((0..500).map(|i| [turn(i, 500, 1.1), turn(i, 500, 1.2)]).collect());
+        let mut found = Vec::new();
+        for tile_vertices in [65536, 4, 16, 100] {
+            let scratch = Scratch::new();
+            let options = BuildOptions::default().tile_vertices(tile_vertices);
+            let mut builder = Builder::new(&scratch.path, options).unwrap();
+            builder.push_lines(LineKind::BreakLine, 0, &around).unwrap();
+            builder.push(&batch).await.unwrap();
+            let summary = builder.finish().await.unwrap();
+            assert_eq!(summary.draped_outside, 1000);
+            found.push(vertices(&scratch.open().await).await);
+        }
+        assert!(found.iter().all(|all| *all == found[0]));
+    });
+}
+
+#[test]
 fn without_points_that_have_z_there_is_no_surface() {
     runtime().block_on(async {
         let build = async |z_of_points: &[f64]| {
