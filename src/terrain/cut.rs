@@ -46,8 +46,8 @@ pub(crate) struct Cut {
     parts: Vec<(Point, bool)>,
     /// Where the parts begin.
     at: Point,
-    /// Whether the end of the segment before `next` is covered, if that is known.
-    is_covered: Option<bool>,
+    /// The winding number where the next segment begins, if that is known: not on an edge.
+    winding: Option<i32>,
     /// Whether a part of the line was not covered.
     is_cut: bool,
     /// What a closed line has until it is not covered for the first time; the last part leads to it.
@@ -74,7 +74,7 @@ impl Cut {
             is_closed,
             next: 1,
             parts: Vec::new(),
-            is_covered: None,
+            winding: None,
             is_cut: false,
             first: Vec::new(),
         }
@@ -89,26 +89,22 @@ impl Cut {
             let end = *self.line.get(self.next)?;
             let segment = [self.line[self.next - 1], end];
             self.next += 1;
-            let (begins, mut stops) = self.clip.stops(segment);
-            match begins {
-                Some(begins) => self.is_covered = Some(self.fill_parts(segment, begins, &mut stops)),
-                None => {
-                    let clip = &self.clip;
-                    let is_covered = *self.is_covered.get_or_insert_with(|| clip.covers(segment[0]));
-                    self.parts.push((segment[1], is_covered));
-                }
-            }
+            let (mut now, mut stops, ends_on_edge) = self.clip.stops(segment);
+            now.winding = self.winding.unwrap_or_else(|| self.clip.winding_beside(segment));
+            let winding = self.fill_parts(segment, now, &mut stops);
+            self.winding = (!ends_on_edge).then_some(winding);
         }
     }
 
-    /// Finds the parts of a segment that have a length. Returns whether its end is covered.
-    fn fill_parts(&mut self, [p, q]: [Point; 2], begins: Stop, stops: &mut [Stop]) -> bool {
+    /// Finds the parts of a segment that have a length, given what is at its start. Returns the winding
+    /// number left of its end.
+    fn fill_parts(&mut self, [p, q]: [Point; 2], mut now: Stop, stops: &mut [Stop]) -> i32 {
         let order = p.lex_cmp(q);
         stops.sort_unstable_by(|a, b| match order.is_lt() {
             true => a.point.lex_cmp(b.point),
             false => b.point.lex_cmp(a.point),
         });
-        let (mut now, mut from) = (begins, p);
+        let mut from = p;
         let is_covered = |now: &Stop| now.winding > 0 || now.along > 0;
         let parts = &mut self.parts;
         let mut add = |to: Point, now: &Stop| {
@@ -128,7 +124,7 @@ impl Cut {
         }
         add(q, &now);
         parts.reverse();
-        is_covered(&now)
+        now.winding
     }
 
     /// Returns the last part of the line: of a closed one, that to its start with that from its start.
@@ -174,38 +170,37 @@ impl Clip {
             let around = Rect::around([p, q]);
             let mut near = self.edges_between(around.min_y, around.max_y);
             self.bounds().intersects(around)
-                && near.any(|edge| Rect::around(edge).intersects(around) && touch(sides([p, q], edge)))
+                && near.any(|edge| Rect::around(edge).intersects(around) && meeting([p, q], edge).is_some())
         };
+        let around = Rect::around(line.iter().copied());
+        let mut near = self.edges_between(around.min_y, around.max_y);
+        let is_near = near.any(|edge| Rect::around(edge).intersects(around));
         match line.first() {
             None => Side::Outside,
-            Some(_) if line.windows(2).any(|ends| meets([ends[0], ends[1]])) => Side::Both,
+            Some(_) if is_near && line.windows(2).any(|ends| meets([ends[0], ends[1]])) => Side::Both,
             Some(&first) if self.covers(first) => Side::Inside,
             Some(_) => Side::Outside,
         }
     }
 
-    /// Returns where edges change what is left of a segment, in no order, and what is there at its start.
-    /// The latter is `None` if the segment does not meet the boundary.
-    fn stops(&self, segment: [Point; 2]) -> (Option<Stop>, Vec<Stop>) {
-        let mut stops = Vec::new();
-        let (mut along, mut touches) = (0, false);
+    /// Returns how many edges run along a segment at its start, where edges change what is left of it, in
+    /// no order, and whether an edge passes through its end.
+    fn stops(&self, segment: [Point; 2]) -> (Stop, Vec<Stop>, bool) {
+        let (mut stops, mut ends_on_edge) = (Vec::new(), false);
+        let mut begins = Stop {
+            point: segment[0],
+            winding: 0,
+            along: 0,
+        };
         for edge in self.edges_near(Rect::around(segment)) {
-            let sides = sides(segment, edge);
-            if !touch(sides) {
-                continue;
-            }
-            touches = true;
+            let Some(sides) = meeting(segment, edge) else { continue };
+            ends_on_edge |= sides.1[1] == Orientation::Collinear;
             match sides.0 == [Orientation::Collinear; 2] {
-                true => along += add_along(segment, edge, &mut stops),
+                true => begins.along += add_along(segment, edge, &mut stops),
                 false => stops.extend(stop(segment, edge, sides)),
             }
         }
-        let begins = touches.then(|| Stop {
-            point: segment[0],
-            winding: self.winding_beside(segment),
-            along,
-        });
-        (begins, stops)
+        (begins, stops, ends_on_edge)
     }
 
     /// Returns the winding number of a point at a distance behind the start of a segment that is
@@ -216,7 +211,7 @@ impl Clip {
         let mut winding = 0;
         // At one y, each edge comes once.
         for [a, b] in self.edges_between(p.y, p.y) {
-            if is_above(a) == is_above(b) {
+            if is_above(a) == is_above(b) || a.x.max(b.x) < p.x {
                 continue;
             }
             let side = match (orient2d(a, b, p), orient2d(a, b, q)) {
@@ -237,17 +232,15 @@ impl Clip {
 /// On which side of a segment the ends of an edge are, and the reverse.
 type Sides = ([Orientation; 2], [Orientation; 2]);
 
-fn sides([p, q]: [Point; 2], [a, b]: [Point; 2]) -> Sides {
-    (
-        [a, b].map(|end| orient2d(p, q, end)),
-        [p, q].map(|end| orient2d(a, b, end)),
-    )
-}
-
-/// Returns whether a segment and an edge have a point in common, if their boxes have one.
-fn touch((of_edge, of_segment): Sides) -> bool {
+/// Returns how a segment and an edge whose boxes meet lie to each other, if they have a point in common.
+fn meeting([p, q]: [Point; 2], [a, b]: [Point; 2]) -> Option<Sides> {
     let is_apart = |[one, other]: [Orientation; 2]| one == other && one != Orientation::Collinear;
-    !is_apart(of_edge) && !is_apart(of_segment)
+    let of_edge = [a, b].map(|end| orient2d(p, q, end));
+    if is_apart(of_edge) {
+        return None;
+    }
+    let of_segment = [p, q].map(|end| orient2d(a, b, end));
+    (!is_apart(of_segment)).then_some((of_edge, of_segment))
 }
 
 /// Returns where an edge that meets a segment changes the winding number on the left of the segment.
