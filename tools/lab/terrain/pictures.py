@@ -18,6 +18,7 @@ import numpy
 import rasterio
 from matplotlib import pyplot
 from matplotlib.collections import LineCollection, PolyCollection
+from PIL import Image
 
 METRES_PER_DEGREE = 111_320
 
@@ -102,6 +103,8 @@ def draw(args, folder, ponds):
     axes.ticklabel_format(useOffset=False, style="plain")
     figure.tight_layout()
     figure.savefig(args.output)
+    # Few colours are enough, in a third of the bytes.
+    Image.open(args.output).convert("RGB").quantize(96).save(args.output, optimize=True)
 
 
 def main():
@@ -114,7 +117,7 @@ def main():
     parser.add_argument("--base", type=float, default=0)
     parser.add_argument("--ponds", type=float, help="height between the contours that may bound ponds")
     parser.add_argument("--least-area", type=float, default=0, help="area of the smallest pond")
-    parser.add_argument("--max-edge", type=float)
+    parser.add_argument("--max-edge", type=float, help="from the hull inwards")
     parser.add_argument("--title", default="")
     parser.add_argument("--build", type=str.split, default=[], help="options of tiletool build")
     args = parser.parse_args()
@@ -129,7 +132,7 @@ def main():
             ponds, flatten = ponds_of(args, folder, points), ["--flatten", folder / "ponds.geojson"]
         tiles = folder / "ground.tiles"
         run(args.tiletool, "build", points, "-o", tiles, "--crossings", "split", *flatten, *args.build)
-        surface = ["--max-edge", args.max_edge] if args.max_edge else []
+        surface = ["--max-edge", args.max_edge, "--from-hull"] if args.max_edge else []
         shade = ["--what", "hillshade", "--resolution", args.resolution]
         run(args.tiletool, "export", tiles, "-o", folder / "shade.tif", *shade, *surface)
         levels = ["--contours", args.contours, "--base", args.base]
