@@ -243,7 +243,11 @@ impl ShoreLevels {
         let ([from, to], own) = (self.edges.segment(number), self.z[number as usize]);
         let [has_from, has_to] = own.map(|z| !z.is_nan());
         self.met[number as usize] |= station.point == from;
-        let has_own = (has_from && has_to) || (has_from && station.point == from) || (has_to && station.point == to);
+        let has_own = match station.point {
+            point if point == from => has_from,
+            point if point == to => has_to,
+            _ => has_from && has_to,
+        };
         if !has_own {
             let lowest = &mut self.lowest[self.pond_of[number as usize] as usize];
             *lowest = lowest.min(station.z);
