@@ -112,18 +112,12 @@ impl Clip {
             return false;
         }
         let mut winding = 0;
-        for (_, [a, b]) in self.edges.between(p.y, p.y) {
-            let (upwards, downwards) = (a.y <= p.y && p.y < b.y, b.y <= p.y && p.y < a.y);
-            let in_box = Rect::around([a, b]).contains(p);
-            if !(upwards || downwards || in_box) {
-                continue;
+        for (_, edge) in self.edges.between(p.y, p.y) {
+            match Passing::of(edge, p) {
+                Passing::Through => return true,
+                Passing::Right(turn) => winding += i64::from(turn),
+                Passing::Elsewhere => {}
             }
-            let side = orient2d(a, b, p);
-            if in_box && side == Orientation::Collinear {
-                return true;
-            }
-            winding += i64::from(upwards && side == Orientation::CounterClockwise);
-            winding -= i64::from(downwards && side == Orientation::Clockwise);
         }
         winding > 0
     }
@@ -171,6 +165,34 @@ impl Clip {
                 .edges
                 .between(a.y, b.y)
                 .any(|(_, [c, d])| segments_cross(a, b, c, d))
+    }
+}
+
+/// How an edge of a polygon passes a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Passing {
+    /// The point is on it.
+    Through,
+    /// It passes the point on the right, at the same y, and changes the point's winding number by this.
+    Right(i32),
+    /// It does not change the winding number.
+    Elsewhere,
+}
+
+impl Passing {
+    /// Exact.
+    pub(crate) fn of([a, b]: [Point; 2], p: Point) -> Self {
+        let (upwards, downwards) = (a.y <= p.y && p.y < b.y, b.y <= p.y && p.y < a.y);
+        let in_box = Rect::around([a, b]).contains(p);
+        if !(upwards || downwards || in_box) {
+            return Self::Elsewhere;
+        }
+        match orient2d(a, b, p) {
+            Orientation::Collinear if in_box => Self::Through,
+            Orientation::CounterClockwise if upwards => Self::Right(1),
+            Orientation::Clockwise if downwards => Self::Right(-1),
+            _ => Self::Elsewhere,
+        }
     }
 }
 

@@ -5,10 +5,11 @@
 //! crosses an edge of the triangulation.
 
 use super::chord::{Link, Station, chord};
+use super::clip::Passing;
 use super::outline::Outline;
 use super::strips::Strips;
 use super::surface::facet;
-use crate::geometry::{Orientation, Point, Rect, orient2d};
+use crate::geometry::{Point, Rect};
 use crate::input::SegmentBatch;
 use crate::store::Tile;
 
@@ -124,20 +125,12 @@ impl Ponds {
             return None;
         }
         let mut near: Vec<(u32, i32)> = Vec::new();
-        for (number, [a, b]) in self.edges.between(p.y, p.y) {
-            let (upwards, downwards) = (a.y <= p.y && p.y < b.y, b.y <= p.y && p.y < a.y);
-            let in_box = Rect::around([a, b]).contains(p);
-            if !(upwards || downwards || in_box) {
-                continue;
-            }
-            let side = orient2d(a, b, p);
+        for (number, edge) in self.edges.between(p.y, p.y) {
             let pond = self.pond_of[number as usize];
-            if in_box && side == Orientation::Collinear {
-                near.push((pond, i32::MAX));
-            } else if upwards && side == Orientation::CounterClockwise {
-                near.push((pond, 1));
-            } else if downwards && side == Orientation::Clockwise {
-                near.push((pond, -1));
+            match Passing::of(edge, p) {
+                Passing::Through => near.push((pond, i32::MAX)),
+                Passing::Right(turn) => near.push((pond, turn)),
+                Passing::Elsewhere => {}
             }
         }
         near.sort_unstable();

@@ -5,21 +5,21 @@
 //! points. The points are read again for each part of these segments that fits in memory.
 
 mod ponds;
+mod vertex_points;
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use delaunay_tiles::geometry::{Point, Rect};
-use delaunay_tiles::input::{InputOptions, PointBatch, PointSource, SegmentBatch, SiteBatch};
-use delaunay_tiles::store::{
-    EdgeSource, LineBatch, LineKind, LinePart, LineSource, Lists, Metadata, PointOrigin, TileReader,
-};
+use delaunay_tiles::input::{InputOptions, PointBatch, PointSource, SegmentBatch};
+use delaunay_tiles::store::{EdgeSource, LineBatch, LineKind, LinePart, LineSource, Lists, Metadata, TileReader};
 use delaunay_tiles::{LinesToSplit, PolygonCheck, PolygonFaults, PolygonNormalizer, SplitLines};
 
 use crate::common;
 use crate::lines::{LineArgs, LineInput};
 use crate::unchanged::Unchanged;
 pub use ponds::BuildPonds;
+use vertex_points::VertexPoints;
 
 /// Maximum number of segments in a batch.
 const BATCH: usize = 8192;
@@ -228,8 +228,7 @@ impl BuildInput<'_> {
         if self.inputs.iter().any(|path| path == Path::new("-")) {
             bail!("lines are split at points, so the points are read more than once; name a file instead of -");
         }
-        let (mut vertex_points, mut batch) = (self.vertex_points(None)?, PointBatch::default());
-        vertex_points.last_edit = 0;
+        let (mut vertex_points, mut batch) = (self.vertex_points(None)?.of_build(), PointBatch::default());
         while vertex_points.next_batch(&mut batch)?.is_some() {
             batch.points.retain(|&point| within.contains(point));
             for point in &mut batch.points {
@@ -243,18 +242,8 @@ impl BuildInput<'_> {
     /// Returns a reader of all points that are vertices, with the crossing points if lines were
     /// split.
     fn vertex_points<'b>(&'b self, split: Option<&'b SplitLines>) -> anyhow::Result<VertexPoints<'b>> {
-        Ok(VertexPoints {
-            points: self.open_points()?,
-            lines: self.open_lines()?,
-            last_edit: u32::MAX,
-            segments: SegmentBatch::default(),
-            sites: SiteBatch::default(),
-            split,
-            crossing_points: None,
-            ponds: self.ponds.as_ref(),
-            shores: Vec::new(),
-            next_record: 0,
-        })
+        let (points, lines) = (self.open_points()?, self.open_lines()?);
+        Ok(VertexPoints::new(points, lines, split, self.ponds.as_ref()))
     }
 
     /// Compares the file with the segments, or with the subsegments that they were split into.
@@ -313,92 +302,6 @@ pub fn split_memory(metadata: &Metadata, memory: u64) -> u64 {
     // Each segment has at least one edge.
     let most = metadata.constraint_edges.saturating_add(metadata.crossings);
     most.saturating_mul(BYTES).clamp(memory / 2, memory / 4 * 3)
-}
-
-/// A reader of all points that are vertices, numbered consecutively: points, ends of the build's
-/// segments, points where these segments cross, sites, and ends of the segments of each edit.
-struct VertexPoints<'a> {
-    points: PointSource,
-    lines: LineInput,
-    /// Number of the last edit whose lines are included.
-    last_edit: u32,
-    segments: SegmentBatch,
-    sites: SiteBatch,
-    split: Option<&'a SplitLines>,
-    /// The remaining points where segments cross, once the ends of the build's segments are read.
-    crossing_points: Option<Box<dyn Iterator<Item = PointBatch> + 'a>>,
-    ponds: Option<&'a BuildPonds>,
-    /// Ends of the edges of shores, which come after those of other segments of the build.
-    shores: Vec<Point>,
-    /// The largest record number so far, plus 1.
-    next_record: u64,
-}
-
-impl VertexPoints<'_> {
-    fn next_batch(&mut self, batch: &mut PointBatch) -> anyhow::Result<Option<PointOrigin>> {
-        if self.points.next_batch(batch)? {
-            self.next_record = batch.records.last().map_or(0, |last| last + 1);
-            self.flatten(batch);
-            return Ok(Some(PointOrigin::Input));
-        }
-        batch.clear();
-        let (mut has_pairs, mut is_of_edit) = (false, false);
-        while batch.is_empty() {
-            if self.lines.next_batch_until(0, &mut self.segments)?.is_some() {
-                match self.lines.is_of_ponds() {
-                    true => self.shores.extend_from_slice(self.segments.ends.as_flattened()),
-                    false => self.take_ends(batch),
-                }
-                has_pairs = true;
-            } else if !self.shores.is_empty() {
-                batch.points = std::mem::take(&mut self.shores);
-                has_pairs = true;
-            } else if let Some(points) = self.next_crossing_points() {
-                *batch = points;
-            } else if self.lines.next_sites(&mut self.sites)? {
-                batch.points.extend_from_slice(&self.sites.points);
-                batch.z.extend_from_slice(&self.sites.z);
-            } else if self
-                .lines
-                .next_batch_until(self.last_edit, &mut self.segments)?
-                .is_some()
-            {
-                self.take_ends(batch);
-                (has_pairs, is_of_edit) = (true, true);
-            } else {
-                return Ok(None);
-            }
-        }
-        let next = self.next_record + batch.points.len() as u64;
-        batch.records.clear();
-        batch.records.extend(self.next_record..next);
-        self.next_record = next;
-        if !is_of_edit {
-            self.flatten(batch);
-        }
-        if has_pairs {
-            batch.remove_pairs_at_one_point();
-        }
-        Ok(Some(PointOrigin::Other))
-    }
-
-    fn flatten(&self, batch: &mut PointBatch) {
-        if let Some(ponds) = self.ponds {
-            ponds.flatten(batch);
-        }
-    }
-
-    fn take_ends(&self, batch: &mut PointBatch) {
-        batch.points.extend_from_slice(self.segments.ends.as_flattened());
-        batch.z.extend_from_slice(self.segments.z.as_flattened());
-    }
-
-    fn next_crossing_points(&mut self) -> Option<PointBatch> {
-        if let Some(split) = self.split.take() {
-            self.crossing_points = Some(Box::new(split.points(self.next_record)));
-        }
-        self.crossing_points.as_mut()?.next()
-    }
 }
 
 /// The z at both ends of each segment, and the polygon of each segment.
