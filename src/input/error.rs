@@ -103,7 +103,7 @@ impl RecordKind {
                  .geojson .json .geojsonl .fgb .shp .csv .tsv .txt (and .gz after any of these), .gpkg .u32 .u64"
             }
             Self::Obstacle => {
-                "obstacles are read from GeoJSON, FlatGeobuf, Shapefile and GeoPackage, and neither the name nor the \
+                "polygons are read from GeoJSON, FlatGeobuf, Shapefile and GeoPackage, and neither the name nor the \
                  content tells that this is one; use one of the suffixes .geojson .json .geojsonl .fgb .shp (and .gz \
                  after any of these), .gpkg"
             }

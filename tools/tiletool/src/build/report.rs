@@ -245,7 +245,7 @@ fn line_rows(summary: &BuildSummary, read: &InputCounts) -> Vec<(&'static str, S
     }
     if summary.ponds > 0 {
         let ponds = format!(
-            "{} with {} that took the lowest z of the shore",
+            "{}; {} in them took the lowest z of the shore",
             thousands(summary.ponds),
             counted(summary.flattened, "point", "points")
         );

@@ -428,7 +428,7 @@ fn wrong_options_and_files_are_errors_that_name_them() {
         (
             1,
             "--obstacles cross.csv",
-            &["cross.csv", "obstacles are read from GeoJSON"],
+            &["cross.csv", "polygons are read from GeoJSON"],
         ),
         (
             1,
