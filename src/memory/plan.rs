@@ -128,7 +128,7 @@ impl MemoryPlan {
     /// bytes.
     ///
     /// # Errors
-    /// Fails if sites take more than a quarter of the budget.
+    /// Fails if sites, with ponds and seeds, take more than a quarter of the budget.
     pub(crate) fn with_arrivals(self, segments: u64, sites: u64) -> Result<Self, MemoryShortage> {
         if sites > self.total / 4 {
             return Err(MemoryShortage {

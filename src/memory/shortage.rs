@@ -40,7 +40,7 @@ pub enum MemoryUse {
         /// A vertex on these lines.
         point: Point,
     },
-    /// Sites and hole points, which stay in memory.
+    /// Sites, ponds and hole points, which stay in memory.
     Sites,
     /// Segments that are split where they cross.
     Split,
@@ -81,7 +81,7 @@ impl fmt::Display for MemoryShortage {
             ),
             MemoryUse::Sites => write!(
                 f,
-                "sites and hole points take a quarter of {needed} MiB of memory, and {budget} MiB are allowed in all; allow at \
+                "sites, ponds and hole points take a quarter of {needed} MiB of memory, and {budget} MiB are allowed in all; allow at \
                  least {needed} MiB"
             ),
             MemoryUse::Split => write!(

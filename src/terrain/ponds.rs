@@ -4,6 +4,8 @@
 //! ponds. The lowest z of a shore is exact: it is that of a corner, or of a place where the shore
 //! crosses an edge of the triangulation.
 
+use std::sync::Arc;
+
 use super::chord::{Link, Station, chord};
 use super::clip::Passing;
 use super::outline::Outline;
@@ -100,7 +102,7 @@ impl Shores {
         Ponds {
             edges: Strips::new(self.edges),
             pond_of: self.ponds,
-            z,
+            z: z.into(),
         }
     }
 }
@@ -113,7 +115,7 @@ pub struct Ponds {
     edges: Strips,
     /// The pond of each edge.
     pond_of: Vec<u32>,
-    z: Vec<f64>,
+    z: Arc<[f64]>,
 }
 
 impl Ponds {
@@ -156,7 +158,7 @@ impl Ponds {
         Self {
             edges: Strips::new(near().map(|(_, number)| self.edges.segment(number)).collect()),
             pond_of: near().map(|(&pond, _)| pond).collect(),
-            z: self.z.clone(),
+            z: Arc::clone(&self.z),
         }
     }
 
@@ -171,6 +173,11 @@ impl Ponds {
         (0..self.pond_of.len() as u32)
             .map(|number| self.edges.segment(number))
             .collect()
+    }
+
+    /// Returns the number of edges of the shores.
+    pub(crate) fn edge_count(&self) -> usize {
+        self.pond_of.len()
     }
 
     /// Returns whether there are no ponds.
@@ -214,13 +221,19 @@ impl ShoreLevels {
 
     /// Adds a tile of a file with z.
     pub(crate) fn add(&mut self, tile: &Tile) {
+        let corners = tile
+            .owned_triangles()
+            .flat_map(|triangle| tile.triangle_points(triangle));
+        // The strips of a part of the edges are shorter to search.
+        let in_tile = self.edges.near(Rect::around(corners));
+        let edges = Strips::new(in_tile.iter().map(|&number| self.edges.segment(number)).collect());
         for triangle in tile.owned_triangles() {
-            let near = self.edges.near(Rect::around(tile.triangle_points(triangle)));
+            let near = edges.near(Rect::around(tile.triangle_points(triangle)));
             if near.is_empty() {
                 continue;
             }
             let Some(facet) = facet(tile, triangle) else { continue };
-            for number in near {
+            for number in near.into_iter().map(|number| in_tile[number as usize]) {
                 let stations = match chord(&facet, number, self.edges.segment(number)) {
                     None => continue,
                     Some(Link::Touch(station)) => [station; 2],
@@ -260,7 +273,7 @@ impl ShoreLevels {
         Ponds {
             edges: self.edges,
             pond_of: self.pond_of,
-            z: self.lowest,
+            z: self.lowest.into(),
         }
     }
 }

@@ -24,8 +24,12 @@ use crate::terrain::{Outline, Ponds};
 
 /// Number of points after which other tasks get their turn.
 const AT_ONCE: usize = 256;
-/// The same, of points that only ponds are sought for.
-const AT_ONCE_IN_PONDS: usize = 1 << 16;
+/// Number of edges of shores up to which all are searched for each item.
+const FEW_EDGES: usize = 64;
+/// Number of items up to which the same ponds are searched for all of them.
+const FEW_ITEMS: usize = 1 << 10;
+/// Number of items after which other tasks get their turn.
+const MOST_ITEMS: usize = 1 << 18;
 
 /// The triangulation of the points of a build, from which other vertices take their z.
 pub(crate) struct PointSurface {
@@ -84,18 +88,33 @@ impl PointSurface {
             return Ok(());
         }
         let PointStore { items, attributes } = store;
-        let ponds = self.rules.ponds.near(Rect::around(items.iter().map(|item| item.point)));
-        let mut points = 0;
-        for some in items.chunks(AT_ONCE_IN_PONDS) {
+        let bounds = |items: &[Item]| Rect::around(items.iter().map(|item| item.point));
+        let near = self.rules.ponds.near(bounds(items));
+        let mut parts = vec![(&mut items[..], near)];
+        // A part with many ponds is halved, so that few of them are searched for each item.
+        while let Some((items, ponds)) = parts.pop() {
             self.give_turn().await?;
-            for item in some {
+            let most = if ponds.edge_count() > FEW_EDGES {
+                FEW_ITEMS
+            } else {
+                MOST_ITEMS
+            };
+            if items.len() > most {
+                let (left, right) = halves(items);
+                for half in [left, right] {
+                    let near = ponds.near(bounds(half));
+                    parts.push((half, near));
+                }
+                continue;
+            }
+            for item in &*items {
                 if let Some(z) = ponds.z_at(item.point) {
                     attributes.set_z(item.position, z);
-                    points += u64::from(attributes.record(item.position) < self.rules.first_end);
+                    let is_point = attributes.record(item.position) < self.rules.first_end;
+                    self.flattened.fetch_add(u64::from(is_point), Memory::Relaxed);
                 }
             }
         }
-        self.flattened.fetch_add(points, Memory::Relaxed);
         Ok(())
     }
 
@@ -171,6 +190,20 @@ impl fmt::Debug for PointSurface {
             .field("draped", &self.draped())
             .finish_non_exhaustive()
     }
+}
+
+/// Returns the two halves of items along the longer side of the rectangle around them.
+fn halves(items: &mut [Item]) -> (&mut [Item], &mut [Item]) {
+    let (width, height) = Rect::around(items.iter().map(|item| item.point)).size();
+    let middle = items.len() / 2;
+    items.select_nth_unstable_by(middle, |a, b| {
+        let (a, b) = ({ a.point }, { b.point });
+        match width > height {
+            true => a.x.total_cmp(&b.x),
+            false => a.y.total_cmp(&b.y),
+        }
+    });
+    items.split_at_mut(middle)
 }
 
 /// The items of a block without z, which were moved to its front and sorted along a curve.
