@@ -288,8 +288,8 @@ impl Builder {
     /// z, that is the z of the shore there. Of several ponds at a place, the first one counts.
     ///
     /// The polygons are as [`push_lines`](Self::push_lines) takes those of obstacles. The shores are
-    /// break lines, numbered from `first_line` on; they should come before all other lines, because of
-    /// lines that cross, the first one determines the z of the crossing point.
+    /// break lines, numbered from `first_line` on. Number them before all other lines: where lines cross,
+    /// the first one determines the z.
     ///
     /// # Errors
     /// Returns an error if an end is not [valid](crate::geometry::Point::is_valid), the batch's arrays

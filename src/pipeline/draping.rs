@@ -1,8 +1,8 @@
 //! The surface of a build: its points are triangulated alone, and read back from that file.
 //!
 //! In: all points, in memory or in runs, and shores of ponds. Out: a [`PointSurface`] in the work
-//! folder, which has the z of the ponds, and the points once more, without duplicates, for the build with lines and sites. Neither the input is read
-//! again nor are all points in memory at once.
+//! folder, which has the z of the ponds, and the points once more, without duplicates, for the build
+//! with lines and sites. Neither the input is read again nor are all points in memory at once.
 
 use std::path::Path;
 use std::sync::Arc;

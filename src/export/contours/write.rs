@@ -65,8 +65,7 @@ pub struct ExportedContours<W> {
 /// A contour is a line along which the planes of the triangles have the height of a level. It is exact,
 /// but for the rounding of its points, which are on the edges that it crosses. The higher ground is on
 /// its left. It is closed, or it ends at the hull, at a hole, or at triangles that do not count; and if
-/// it is limited to [polygons](ContourOptions::clip), at their boundary, at the point of the boundary
-/// that is exact but for one rounding. A
+/// it is limited to [polygons](ContourOptions::clip), at their boundary, exact but for one rounding. A
 /// vertex whose z is that of a level counts as above it. So flat ground at a level is above it too, and
 /// where contours of a level meet in a vertex, they touch and do not cross.
 ///

@@ -20,6 +20,7 @@ use crate::pipeline::assembly::run::RunResult;
 pub(crate) use crate::pipeline::conquer::conquest::ConquestState;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::finish::enclosed_sites::sites_in_holes;
+use crate::pipeline::ingest::drape::PointSurface;
 use crate::pipeline::records::{GENERATION, TileState};
 use crate::pipeline::summary::{BuildSummary, LevelSummary, Waits, phases};
 use crate::store::{
@@ -138,6 +139,7 @@ impl Assembly {
     /// Returns the summary of a build.
     pub(crate) fn summarise(&self, written: Published, ran: &RunResult) -> BuildSummary {
         let Published { metadata, state, .. } = written;
+        let of_surface = |count: fn(&PointSurface) -> u64| self.surface.as_deref().map_or(0, count);
         BuildSummary {
             points: metadata.points,
             duplicates: metadata.duplicates,
@@ -159,13 +161,10 @@ impl Assembly {
             held_triangles: state.blocks.iter().map(|block| block.held_triangles).sum(),
             deferred_segments: written.deferred,
             without_z: state.without_z.count,
-            ponds: self
-                .surface
-                .as_ref()
-                .map_or(0, |surface| surface.ponds().count() as u64),
-            flattened: self.surface.as_ref().map_or(0, |surface| surface.flattened()),
-            draped: self.surface.as_ref().map_or(0, |surface| surface.draped()),
-            draped_outside: self.surface.as_ref().map_or(0, |surface| surface.draped_outside()),
+            ponds: of_surface(|surface| surface.ponds().count() as u64),
+            flattened: of_surface(PointSurface::flattened),
+            draped: of_surface(PointSurface::draped),
+            draped_outside: of_surface(PointSurface::draped_outside),
             tiles: written.tiles,
             file_bytes: written.file_bytes,
             blocks: written.blocks,
