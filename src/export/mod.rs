@@ -45,6 +45,7 @@ mod spool;
 mod survey;
 mod text;
 mod tile_part;
+mod tiles_done;
 mod what;
 mod write;
 

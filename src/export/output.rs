@@ -10,6 +10,7 @@ use super::error::{Contradiction, ExportError};
 use super::numbering::Numbering;
 use super::options::ExportOptions;
 use super::tile_part::{CHUNK_BYTES, TilePart};
+use super::tiles_done::TilesDone;
 use super::what::CutBy;
 use crate::store::{Needs, PassPlan, PassReader, ReadError, TileId, spawn};
 use crate::terrain::FileSurface;
@@ -109,9 +110,7 @@ pub(super) struct ExportJob<'a> {
     pub(super) written: Written,
     /// What the user should know about the output.
     pub(super) notes: Vec<String>,
-    progress: &'a mut (dyn FnMut(u64, u64) + Send),
-    done: u64,
-    total: u64,
+    progress: TilesDone<'a>,
 }
 
 impl<'a> ExportJob<'a> {
@@ -124,22 +123,15 @@ impl<'a> ExportJob<'a> {
         options: ExportOptions,
         progress: &'a mut (dyn FnMut(u64, u64) + Send),
     ) -> Result<Self, ExportError> {
-        // If tiles are read before, then again to be written.
-        let total = 2 * u64::from(reader.metadata().tiles);
-        let mut done = 0;
-        let advance = || {
-            done += 1;
-            progress(done, total);
-        };
-        let surface = FileSurface::of(&reader, options.surface, advance).await?;
+        let mut progress = TilesDone::new(progress, &reader);
+        let surface = FileSurface::of(&reader, options.surface, || progress.advance()).await?;
+        progress.end_of_surface();
         Ok(Self {
             numbering: Arc::new(Numbering::new(reader, options, surface)),
             found: Vec::new(),
             written: Written::default(),
             notes: Vec::new(),
             progress,
-            done,
-            total: done,
         })
     }
 
@@ -162,13 +154,12 @@ impl<'a> ExportJob<'a> {
 
     /// Adds to the number of passes over all tiles, for the progress.
     pub(super) fn passes(&mut self, passes: u64) {
-        self.total += passes * u64::from(self.reader().metadata().tiles);
+        self.progress.add(passes * u64::from(self.reader().metadata().tiles));
     }
 
     /// Reports that a tile is done.
     pub(super) fn advance(&mut self) {
-        self.done += 1;
-        (self.progress)(self.done, self.total);
+        self.progress.advance();
     }
 
     /// Returns the number of elements that will be written: the directory's or that of the survey,

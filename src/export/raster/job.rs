@@ -8,6 +8,7 @@ use futures::stream::{self, StreamExt};
 
 use crate::export::error::ExportError;
 use crate::export::output::Sink;
+use crate::export::tiles_done::TilesDone;
 use crate::store::{PassReader, spawn};
 use crate::terrain::{Block, BlockSize, Grid, Raster, RasterOptions};
 
@@ -23,9 +24,7 @@ pub(super) struct Unit {
 /// The state of an export.
 pub(super) struct RasterJob<'a> {
     pub(super) raster: Raster,
-    progress: &'a mut (dyn FnMut(u64, u64) + Send),
-    done: u64,
-    total: u64,
+    progress: TilesDone<'a>,
 }
 
 impl<'a> RasterJob<'a> {
@@ -41,20 +40,10 @@ impl<'a> RasterJob<'a> {
         options: RasterOptions,
         progress: &'a mut (dyn FnMut(u64, u64) + Send),
     ) -> Result<Self, ExportError> {
-        // If tiles are read before, then again for the raster.
-        let total = 2 * u64::from(reader.metadata().tiles);
-        let mut done = 0;
-        let advance = || {
-            done += 1;
-            progress(done, total);
-        };
-        let raster = Raster::new(reader, options, advance).await?;
-        Ok(Self {
-            raster,
-            progress,
-            done,
-            total: done,
-        })
+        let mut progress = TilesDone::new(progress, &reader);
+        let raster = Raster::new(reader, options, || progress.advance()).await?;
+        progress.end_of_surface();
+        Ok(Self { raster, progress })
     }
 
     pub(super) fn grid(&self) -> &Grid {
@@ -70,19 +59,12 @@ impl<'a> RasterJob<'a> {
         let size = self.raster.block_size(unit.rows, unit.may_split, Self::ENCODING)?;
         let blocks = blocks(self.grid(), size);
         let tiles = |(columns, rows): &(Range<u32>, Range<u32>)| self.raster.tiles_for(columns.clone(), rows.clone());
-        self.total += blocks.iter().map(tiles).sum::<u64>();
+        self.progress.add(blocks.iter().map(tiles).sum::<u64>());
         for (columns, rows) in blocks {
-            let Self {
-                raster,
-                progress,
-                done,
-                total,
-            } = self;
-            let advance = || {
-                *done += 1;
-                progress(*done, *total);
-            };
-            let block = raster.block(columns, rows, Self::ENCODING, advance).await?;
+            let Self { raster, progress } = self;
+            let block = raster
+                .block(columns, rows, Self::ENCODING, || progress.advance())
+                .await?;
             take(self, Arc::new(block)).await?;
         }
         Ok(())
