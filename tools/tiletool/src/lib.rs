@@ -33,6 +33,7 @@ mod unchanged;
 mod units;
 mod verify;
 
+use std::ffi::OsString;
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
@@ -43,6 +44,31 @@ use tracing_subscriber::filter::LevelFilter;
 use tracing_subscriber::fmt::format::FmtSpan;
 
 pub use system::Ending;
+
+/// Build, query and verify Delaunay triangulations larger than memory, kept as tiles in one file.
+#[derive(Parser, Debug)]
+#[command(name = "tiletool", version, max_term_width = 110, after_help = EXAMPLES)]
+struct Cli {
+    /// Log to standard error: -v how memory is divided, -vv each step, -vvv all details
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  tiletool info survey.laz
+  tiletool build survey.laz -o survey.tiles
+  tiletool inspect survey.tiles --plot survey.png
+  tiletool verify --deep survey.tiles --against survey.laz
+  tiletool query path town.tiles --from 0,0 --to 8,8
+
+Exit codes: 0 success, 1 failure, 2 wrong usage.";
+
+/// The exit codes.
+const SUCCESS: u8 = 0;
+const FAILURE: u8 = 1;
 
 /// The commands of the tool.
 #[derive(Subcommand, Debug)]
@@ -60,8 +86,25 @@ pub enum Command {
     Bench(bench::BenchArgs),
 }
 
-/// Runs a program: parses the command line and calls `run` with it. Prints an error in one line.
+/// Runs the tool with these arguments, the first of which is its name. Returns its exit code.
+pub fn tiletool(args: impl IntoIterator<Item = OsString>) -> u8 {
+    start_with(args, |cli: Cli| {
+        log(cli.verbose);
+        run(cli.command)
+    })
+}
+
+/// Runs a program with the arguments of the process: see [`start_with`].
 pub fn start<C: Parser>(run: impl FnOnce(C) -> anyhow::Result<()>) -> ExitCode {
+    start_with(std::env::args_os(), run).into()
+}
+
+/// Runs a program: parses the command line and calls `run` with it. Prints an error in one line.
+/// Returns the exit code.
+fn start_with<C: Parser>(
+    args: impl IntoIterator<Item = OsString>,
+    run: impl FnOnce(C) -> anyhow::Result<()>,
+) -> u8 {
     allocator::begin();
     let report = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
@@ -70,17 +113,17 @@ pub fn start<C: Parser>(run: impl FnOnce(C) -> anyhow::Result<()>) -> ExitCode {
             report(panic);
         }
     }));
-    let cli = match C::try_parse() {
+    let cli = match C::try_parse_from(args) {
         Ok(cli) => cli,
         Err(error) => return refuse(&error),
     };
     let done = limits::prepare().and_then(|()| run(cli));
     match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) if common::is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Ok(()) => SUCCESS,
+        Err(error) if common::is_broken_pipe(&error) => SUCCESS,
         Err(error) => {
             common::say(format_args!("error: {error:#}"));
-            ExitCode::FAILURE
+            FAILURE
         }
     }
 }
@@ -123,16 +166,16 @@ pub fn run(command: Command) -> anyhow::Result<()> {
 }
 
 /// Prints an error of the command line, or the text of `--help` or `--version`.
-fn refuse(error: &clap::Error) -> ExitCode {
+fn refuse(error: &clap::Error) -> u8 {
     let text = error.render().to_string();
     if shown::message(&text) == text {
-        let code = ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        let code = u8::try_from(error.exit_code()).unwrap_or(2);
         return match error.print() {
             Err(failed) if !error.use_stderr() && failed.kind() != ErrorKind::BrokenPipe => {
                 common::say(format_args!(
                     "error: cannot write the help to standard output: {failed}"
                 ));
-                ExitCode::FAILURE
+                FAILURE
             }
             _ => code,
         };
@@ -140,5 +183,5 @@ fn refuse(error: &clap::Error) -> ExitCode {
     // A name on the command line, perhaps of a file that someone else named, must not control the
     // terminal.
     common::say(text.trim_end());
-    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+    u8::try_from(error.exit_code()).unwrap_or(2)
 }

@@ -1,0 +1,30 @@
+"""Delaunay triangulations larger than memory, kept as tiles in one file."""
+
+import os
+
+from . import _core
+from ._errors import BuildError, Error, FileError, InputError, MemoryLimitError, QueryError, VerifyError
+from ._open import AsyncTiles, Tiles, aopen, open
+from ._tiles import Cache, Metadata, Verified
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_core.in_child_of_fork)
+
+__version__ = _core.__version__
+
+__all__ = [
+    "AsyncTiles",
+    "BuildError",
+    "Cache",
+    "Error",
+    "FileError",
+    "InputError",
+    "MemoryLimitError",
+    "Metadata",
+    "QueryError",
+    "Tiles",
+    "Verified",
+    "VerifyError",
+    "aopen",
+    "open",
+]

@@ -1,0 +1,173 @@
+//! Errors of the library as Python exceptions, with the library's words.
+
+use std::error::Error;
+use std::io;
+use std::sync::Arc;
+
+use delaunay_tiles::export::ExportError;
+use delaunay_tiles::input::InputError;
+use delaunay_tiles::query::QueryError;
+use delaunay_tiles::terrain::TerrainError;
+use delaunay_tiles::{BuildError, ReadError, VerifyError, shown};
+use pyo3::PyErr;
+use pyo3::exceptions::{
+    PyFileExistsError, PyFileNotFoundError, PyIndexError, PyKeyboardInterrupt, PyOSError, PyPermissionError,
+    PyValueError,
+};
+
+/// The exceptions of the Python part.
+mod python {
+    pyo3::import_exception!(delaunay_tiles._errors, Error);
+    pyo3::import_exception!(delaunay_tiles._errors, BuildError);
+    pyo3::import_exception!(delaunay_tiles._errors, FileError);
+    pyo3::import_exception!(delaunay_tiles._errors, InputError);
+    pyo3::import_exception!(delaunay_tiles._errors, MemoryLimitError);
+    pyo3::import_exception!(delaunay_tiles._errors, QueryError);
+    pyo3::import_exception!(delaunay_tiles._errors, VerifyError);
+}
+
+/// A Python exception that is to be raised. It can be made without the interpreter.
+#[derive(Debug)]
+pub struct Failure(PyErr);
+
+/// The result of a question.
+pub type Outcome<T> = Result<T, Failure>;
+
+impl Failure {
+    /// Returns a `ValueError`.
+    pub fn value(text: impl Into<String>) -> Self {
+        Self(PyValueError::new_err(text.into()))
+    }
+
+    /// Returns an error of the package that has no class of its own.
+    pub fn other(text: impl Into<String>) -> Self {
+        Self(python::Error::new_err(text.into()))
+    }
+
+    /// Returns an exception for an error: one of the operating system if that is its cause, otherwise
+    /// what `class` makes of its words.
+    fn of(error: &(dyn Error + 'static), class: impl FnOnce(String) -> PyErr) -> Self {
+        let words = words(error);
+        let mut cause = Some(error);
+        while let Some(this) = cause {
+            let shared = this.downcast_ref::<Arc<io::Error>>().map(|shared| &**shared);
+            if let Some(system) = this.downcast_ref::<io::Error>().or(shared)
+                && let Some(exception) = of_system(system, &words)
+            {
+                return Self(exception);
+            }
+            cause = this.source();
+        }
+        Self(class(words))
+    }
+}
+
+/// Returns the exception of an error of the operating system, or `None` if it is another one.
+fn of_system(error: &io::Error, words: &str) -> Option<PyErr> {
+    let words = words.to_owned();
+    match error.kind() {
+        io::ErrorKind::NotFound => Some(PyFileNotFoundError::new_err(words)),
+        io::ErrorKind::PermissionDenied => Some(PyPermissionError::new_err(words)),
+        io::ErrorKind::AlreadyExists => Some(PyFileExistsError::new_err(words)),
+        _ => error.raw_os_error().map(|_| PyOSError::new_err(words)),
+    }
+}
+
+/// Returns the words of an error and of its causes.
+fn words(error: &dyn Error) -> String {
+    let mut words = error.to_string();
+    let mut cause = error.source();
+    while let Some(this) = cause {
+        let more = this.to_string();
+        if !words.ends_with(&more) {
+            words = format!("{words}: {more}");
+        }
+        cause = this.source();
+    }
+    words
+}
+
+impl From<Failure> for PyErr {
+    fn from(failure: Failure) -> Self {
+        failure.0
+    }
+}
+
+impl From<PyErr> for Failure {
+    fn from(error: PyErr) -> Self {
+        Self(error)
+    }
+}
+
+impl From<ReadError> for Failure {
+    fn from(error: ReadError) -> Self {
+        Self::of(&error, |words| match &error {
+            ReadError::Memory { .. } => python::MemoryLimitError::new_err(words),
+            ReadError::NoSuchTile { .. } => PyIndexError::new_err(words),
+            _ => python::FileError::new_err(words),
+        })
+    }
+}
+
+impl From<QueryError> for Failure {
+    fn from(error: QueryError) -> Self {
+        match error {
+            QueryError::Read(error) => error.into(),
+            error => Self::of(&error, python::QueryError::new_err),
+        }
+    }
+}
+
+impl From<TerrainError> for Failure {
+    fn from(error: TerrainError) -> Self {
+        match error {
+            TerrainError::Read(error) => error.into(),
+            error => Self::of(&error, python::QueryError::new_err),
+        }
+    }
+}
+
+impl From<ExportError> for Failure {
+    fn from(error: ExportError) -> Self {
+        match error {
+            ExportError::Read(error) => error.into(),
+            ExportError::Terrain(error) => error.into(),
+            error => Self::of(&error, python::Error::new_err),
+        }
+    }
+}
+
+impl From<VerifyError> for Failure {
+    fn from(error: VerifyError) -> Self {
+        match error {
+            VerifyError::Read(error) => error.into(),
+            error => Self::of(&error, python::VerifyError::new_err),
+        }
+    }
+}
+
+impl From<InputError> for Failure {
+    fn from(error: InputError) -> Self {
+        Self::of(&error, python::InputError::new_err)
+    }
+}
+
+impl From<BuildError> for Failure {
+    fn from(error: BuildError) -> Self {
+        Self::of(&error, |words| match &error {
+            BuildError::OutputExists(path) => PyFileExistsError::new_err(format!(
+                "{} exists already; choose another name, or pass overwrite=True",
+                shown::path(path)
+            )),
+            BuildError::WorkKept { .. } => {
+                PyFileExistsError::new_err(format!("{words} (resume=True or overwrite=True)"))
+            }
+            BuildError::Memory(_) => python::MemoryLimitError::new_err(words),
+            BuildError::Cancelled => PyKeyboardInterrupt::new_err(words),
+            BuildError::InvalidPoint { .. } | BuildError::InvalidZ { .. } | BuildError::Option { .. } => {
+                PyValueError::new_err(words)
+            }
+            _ => python::BuildError::new_err(words),
+        })
+    }
+}

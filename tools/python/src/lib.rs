@@ -1,0 +1,40 @@
+//! The compiled part of the Python package `delaunay_tiles`: the module `delaunay_tiles._core`.
+//!
+//! In: numpy arrays, Arrow streams, names of files. Out: tuples of numpy arrays, Arrow streams, and
+//! text. The Python part (`python/delaunay_tiles`) has the public classes and their documentation; it
+//! checks and converts arguments, and gives the answers names.
+//!
+//! ```text
+//!   build ── feed ── arrays        Builder: batches of points, lines and sites; files
+//!   reader ── queries, terrain     Reader: questions; each blocks, or is awaited
+//!     │
+//!     ├── columns                  answers as numpy arrays
+//!     ├── tables                   triangles, vertices and edges as Arrow streams
+//!     └── runtime ── error         waiting with Ctrl-C, asyncio, forks; Python's exceptions
+//! ```
+#![allow(missing_docs, reason = "the Python part documents what is public")]
+
+mod columns;
+mod error;
+mod reader;
+mod runtime;
+mod tool;
+
+use pyo3::prelude::*;
+
+/// The compiled part of `delaunay_tiles`.
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use super::reader::{Cache, Reader, open};
+
+    #[pymodule_export]
+    use super::runtime::in_child_of_fork;
+
+    #[pymodule_export]
+    use super::tool::tiletool;
+
+    #[pymodule_export]
+    #[allow(non_upper_case_globals, reason = "Python's name")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+}

@@ -1,0 +1,117 @@
+//! Waiting for futures: blocking with Ctrl-C, or as awaitables of asyncio; and forks.
+//!
+//! One runtime serves the process. It is started by the first question. Its threads do not exist in a
+//! child that the process forks afterwards, so everything is an error there.
+
+use std::pin::pin;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use tokio::runtime::{Builder, Runtime};
+use tokio::time::timeout;
+
+use crate::error::Outcome;
+
+/// The longest time for which Ctrl-C is not looked for.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+static RUNTIME: OnceLock<Runtime> = OnceLock::new();
+
+/// Whether this process was forked from one that had started the runtime.
+static IS_ORPHAN: AtomicBool = AtomicBool::new(false);
+
+/// Tells this module that it is in a child process, just after a fork.
+#[pyfunction]
+pub fn in_child_of_fork() {
+    IS_ORPHAN.store(RUNTIME.get().is_some(), Ordering::Relaxed);
+}
+
+/// Returns the runtime.
+///
+/// # Errors
+/// Fails in a child of a fork, and if the system refuses threads.
+pub fn runtime() -> PyResult<&'static Runtime> {
+    if IS_ORPHAN.load(Ordering::Relaxed) {
+        return Err(PyRuntimeError::new_err(
+            "this process was forked after delaunay_tiles had started its threads, which do not exist here; start \
+             processes with the method 'spawn' or 'forkserver' (multiprocessing.get_context), or use delaunay_tiles \
+             only after the fork",
+        ));
+    }
+    if let Some(runtime) = RUNTIME.get() {
+        return Ok(runtime);
+    }
+    let new = Builder::new_multi_thread()
+        .thread_name("delaunay-tiles")
+        .enable_all()
+        .build();
+    let new = new.map_err(|error| PyRuntimeError::new_err(format!("cannot start threads: {error}")))?;
+    let runtime = RUNTIME.get_or_init(|| new);
+    // It fails if another module did this before, with its runtime, which serves as well.
+    let _ = pyo3_async_runtimes::tokio::init_with_runtime(runtime);
+    Ok(runtime)
+}
+
+/// Waits for a future, with the interpreter released. On Ctrl-C, the future is dropped and the
+/// exception returned; `stop` is called before.
+///
+/// # Errors
+/// Returns the error of the future, `KeyboardInterrupt`, or what a signal handler raised.
+pub fn wait<T: Send>(
+    py: Python<'_>,
+    future: impl Future<Output = Outcome<T>> + Send,
+    mut look: impl FnMut(Python<'_>) -> PyResult<()>,
+) -> PyResult<T> {
+    let runtime = runtime()?;
+    let mut future = pin!(future);
+    loop {
+        let step = py.detach(|| runtime.block_on(async { timeout(PATIENCE, future.as_mut()).await }));
+        match step {
+            Ok(done) => return Ok(done?),
+            Err(_) => {
+                py.check_signals()?;
+                look(py)?;
+            }
+        }
+    }
+}
+
+/// Answers a question: runs the future on the threads of the runtime, and waits for it, or returns an
+/// awaitable. An awaitable that is cancelled drops the future, and so does Ctrl-C.
+///
+/// # Errors
+/// As [`wait`].
+pub fn ask<'py, T>(
+    py: Python<'py>,
+    is_awaited: bool,
+    future: impl Future<Output = Outcome<T>> + Send + 'static,
+) -> PyResult<Bound<'py, PyAny>>
+where
+    T: for<'a> IntoPyObject<'a> + Send + 'static,
+{
+    let runtime = runtime()?;
+    if is_awaited {
+        return pyo3_async_runtimes::tokio::future_into_py(py, async { Ok(future.await?) });
+    }
+    let task = runtime.spawn(future);
+    let stop = Stop(task.abort_handle());
+    let answer = wait(py, async { Ok(task.await) }, |_| Ok(()))?;
+    drop(stop);
+    match answer {
+        Ok(answer) => answer?.into_bound_py_any(py),
+        Err(failed) => Err(PyRuntimeError::new_err(format!("internal error: {failed}"))),
+    }
+}
+
+/// Stops a task when it is dropped.
+struct Stop(tokio::task::AbortHandle);
+
+impl Drop for Stop {
+    fn drop(&mut self) {
+        self.0.abort();
+    }
+}
