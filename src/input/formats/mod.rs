@@ -26,7 +26,7 @@ pub mod shapefile;
         feature = "geojson",
         feature = "flatgeobuf",
         feature = "shapefile",
-        feature = "geopackage"
+        feature = "wkb"
     )),
     allow(dead_code, unused_imports, reason = "no format has shapes")
 )]
@@ -35,3 +35,5 @@ pub mod shapes;
 pub mod text;
 pub mod text_lines;
 pub mod vector;
+#[cfg(feature = "wkb")]
+pub mod wkb;

@@ -10,14 +10,20 @@ use crate::input::bytes::ByteInput;
 use crate::input::content;
 use crate::input::error::{InputError, RecordKind};
 use crate::input::formats::raw::pairs::Pairs;
+#[cfg(feature = "wkb")]
+use crate::input::formats::shapes::Decoded;
 use crate::input::formats::shapes::{Lines, Rings};
 #[cfg(feature = "text")]
 use crate::input::formats::text;
 use crate::input::formats::vector::Vector;
+#[cfg(feature = "wkb")]
+use crate::input::formats::wkb::Geometries;
 use crate::input::formats::{ele, obj, ply};
 use crate::input::lines::SegmentBatch;
 use crate::input::options::Format;
 use crate::input::reader::Started;
+#[cfg(feature = "wkb")]
+use crate::input::source::stream::Input;
 use crate::input::source::stream::{Records, Source, start_stream};
 use crate::input::watch::Watched;
 use crate::shown;
@@ -125,6 +131,9 @@ pub enum LineFormat {
     ObjFaces {
         points: u64,
     },
+    /// Geometries in memory, whose reader is open from the start.
+    #[cfg(feature = "wkb")]
+    Memory,
 }
 
 impl LineFormat {
@@ -154,6 +163,8 @@ impl LineFormat {
             Self::Lines(_) | Self::Rings(_) => "feature",
             Self::Elements { .. } => "triangle",
             Self::PlyFaces { .. } | Self::ObjFaces { .. } => "face",
+            #[cfg(feature = "wkb")]
+            Self::Memory => "feature",
         }
     }
 }
@@ -172,6 +183,8 @@ impl Records for SegmentBatch {
             LineFormat::ObjFaces { .. } => Some(Format::Obj),
             LineFormat::Text => Some(Format::Text),
             LineFormat::Lines(vector) | LineFormat::Rings(vector) => Some(vector.format()),
+            #[cfg(feature = "wkb")]
+            LineFormat::Memory => None,
         }
     }
 
@@ -194,6 +207,8 @@ impl Records for SegmentBatch {
                 let path = Arc::clone(&input.path);
                 Ok(Box::new(Rings::new(vector.start(input)?, &path)?))
             }
+            #[cfg(feature = "wkb")]
+            LineFormat::Memory => unreachable!("its reader stays open"),
         }
     }
 
@@ -225,6 +240,54 @@ impl Source<SegmentBatch> {
     /// As for [`Self::open`].
     pub fn open_obstacles(paths: &[PathBuf]) -> Result<Self, InputError> {
         Self::of_files(paths, (), LineFormat::of_polygons, RecordKind::Obstacle)
+    }
+
+    /// Takes geometries from memory as one input: lines, or polygons if `are_polygons` is set. Each
+    /// geometry is a line, given as well-known binary (WKB), of z too; one without bytes is empty.
+    /// Messages use `name` as the name of the input.
+    ///
+    /// # Errors
+    /// Fails if a geometry up to the first position is invalid.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use delaunay_tiles::input::{SegmentBatch, SegmentSource};
+    ///
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let mut line = vec![1, 2, 0, 0, 0, 2, 0, 0, 0]; // little-endian, LineString, 2 positions
+    /// line.extend([0.0, 0.0, 3.0, 4.0].into_iter().flat_map(f64::to_le_bytes));
+    /// let mut source = SegmentSource::from_wkb("streets", vec![line].into_iter(), false)?;
+    /// let mut batch = SegmentBatch::default();
+    /// assert!(source.next_batch(&mut batch)?);
+    /// assert_eq!(batch.ends[0][1].x, 3.0);
+    /// assert_eq!(source.origin(0).expect("it was read").to_string(), "streets: feature 0 (counted from 0)");
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[cfg(feature = "wkb")]
+    pub fn from_wkb(
+        name: &str,
+        geometries: impl Iterator<Item = Vec<u8>> + Send + 'static,
+        are_polygons: bool,
+    ) -> Result<Self, InputError> {
+        let mut source = Self::new(());
+        let input = Input::new(Path::new(name), LineFormat::Memory);
+        let geometries = Geometries {
+            geometries,
+            name: Arc::clone(&input.path),
+            reading: source.reading.clone(),
+        };
+        let shapes = Box::new(Decoded::new(geometries));
+        let opened = input.open_reader(
+            match are_polygons {
+                true => Box::new(Rings::new(shapes, &input.path)?),
+                false => Box::new(Lines::new(shapes)?),
+            },
+            &source.reading,
+        );
+        source.add(input, opened);
+        Ok(source)
     }
 
     /// Returns the number of segments read so far.

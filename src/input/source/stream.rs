@@ -108,6 +108,13 @@ impl<B: Records> Input<B> {
         Ok(Opened { reader, watch })
     }
 
+    /// Returns a reader of records in memory as open.
+    #[cfg(feature = "wkb")]
+    pub fn open_reader(&self, reader: Box<dyn Reader<B>>, reading: &Reading) -> Opened<B> {
+        let Watched { watch, .. } = Watched::stream((), &self.path, reading);
+        Opened { reader, watch }
+    }
+
     /// Starts the reader of a stream.
     pub fn open_stream(
         &self,

@@ -11,7 +11,7 @@ use delaunay_tiles::terrain::TerrainError;
 use delaunay_tiles::{BuildError, ReadError, VerifyError, shown};
 use pyo3::PyErr;
 use pyo3::exceptions::{
-    PyFileExistsError, PyFileNotFoundError, PyIndexError, PyKeyboardInterrupt, PyOSError, PyPermissionError,
+    PyFileExistsError, PyFileNotFoundError, PyIndexError, PyKeyboardInterrupt, PyOSError, PyPermissionError, PyTypeError,
     PyValueError,
 };
 
@@ -39,6 +39,31 @@ impl Failure {
         Self(PyValueError::new_err(text.into()))
     }
 
+    /// Returns a `TypeError`.
+    pub fn of_type(text: impl Into<String>) -> Self {
+        Self(PyTypeError::new_err(text.into()))
+    }
+
+    /// Returns an error of the input of a build.
+    pub fn input(text: impl Into<String>) -> Self {
+        Self(python::InputError::new_err(in_python(text.into())))
+    }
+
+    /// Returns an exception for an error of a build, which the tool has put into words.
+    pub fn of_build(error: tiletool::Error) -> Self {
+        let words = in_python(format!("{error:#}"));
+        match error.downcast::<BuildError>() {
+            // The tool's words begin with the name of a line.
+            Ok(error @ BuildError::Memory(_)) => Self::of(&error, |_| python::MemoryLimitError::new_err(words)),
+            Ok(error) if !words.starts_with(&error.to_string()) => Self(python::BuildError::new_err(words)),
+            Ok(error) => error.into(),
+            Err(error) => match error.downcast::<InputError>() {
+                Ok(error) => error.into(),
+                Err(_) => Self(python::BuildError::new_err(words)),
+            },
+        }
+    }
+
     /// Returns an error of the package that has no class of its own.
     pub fn other(text: impl Into<String>) -> Self {
         Self(python::Error::new_err(text.into()))
@@ -58,8 +83,22 @@ impl Failure {
             }
             cause = this.source();
         }
-        Self(class(words))
+        Self(class(in_python(words)))
     }
+}
+
+/// Returns the words of the library and the tool with the names of arguments instead of options.
+fn in_python(words: String) -> String {
+    const OPTIONS: [(&str, &str); 6] = [
+        ("--crossings split", "crossings='split'"),
+        ("--missing-z error", "missing_z='error'"),
+        ("--missing-z zero", "missing_z='zero'"),
+        ("(option `crs`)", "(argument crs)"),
+        ("--max-edge", "max_edge"),
+        ("give crossings=", "pass crossings="),
+    ];
+    let replaced = OPTIONS.iter().filter(|(option, _)| words.contains(option));
+    replaced.fold(words.clone(), |words, (option, argument)| words.replace(option, argument))
 }
 
 /// Returns the exception of an error of the operating system, or `None` if it is another one.

@@ -14,6 +14,7 @@
 //! ```
 #![allow(missing_docs, reason = "the Python part documents what is public")]
 
+mod build;
 mod columns;
 mod error;
 mod reader;
@@ -25,6 +26,9 @@ use pyo3::prelude::*;
 /// The compiled part of `delaunay_tiles`.
 #[pymodule]
 mod _core {
+    #[pymodule_export]
+    use super::build::Builder;
+
     #[pymodule_export]
     use super::reader::{Cache, Reader, open};
 

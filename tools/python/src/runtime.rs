@@ -6,6 +6,7 @@
 use std::pin::pin;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, Thread};
 use std::time::Duration;
 
 use pyo3::IntoPyObjectExt;
@@ -57,14 +58,13 @@ pub fn runtime() -> PyResult<&'static Runtime> {
 }
 
 /// Waits for a future, with the interpreter released. On Ctrl-C, the future is dropped and the
-/// exception returned; `stop` is called before.
+/// exception returned.
 ///
 /// # Errors
 /// Returns the error of the future, `KeyboardInterrupt`, or what a signal handler raised.
-pub fn wait<T: Send>(
+fn wait<T: Send>(
     py: Python<'_>,
     future: impl Future<Output = Outcome<T>> + Send,
-    mut look: impl FnMut(Python<'_>) -> PyResult<()>,
 ) -> PyResult<T> {
     let runtime = runtime()?;
     let mut future = pin!(future);
@@ -72,10 +72,7 @@ pub fn wait<T: Send>(
         let step = py.detach(|| runtime.block_on(async { timeout(PATIENCE, future.as_mut()).await }));
         match step {
             Ok(done) => return Ok(done?),
-            Err(_) => {
-                py.check_signals()?;
-                look(py)?;
-            }
+            Err(_) => py.check_signals()?,
         }
     }
 }
@@ -99,11 +96,61 @@ where
     }
     let task = runtime.spawn(future);
     let stop = Stop(task.abort_handle());
-    let answer = wait(py, async { Ok(task.await) }, |_| Ok(()))?;
+    let answer = wait(py, async { Ok(task.await) })?;
     drop(stop);
     match answer {
         Ok(answer) => answer?.into_bound_py_any(py),
         Err(failed) => Err(PyRuntimeError::new_err(format!("internal error: {failed}"))),
+    }
+}
+
+/// Does `work` on a thread of its own, with the interpreter released, and calls `look` while it lasts. On
+/// Ctrl-C, or if `look` raises an exception, calls `cancel`, waits until the work has ended, and returns
+/// the exception.
+///
+/// # Errors
+/// Returns the error of the work, `KeyboardInterrupt`, or the exception of `look`.
+pub fn work_or_cancel<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce(&Runtime) -> Outcome<T> + Send,
+    mut look: impl FnMut(Python<'_>) -> PyResult<()>,
+    cancel: impl Fn(),
+) -> PyResult<T> {
+    let runtime = runtime()?;
+    let is_done = AtomicBool::new(false);
+    let waiting = thread::current();
+    thread::scope(|scope| {
+        let begun = thread::Builder::new().name("delaunay-tiles".to_owned()).spawn_scoped(scope, || {
+            let _wake = Wake(&is_done, &waiting);
+            work(runtime)
+        });
+        let worker = begun.map_err(|error| PyRuntimeError::new_err(format!("cannot start a thread: {error}")))?;
+        let mut raised = None;
+        while !is_done.load(Ordering::Acquire) {
+            py.detach(|| thread::park_timeout(PATIENCE));
+            if raised.is_none()
+                && let Err(exception) = py.check_signals().and_then(|()| look(py))
+            {
+                cancel();
+                raised = Some(exception);
+            }
+        }
+        let done = py.detach(|| worker.join());
+        match (raised, done) {
+            (Some(exception), _) => Err(exception),
+            (None, Ok(done)) => Ok(done?),
+            (None, Err(_)) => Err(PyRuntimeError::new_err("internal error: the work panicked")),
+        }
+    })
+}
+
+/// Wakes the thread that waits for some work when the work ends, by a panic too.
+struct Wake<'a>(&'a AtomicBool, &'a Thread);
+
+impl Drop for Wake<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Release);
+        self.1.unpark();
     }
 }
 

@@ -90,6 +90,13 @@ impl Extents {
         self.points = Some(extent.union(Rect::around(points.iter().copied())));
     }
 
+    /// Adds the points of other inputs.
+    pub fn add_all(&mut self, others: &Self) {
+        let points = self.points.into_iter().chain(others.points);
+        self.points = points.reduce(Rect::union);
+        self.files.extend_from_slice(&others.files);
+    }
+
     /// Adds points of another file.
     pub fn add(&mut self, file: &Path, points: impl IntoIterator<Item = Point>) {
         let extent = Rect::around(points);

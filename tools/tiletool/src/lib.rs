@@ -12,7 +12,7 @@ mod build;
 pub mod common;
 mod compact;
 mod constrain;
-mod crs;
+pub mod crs;
 mod digest;
 mod export;
 mod flags;
@@ -21,10 +21,11 @@ mod info;
 mod input_args;
 mod inspect;
 mod limits;
-mod lines;
+pub mod lines;
 mod numbers;
 pub mod output;
 pub mod plot;
+pub mod points;
 mod progress;
 pub mod query;
 mod surface;
@@ -43,6 +44,7 @@ use delaunay_tiles::shown;
 use tracing_subscriber::filter::LevelFilter;
 use tracing_subscriber::fmt::format::FmtSpan;
 
+pub use anyhow::Error;
 pub use system::Ending;
 
 /// Build, query and verify Delaunay triangulations larger than memory, kept as tiles in one file.

@@ -7,7 +7,7 @@
 
 #[cfg(any(feature = "flatgeobuf", feature = "shapefile"))]
 mod blocks;
-#[cfg(any(feature = "flatgeobuf", feature = "shapefile", feature = "geopackage"))]
+#[cfg(any(feature = "flatgeobuf", feature = "shapefile", feature = "wkb"))]
 mod decoded;
 mod event;
 mod features;
@@ -25,7 +25,7 @@ use crate::input::sites::SiteId;
 pub use blocks::Blocks;
 #[cfg(feature = "geopackage")]
 pub use decoded::LONGEST;
-#[cfg(any(feature = "flatgeobuf", feature = "shapefile", feature = "geopackage"))]
+#[cfg(any(feature = "flatgeobuf", feature = "shapefile", feature = "wkb"))]
 pub use decoded::{Decoded, Decoder, Feature};
 #[cfg(feature = "geojson")]
 pub use event::Position;

@@ -3,21 +3,16 @@
 use std::sync::Arc;
 
 use delaunay_tiles::crs::Crs;
-use delaunay_tiles::input::{InputError, PointBatch, PointSource};
+use delaunay_tiles::input::PointSource;
 use delaunay_tiles::store::Source;
 use delaunay_tiles::{BuildSummary, Builder, Description};
-use tokio::sync::{Notify, mpsc};
+use tokio::sync::Notify;
 
 use super::report::InputCounts;
 use crate::common;
 use crate::crs::{self, CrsArgs, Extents};
 use crate::lines::LineInput;
-
-/// Number of sampled points that show a build in advance how the points are distributed.
-const SAMPLE: usize = 1 << 16;
-
-/// Maximum number of batches that wait between the reader and the builder.
-const BATCHES_AHEAD: usize = 8;
+use crate::points::push_points;
 
 /// The open inputs of a build.
 pub(super) struct Inputs {
@@ -26,11 +21,6 @@ pub(super) struct Inputs {
     /// Whether options leave out some of the points.
     pub(super) is_filtered: bool,
     pub(super) crs: CrsArgs,
-}
-
-/// Returns whether the error says that reading was stopped.
-pub(super) fn is_stopped(error: &anyhow::Error) -> bool {
-    matches!(error.downcast_ref(), Some(InputError::Stopped))
 }
 
 impl Inputs {
@@ -67,7 +57,7 @@ impl Fed {
         cancelled: &Notify,
     ) -> anyhow::Result<(BuildSummary, InputCounts)> {
         let mut extents = self.lines.extents().clone();
-        let source = push_points(source, &mut builder, is_filtered, &mut extents, cancelled).await?;
+        let source = push_points(source, &mut builder, 0, !is_filtered, &mut extents, cancelled).await?;
         let mut read = self.describe(&source, &mut builder, &extents)?;
         let summary = builder.finish().await?;
         // They come first, since they tell of faults.
@@ -153,49 +143,4 @@ fn draped_note(summary: &BuildSummary) -> Option<String> {
     Some(format!(
         "{draped} without z took it from the triangulation of the points{outside} (--missing-z error rejects them)"
     ))
-}
-
-/// Reads all points and passes them to the builder.
-async fn push_points(
-    mut source: PointSource,
-    builder: &mut Builder,
-    is_filtered: bool,
-    extents: &mut Extents,
-    cancelled: &Notify,
-) -> anyhow::Result<PointSource> {
-    let (sender, mut batches) = mpsc::channel::<PointBatch>(BATCHES_AHEAD);
-    // With a filter, the number of points that a file announces says little, so it is not used.
-    if let Some(points) = source.expected_points().filter(|_| !is_filtered) {
-        let sample;
-        (sample, source) = common::on_thread("sample", move || Ok((source.sample(SAMPLE)?, source))).await?;
-        builder.expect(points, sample)?;
-    }
-    let reading = common::begin("reading", move || {
-        let mut batch = PointBatch::default();
-        while source.next_batch(&mut batch)? {
-            if sender.blocking_send(std::mem::take(&mut batch)).is_err() {
-                break;
-            }
-        }
-        Ok(source)
-    })?;
-    loop {
-        let batch = tokio::select! {
-            batch = batches.recv() => batch,
-            // A build that waits for a pipe must notice the cancellation too. The builder then
-            // returns the error.
-            () = cancelled.notified() => Some(PointBatch::default()),
-        };
-        let Some(batch) = batch else { break };
-        extents.add_points(&batch.points);
-        builder.push(&batch).await?;
-    }
-    match reading.await {
-        // The builder decides whether its work is kept, so its error comes first.
-        Err(error) if is_stopped(&error) => {
-            let pushed = builder.push(&PointBatch::default()).await;
-            Err(pushed.err().map_or(error, Into::into))
-        }
-        source => source,
-    }
 }

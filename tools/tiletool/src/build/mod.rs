@@ -23,9 +23,10 @@ use crate::crs::CrsArgs;
 use crate::input_args::InputArgs;
 use crate::lines::{LineArgs, LineInput, LineRules, MissingZArgs};
 use crate::plot::{self, PlotFile, Plotted};
+use crate::points::is_stopped;
 use crate::progress::Bar;
 use crate::unchanged::Unchanged;
-use feed::{Inputs, is_stopped};
+use feed::Inputs;
 use report::{BuildReport, InputCounts, report};
 
 /// Build a tile file from points and lines

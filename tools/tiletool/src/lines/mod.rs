@@ -6,5 +6,5 @@ mod read;
 mod rules;
 
 pub use args::{LineArgs, LineFiles};
-pub use read::LineInput;
+pub use read::{LineInput, LineSet};
 pub use rules::{LineRules, MissingZArgs};

@@ -187,6 +187,17 @@ impl LineInput {
 
     /// Passes all lines and sites to a builder.
     pub fn feed(mut self, mut builder: Builder) -> anyhow::Result<(Builder, Self)> {
+        self.push_lines(&mut builder)?;
+        let mut sites = SiteBatch::default();
+        while self.next_sites(&mut sites)? {
+            builder.push_sites(&sites)?;
+        }
+        Ok((builder, self))
+    }
+
+    /// Passes the lines to a builder that were not read before, and the hole points among them.
+    pub fn push_lines(&mut self, builder: &mut Builder) -> anyhow::Result<()> {
+        let seeds = self.seeds.len();
         let mut batch = SegmentBatch::default();
         while let Some((kind, first)) = self.next_batch(&mut batch)? {
             match self.is_of_ponds() {
@@ -194,12 +205,7 @@ impl LineInput {
                 false => builder.push_lines(kind, first, &batch)?,
             }
         }
-        builder.push_seeds(&self.seeds)?;
-        let mut sites = SiteBatch::default();
-        while self.next_sites(&mut sites)? {
-            builder.push_sites(&sites)?;
-        }
-        Ok((builder, self))
+        Ok(builder.push_seeds(&self.seeds[seeds..])?)
     }
 
     /// Passes all lines to an editor.

@@ -1,0 +1,224 @@
+//! The builder that Python calls.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use delaunay_tiles::Progress;
+use delaunay_tiles::input::{MissingZ, PointBatch, PointSource};
+use numpy::ndarray::s;
+use numpy::PyReadonlyArray2;
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3_arrow::PyRecordBatchReader;
+use tokio::runtime::Runtime;
+
+use super::batches::{self, ROWS};
+use super::options::{BuildArguments, ReadArguments, Role};
+use super::work::{Stop, Work, is_poly};
+use crate::error::{Failure, Outcome};
+use crate::runtime::{runtime, work_or_cancel};
+
+/// The number of points of an array that show the builder in advance how they are distributed.
+const SAMPLE: usize = 1 << 16;
+
+/// A build in progress. Each method takes the work out, and returns it when it is done.
+#[pyclass(frozen, module = "delaunay_tiles._core")]
+pub struct Builder {
+    work: Mutex<Option<Work>>,
+    progress: Arc<Progress>,
+    stop: Arc<Stop>,
+    /// What is called with the phase, its finished steps and their number while the build works.
+    observer: Option<Py<PyAny>>,
+}
+
+impl Builder {
+    /// Does something with the work, with the interpreter released. After an error of the input, the
+    /// work goes on; after Ctrl-C, it is discarded.
+    fn with<T: Send>(&self, py: Python<'_>, act: impl FnOnce(&mut Work, &Runtime) -> Outcome<T> + Send) -> PyResult<T> {
+        let mut work = self.take()?;
+        let done = self.wait(py, |runtime| Ok(act(&mut work, runtime)))?;
+        *self.locked() = Some(work);
+        Ok(done?)
+    }
+
+    fn wait<T: Send>(&self, py: Python<'_>, act: impl FnOnce(&Runtime) -> Outcome<T> + Send) -> PyResult<T> {
+        let look = |py: Python<'_>| match &self.observer {
+            None => Ok(()),
+            Some(observer) => {
+                let (phase, done, total) = self.progress.state();
+                observer.call1(py, (phase.name(), done, total)).map(drop)
+            }
+        };
+        work_or_cancel(py, act, look, || {
+            self.progress.cancel();
+            self.stop.now();
+        })
+    }
+
+    fn locked(&self) -> MutexGuard<'_, Option<Work>> {
+        self.work.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn take(&self) -> PyResult<Work> {
+        let work = self.locked().take();
+        work.ok_or_else(|| PyRuntimeError::new_err("the builder has finished, or another thread is using it"))
+    }
+}
+
+#[pymethods]
+impl Builder {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        output: PathBuf,
+        arguments: BuildArguments,
+        crs: Option<String>,
+        observer: Option<Py<PyAny>>,
+    ) -> PyResult<Self> {
+        let progress = Arc::<Progress>::default();
+        let stop = Arc::<Stop>::default();
+        let options = arguments.options(&progress)?;
+        let runtime = runtime()?;
+        let work = py.detach(|| -> Outcome<Work> {
+            let _inside = runtime.enter();
+            let builder = delaunay_tiles::Builder::new(output, options)?;
+            Work::new(builder, crs.as_deref(), Arc::clone(&stop))
+        })?;
+        Ok(Self {
+            work: Mutex::new(Some(work)),
+            progress,
+            stop,
+            observer,
+        })
+    }
+
+    /// Returns whether points must be pushed. A build that was resumed has all its points.
+    fn needs_points(&self) -> bool {
+        self.locked().as_ref().is_some_and(|work| work.builder.needs_points())
+    }
+
+    /// Pushes rows of x, y and perhaps z. `are_all` tells whether no other points come.
+    fn add_points(&self, py: Python<'_>, points: PyReadonlyArray2<'_, f64>, are_all: bool) -> PyResult<()> {
+        let rows = points.as_array();
+        self.with(py, |work, runtime| {
+            if are_all {
+                let step = rows.nrows().div_ceil(SAMPLE).max(1);
+                let mut sample = PointBatch::default();
+                batches::fill(&mut sample, rows.slice(s![..;step, ..]), 0);
+                work.builder.expect(rows.nrows() as u64, sample.points)?;
+            }
+            let mut batch = PointBatch::default();
+            for start in (0..rows.nrows()).step_by(ROWS) {
+                let end = rows.nrows().min(start + ROWS);
+                batches::fill(&mut batch, rows.slice(s![start..end, ..]), work.records);
+                runtime.block_on(work.push_points(&batch))?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Notes that the last `records` points came from one input, which is no file.
+    fn note_source(&self, name: &str, records: u64) -> PyResult<()> {
+        let mut work = self.take()?;
+        work.note_source(name, records);
+        *self.locked() = Some(work);
+        Ok(())
+    }
+
+    /// Pushes the points of an Arrow stream. Returns their number.
+    fn add_arrow(&self, py: Python<'_>, stream: PyRecordBatchReader) -> PyResult<u64> {
+        let stream = stream.into_reader()?;
+        self.with(py, |work, runtime| {
+            let first = work.records;
+            let mut batch = PointBatch::default();
+            for records in stream {
+                let records = records.map_err(|error| Failure::input(error.to_string()))?;
+                for start in (0..records.num_rows()).step_by(ROWS) {
+                    let some = records.slice(start, ROWS.min(records.num_rows() - start));
+                    batches::fill_from_arrow(&mut batch, &some, work.records)?;
+                    runtime.block_on(work.push_points(&batch))?;
+                }
+            }
+            Ok(work.records - first)
+        })
+    }
+
+    /// Pushes the points of a file. `are_all` tells whether no other points come.
+    fn add_point_file(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        arguments: ReadArguments,
+        keep_edges: bool,
+        are_all: bool,
+    ) -> PyResult<()> {
+        let options = arguments.options(MissingZ::Drape)?;
+        self.with(py, |work, runtime| {
+            if is_poly(&path) {
+                work.push_segments_of(&path)?;
+            } else if keep_edges {
+                work.push_edges(&path)?;
+            }
+            let are_all = are_all && !options.is_filtered();
+            let source = PointSource::open(&[path], &options)?;
+            runtime.block_on(work.push_point_files(source, are_all))
+        })
+    }
+
+    /// Pushes the lines of a file.
+    fn add_line_file(&self, py: Python<'_>, kind: &str, path: PathBuf) -> PyResult<()> {
+        let role = Role::named(kind)?;
+        self.with(py, |work, _| work.push_line_file(role, path))
+    }
+
+    /// Pushes geometries, as well-known binary.
+    fn add_wkb(&self, py: Python<'_>, kind: &str, geometries: Vec<Vec<u8>>) -> PyResult<()> {
+        let role = Role::named(kind)?;
+        self.with(py, |work, _| work.push_wkb(role, kind, geometries))
+    }
+
+    /// Takes the coordinate reference system of an input.
+    fn take_crs(&self, py: Python<'_>, input: PathBuf, text: &str) -> PyResult<()> {
+        self.with(py, |work, _| work.take_crs(&input, text))
+    }
+
+    /// Pushes the sites of a file.
+    fn add_site_file(&self, py: Python<'_>, path: PathBuf, id_field: Option<&str>) -> PyResult<()> {
+        self.with(py, |work, _| work.push_site_file(path, id_field))
+    }
+
+    /// Pushes rows of x, y and perhaps z as sites.
+    fn add_sites(
+        &self,
+        py: Python<'_>,
+        points: PyReadonlyArray2<'_, f64>,
+        ids: Option<Vec<String>>,
+    ) -> PyResult<()> {
+        let rows = points.as_array();
+        self.with(py, |work, _| {
+            let batch = batches::sites(rows, ids, work.sites)?;
+            work.push_sites(&batch)
+        })
+    }
+
+    /// Pushes hole points: the regions around them are holes.
+    fn add_holes(&self, py: Python<'_>, points: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
+        let mut seeds = PointBatch::default();
+        batches::fill(&mut seeds, points.as_array(), 0);
+        self.with(py, |work, _| Ok(work.builder.push_seeds(&seeds.points)?))
+    }
+
+    /// Builds the file. Returns the summary as JSON, and notes.
+    fn finish(&self, py: Python<'_>) -> PyResult<(String, Vec<String>)> {
+        let work = self.take()?;
+        let (summary, notes) = self.wait(py, |runtime| runtime.block_on(work.finish()))?;
+        let json = serde_json::to_string(&summary).map_err(|error| Failure::other(error.to_string()))?;
+        Ok((json, notes))
+    }
+
+    /// Discards the work.
+    fn close(&self, py: Python<'_>) {
+        let work = self.locked().take();
+        py.detach(|| drop(work));
+    }
+}

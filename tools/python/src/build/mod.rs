@@ -1,0 +1,15 @@
+//! Builds: points, lines and sites from arrays, Arrow streams and files, passed to the library's
+//! builder.
+//!
+//! ```text
+//!   builder ──▶ options      the keyword arguments
+//!      │  └───▶ work         a build in progress: numbering, sources, reference systems
+//!      └──────▶ batches      rows of arrays and of record batches, as the library's batches
+//! ```
+
+mod batches;
+mod builder;
+mod options;
+mod work;
+
+pub use builder::Builder;
