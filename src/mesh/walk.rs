@@ -75,28 +75,41 @@ impl Walk {
     /// # Errors
     /// If the triangulation contradicts itself, so that the walk goes in circles.
     pub fn run(&mut self, mesh: &impl Embedded, start: HalfEdge) -> Result<WalkEnd, EndlessWalk> {
+        let target = self.target;
         let mut entered = start;
+        let mut from = mesh.point(mesh.origin(entered));
+        let mut to = mesh.point(mesh.destination(entered));
+        // A walk enters a triangle only by an edge that has the point strictly on this side.
+        let mut across = orient2d(from, to, target);
         loop {
             self.steps = self.steps.checked_sub(1).ok_or(EndlessWalk)?;
+            let (next, prev) = (entered.next(), entered.prev());
+            let apex = mesh.point(mesh.origin(prev));
+            // Both, because a branch that is guessed wrong takes longer than a turn.
+            let turns = [orient2d(to, apex, target), orient2d(apex, from, target)];
+            let leaves = turns.map(|turn| turn == Orientation::Clockwise);
             // On a triangulation that is not Delaunay, as where constraints are, the walk might go
             // in circles if it always turned the same way.
             let turns_left = self.steps.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 63 == 1;
-            let [one, other] = if turns_left {
-                [entered.prev(), entered.next()]
+            let by_prev = leaves[1] & (turns_left | !leaves[0]);
+            let exit = if by_prev {
+                prev
+            } else if leaves[0] {
+                next
+            } else if across == Orientation::Clockwise {
+                entered
             } else {
-                [entered.next(), entered.prev()]
+                return Ok(inside([entered, next, prev], [across, turns[0], turns[1]]));
             };
-            let edges = [one, other, entered];
-            let turn = |edge: HalfEdge| {
-                // A `map` over both ends would pass the points through memory, written in other
-                // pieces than they are read in.
-                let from = mesh.point(mesh.origin(edge));
-                let to = mesh.point(mesh.destination(edge));
-                orient2d(from, to, self.target)
+            // The twin runs the other way.
+            (from, to) = if by_prev {
+                (from, apex)
+            } else if leaves[0] {
+                (apex, to)
+            } else {
+                (to, from)
             };
-            let Some(exit) = edges.into_iter().find(|&edge| turn(edge) == Orientation::Clockwise) else {
-                return Ok(inside(edges, edges.map(turn)));
-            };
+            across = Orientation::CounterClockwise;
             entered = match mesh.twin(exit) {
                 Twin::HalfEdge(entered) => entered,
                 Twin::Hull => return Ok(WalkEnd::Hull(exit)),

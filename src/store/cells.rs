@@ -150,7 +150,8 @@ impl TileReader {
         Ok(found)
     }
 
-    fn empty_part(&self) -> ReadError {
+    /// Returns the error for a tree that leads to a part without cells.
+    pub(super) fn empty_part(&self) -> ReadError {
         ReadError::Invalid {
             file: self.name().into(),
             reason: "its directory is damaged: the k-d tree leads to an empty part".to_owned(),

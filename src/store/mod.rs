@@ -15,6 +15,7 @@ mod pass;
 mod reader;
 #[cfg(test)]
 pub(crate) mod relabelled;
+mod tiles_of_points;
 mod verify;
 mod writer;
 
@@ -53,5 +54,6 @@ pub(crate) use format::tile::{HalfEdgeNote, HalfEdgeNotes, NoteKind, VertexNotes
 pub use format::tile::{Site, Tile, TileEdge, Vertex};
 pub(crate) use pass::{Needs, PassPlan, PassReader, TileInPass, by_tile, list_for, spawn};
 pub use reader::{OpenOptions, TileReader};
+pub(crate) use tiles_of_points::{Piece, PointsOfTile};
 pub use verify::{LineBatch, PointOrigin, VerifyError, VerifyReport};
 pub(crate) use writer::TileWriter;

@@ -111,7 +111,9 @@ impl Facet {
         }
     }
 
-    fn z_inside(&self, p: Point) -> f64 {
+    /// Returns z at a point inside the triangle.
+    #[inline]
+    pub(crate) fn z_inside(&self, p: Point) -> f64 {
         let [a, b, c] = self.corners;
         let z = if self.is_thin {
             let of_b = doubled_area(a.point, p, c.point) / self.area;

@@ -241,7 +241,7 @@ impl TileReader {
 
 /// Returns the triangles of a tile that have a vertex as a corner. If the tile owns the vertex, these are
 /// all of them.
-fn triangles_at(tile: &Tile, vertex: VertexId) -> impl Iterator<Item = TriangleId> {
+pub(super) fn triangles_at(tile: &Tile, vertex: VertexId) -> impl Iterator<Item = TriangleId> {
     let is_own = vertex.tile == tile.id();
     let first = is_own.then(|| tile.leaving(vertex.index)).flatten();
     let around = first.map(|first| tile.star(tile.rewind(first).0));

@@ -1,9 +1,16 @@
-//! Point location, and the triangles in a rectangle.
+//! Point location, one point or many at once, and the triangles in a rectangle.
 
+mod batch;
 mod locate;
+mod locate_many;
 mod location;
+mod place;
+mod sorted_walk;
 mod triangles_in;
 mod walk;
+mod z_many;
 
+pub use batch::BulkOptions;
 pub use location::{Location, TriangleRef};
+pub use place::Place;
 pub(crate) use walk::Walked;

@@ -3,7 +3,7 @@
 //! location without preprocessing", 1996).
 
 use super::location::{Location, TriangleRef};
-use crate::geometry::{HalfEdge, Point, VertexIndex};
+use crate::geometry::{HalfEdge, Point, TriangleId, VertexIndex};
 use crate::mesh::{Walk, WalkEnd};
 use crate::query::request::{Contradiction, QueryError, Tiles, half_edge_towards};
 use crate::store::{Tile, TileId, VertexId};
@@ -28,6 +28,27 @@ impl From<Location> for Walked {
     }
 }
 
+/// Where a walk ends in a tile.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Spot {
+    /// Inside a triangle.
+    Triangle(TriangleId),
+    /// Inside the edge of a half-edge.
+    Edge(HalfEdge),
+    /// On a vertex: a corner of the tile.
+    Vertex(VertexIndex),
+    /// Outside the hull, behind the hull edge between these vertices, which has the hull on its left.
+    /// `None` if there are no triangles.
+    Outside(Option<[VertexId; 2]>),
+}
+
+/// The outcome of a step of the walk, in the numbers of a tile.
+pub(super) enum SpotStep {
+    /// The walk continues in this tile.
+    Need(TileId),
+    There(Spot),
+}
+
 /// The outcome of a step of the walk.
 pub(crate) enum WalkStep {
     /// The walk continues in this tile.
@@ -39,11 +60,12 @@ pub(crate) enum WalkStep {
 enum WalkStart {
     /// The walk starts in the triangle of this half-edge.
     From(HalfEdge),
-    /// The walk ends at once, at this location.
-    There(Location),
+    /// The walk ends at once.
+    There(Spot),
 }
 
 /// A walk that pauses where it enters another tile.
+#[derive(Clone, Debug)]
 pub(crate) struct Locate {
     walk: Walk,
     /// The half-edge by which the walk enters the next tile, from the first vertex to the second,
@@ -62,10 +84,32 @@ impl Locate {
 
     /// Continues in a tile. Fails if the tile contradicts itself or others.
     pub(crate) fn step(&mut self, tile: &Tile) -> Result<WalkStep, Contradiction> {
+        let spot = match self.step_to_spot(tile)? {
+            SpotStep::Need(tile) => return Ok(WalkStep::Need(tile)),
+            SpotStep::There(spot) => spot,
+        };
+        let location = match spot {
+            Spot::Triangle(triangle) => Location::InTriangle(TriangleRef::of(tile, triangle)),
+            Spot::Edge(half_edge) => Location::OnEdge {
+                ends: tile.ends(half_edge),
+                triangle: TriangleRef::of(tile, half_edge.triangle()),
+            },
+            Spot::Vertex(corner) => Location::OnVertex(tile.vertex(corner)),
+            Spot::Outside(_) => Location::Outside,
+        };
+        let exit = match spot {
+            Spot::Outside(exit) => exit,
+            _ => None,
+        };
+        Ok(WalkStep::Done(Walked { location, exit }))
+    }
+
+    /// Continues in a tile, like [`step`](Self::step).
+    pub(super) fn step_to_spot(&mut self, tile: &Tile) -> Result<SpotStep, Contradiction> {
         let start = match self.enter.take() {
             None => match self.start(tile) {
                 WalkStart::From(half_edge) => half_edge,
-                WalkStart::There(location) => return Ok(WalkStep::Done(location.into())),
+                WalkStart::There(spot) => return Ok(SpotStep::There(spot)),
             },
             Some((from, to)) => {
                 if !tile.has_vertex(to.index) {
@@ -73,26 +117,22 @@ impl Locate {
                 }
                 match half_edge_towards(tile, to.index, from)? {
                     Some(half_edge) => half_edge,
-                    None => return Ok(outside([to, from])),
+                    None => return Ok(SpotStep::There(Spot::Outside(Some([to, from])))),
                 }
             }
         };
-        let location = match self.walk.run(tile, start)? {
-            WalkEnd::Triangle(triangle) => Location::InTriangle(TriangleRef::of(tile, triangle)),
-            WalkEnd::Edge(half_edge) => Location::OnEdge {
-                ends: tile.ends(half_edge),
-                triangle: TriangleRef::of(tile, half_edge.triangle()),
-            },
-            WalkEnd::Vertex(half_edge) => Location::OnVertex(tile.vertex(tile.origin(half_edge))),
-            WalkEnd::Hull(exit) => return Ok(outside(tile.ends(exit).map(|end| end.id))),
+        Ok(SpotStep::There(match self.walk.run(tile, start)? {
+            WalkEnd::Triangle(triangle) => Spot::Triangle(triangle),
+            WalkEnd::Edge(half_edge) => Spot::Edge(half_edge),
+            WalkEnd::Vertex(half_edge) => Spot::Vertex(tile.origin(half_edge)),
+            WalkEnd::Hull(exit) => Spot::Outside(Some(tile.ends(exit).map(|end| end.id))),
             WalkEnd::Elsewhere(exit) => {
                 let [from, to] = tile.ends(exit).map(|end| end.id);
                 // The twin runs from `to` to `from`.
                 self.enter = Some((to, from));
-                return Ok(WalkStep::Need(from.tile));
+                return Ok(SpotStep::Need(from.tile));
             }
-        };
-        Ok(WalkStep::Done(location.into()))
+        }))
     }
 
     /// Returns a half-edge whose origin is a vertex near the target, or the location of the target
@@ -117,7 +157,7 @@ impl Locate {
             .points()
             .zip(tile.vertex_indices())
             .find(|(point, _)| *point == target);
-        WalkStart::There(here.map_or(Location::Outside, |(_, vertex)| Location::OnVertex(tile.vertex(vertex))))
+        WalkStart::There(here.map_or(Spot::Outside(None), |(_, vertex)| Spot::Vertex(vertex)))
     }
 }
 
@@ -125,13 +165,6 @@ impl Locate {
 fn apart(count: u32) -> usize {
     let root = 1 << (count.max(1).ilog2() / 3);
     (count as usize / (SAMPLE * root)).max(1)
-}
-
-fn outside(exit: [VertexId; 2]) -> WalkStep {
-    WalkStep::Done(Walked {
-        location: Location::Outside,
-        exit: Some(exit),
-    })
 }
 
 impl Tiles {

@@ -1,6 +1,8 @@
 //! The promise: `locate` and `triangles_in` answer what an examination of every triangle would, for
 //! any tiles, from any number of concurrent tasks, also when some callers cancel.
 
+mod many;
+
 use std::sync::Arc;
 use std::time::Duration;
 
