@@ -1,10 +1,13 @@
 //! The progress of an export: how many tiles are done, of those that its passes will read.
 
+use parking_lot::Mutex;
+
 use crate::store::PassReader;
 
 /// Calls a function with the number of tiles done and the total after each tile.
 pub(super) struct TilesDone<'a> {
-    progress: &'a mut (dyn FnMut(u64, u64) + Send),
+    /// Behind a lock that is never contended, so that a future that holds it can move to other threads.
+    progress: Mutex<&'a mut (dyn FnMut(u64, u64) + Send)>,
     done: u64,
     total: u64,
 }
@@ -14,7 +17,7 @@ impl<'a> TilesDone<'a> {
     /// is at least one.
     pub(super) fn new(progress: &'a mut (dyn FnMut(u64, u64) + Send), reader: &PassReader) -> Self {
         Self {
-            progress,
+            progress: Mutex::new(progress),
             done: 0,
             total: 2 * u64::from(reader.metadata().tiles),
         }
@@ -33,6 +36,6 @@ impl<'a> TilesDone<'a> {
     /// Reports that a tile is done.
     pub(super) fn advance(&mut self) {
         self.done += 1;
-        (self.progress)(self.done, self.total);
+        self.progress.get_mut()(self.done, self.total);
     }
 }

@@ -105,7 +105,7 @@ pub use area::AreaPiece;
 pub use edges::{CdtPath, CdtVertex};
 pub use euclidean::Near;
 pub use free_space::Footing;
-pub use locating::{BulkOptions, Location, Place, TriangleRef};
+pub use locating::{BulkOptions, Location, Place, TriangleRef, triangle_meets};
 pub use matrix::{DistanceOutcome, PairDistance};
 pub use request::{Explored, Mode, QueryError, QueryOptions, UnknownMode};
 pub use walking::{Cost, Progress};

@@ -22,12 +22,7 @@ pub mod raw;
 #[cfg(feature = "shapefile")]
 pub mod shapefile;
 #[cfg_attr(
-    not(any(
-        feature = "geojson",
-        feature = "flatgeobuf",
-        feature = "shapefile",
-        feature = "wkb"
-    )),
+    not(any(feature = "geojson", feature = "flatgeobuf", feature = "shapefile", feature = "wkb")),
     allow(dead_code, unused_imports, reason = "no format has shapes")
 )]
 pub mod shapes;

@@ -13,4 +13,5 @@ mod z_many;
 pub use batch::BulkOptions;
 pub use location::{Location, TriangleRef};
 pub use place::Place;
+pub use triangles_in::triangle_meets;
 pub(crate) use walk::Walked;

@@ -36,7 +36,7 @@ impl TileReader {
                 Ok(tile) => {
                     let meeting = tile
                         .owned_triangles()
-                        .filter(|&triangle| meets(tile.triangle_points(triangle), rect));
+                        .filter(|&triangle| triangle_meets(tile.triangle_points(triangle), rect));
                     let found = meeting.map(|triangle| Ok(TriangleRef::of(&tile, triangle)));
                     stream::iter(found.collect::<Vec<_>>())
                 }
@@ -45,9 +45,19 @@ impl TileReader {
     }
 }
 
-/// Returns whether a closed triangle and a closed rectangle intersect: no edge of either separates
-/// them. Exact.
-fn meets(triangle: [Point; 3], rect: Rect) -> bool {
+/// Returns whether a closed triangle, given counter-clockwise, and a closed rectangle intersect: no edge
+/// of either separates them. Exact.
+///
+/// ```
+/// use delaunay_tiles::query::triangle_meets;
+/// use delaunay_tiles::{Point, Rect};
+///
+/// let triangle = [[0.0, 0.0], [4.0, 0.0], [0.0, 4.0]].map(|[x, y]| Point::new(x, y));
+/// assert!(triangle_meets(triangle, Rect::new(2.0, 2.0, 9.0, 9.0)));
+/// assert!(!triangle_meets(triangle, Rect::new(2.1, 2.1, 9.0, 9.0)));
+/// ```
+#[must_use]
+pub fn triangle_meets(triangle: [Point; 3], rect: Rect) -> bool {
     if rect.is_empty() || !Rect::around(triangle).intersects(rect) {
         return false;
     }
@@ -88,7 +98,7 @@ mod tests {
             (Rect::PLANE, true),
             (Rect::EMPTY, false),
         ] {
-            assert_eq!(meets(triangle, rect), expected, "{rect:?}");
+            assert_eq!(triangle_meets(triangle, rect), expected, "{rect:?}");
         }
     }
 }

@@ -190,6 +190,20 @@ impl Tile {
         self.vertex_indices().map(|vertex| self.point(vertex))
     }
 
+    /// Returns the coordinates of the vertices that the tile owns, as the file has them: x and y of
+    /// each, as little-endian f64. They share the memory of the tile.
+    #[must_use]
+    pub fn coordinate_bytes(&self) -> Bytes {
+        self.coordinates.clone()
+    }
+
+    /// Returns the z of the vertices that the tile owns, as the file has them: little-endian f64.
+    /// Returns `None` if the file has no z. They share the memory of the tile.
+    #[must_use]
+    pub fn z_bytes(&self) -> Option<Bytes> {
+        self.z.clone()
+    }
+
     /// Returns whether the corners have a z. All tiles of a sound file agree on this.
     #[must_use]
     pub(crate) fn has_z(&self) -> bool {

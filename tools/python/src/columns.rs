@@ -14,6 +14,7 @@ pub enum Column {
     /// Rows of this length.
     F64Rows(Vec<f64>, usize),
     I64Rows(Vec<i64>, usize),
+    BoolRows(Vec<bool>, usize),
     /// A list of texts, and `None` where there is none.
     Texts(Vec<Option<String>>),
     /// One text.
@@ -37,6 +38,7 @@ impl Column {
             Self::Bool(values) => PyArray1::from_vec(py, values).into_any(),
             Self::F64Rows(values, width) => rows(py, values, width)?,
             Self::I64Rows(values, width) => rows(py, values, width)?,
+            Self::BoolRows(values, width) => rows(py, values, width)?,
             Self::Texts(texts) => PyList::new(py, texts)?.into_any(),
             Self::Text(text) => text.into_pyobject(py)?.into_any(),
         })

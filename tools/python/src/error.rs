@@ -11,8 +11,8 @@ use delaunay_tiles::terrain::TerrainError;
 use delaunay_tiles::{BuildError, ReadError, VerifyError, shown};
 use pyo3::PyErr;
 use pyo3::exceptions::{
-    PyFileExistsError, PyFileNotFoundError, PyIndexError, PyKeyboardInterrupt, PyOSError, PyPermissionError, PyTypeError,
-    PyValueError,
+    PyFileExistsError, PyFileNotFoundError, PyIndexError, PyKeyboardInterrupt, PyOSError, PyPermissionError,
+    PyTypeError, PyValueError,
 };
 
 /// The exceptions of the Python part.
@@ -47,6 +47,31 @@ impl Failure {
     /// Returns an error of the input of a build.
     pub fn input(text: impl Into<String>) -> Self {
         Self(python::InputError::new_err(in_python(text.into())))
+    }
+
+    /// Returns an error of what is to be built.
+    pub fn build(text: impl Into<String>) -> Self {
+        Self(python::BuildError::new_err(text.into()))
+    }
+
+    /// Returns a `ValueError` for an argument, in the words of the command line.
+    pub fn argument(text: String) -> Self {
+        Self::value(in_python(text))
+    }
+
+    /// Returns an exception for an error of the tool.
+    pub fn of_tool(error: tiletool::Error) -> Self {
+        let words = in_python(format!("{error:#}"));
+        match error
+            .chain()
+            .find_map(|cause| of_system(cause.downcast_ref::<io::Error>()?, &words))
+        {
+            Some(exception) => Self(exception),
+            None => match error.downcast::<ReadError>() {
+                Ok(error) => error.into(),
+                Err(_) => Self(python::Error::new_err(words)),
+            },
+        }
     }
 
     /// Returns an exception for an error of a build, which the tool has put into words.
@@ -98,7 +123,9 @@ fn in_python(words: String) -> String {
         ("give crossings=", "pass crossings="),
     ];
     let replaced = OPTIONS.iter().filter(|(option, _)| words.contains(option));
-    replaced.fold(words.clone(), |words, (option, argument)| words.replace(option, argument))
+    replaced.fold(words.clone(), |words, (option, argument)| {
+        words.replace(option, argument)
+    })
 }
 
 /// Returns the exception of an error of the operating system, or `None` if it is another one.

@@ -16,10 +16,16 @@
 
 mod build;
 mod columns;
+mod elements;
 mod error;
+mod mesh;
+mod outputs;
 mod reader;
 mod runtime;
+mod surface;
+mod tables;
 mod tool;
+mod views;
 
 use pyo3::prelude::*;
 
@@ -27,7 +33,13 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
-    use super::build::Builder;
+    use super::build::{Builder, identity};
+
+    #[pymodule_export]
+    use super::elements::Tile;
+
+    #[pymodule_export]
+    use super::mesh::triangulate;
 
     #[pymodule_export]
     use super::reader::{Cache, Reader, open};

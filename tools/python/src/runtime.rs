@@ -13,9 +13,10 @@ use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use tokio::runtime::{Builder, Runtime};
+use tokio::sync::oneshot;
 use tokio::time::timeout;
 
-use crate::error::Outcome;
+use crate::error::{Failure, Outcome};
 
 /// The longest time for which Ctrl-C is not looked for.
 const PATIENCE: Duration = Duration::from_millis(100);
@@ -62,10 +63,7 @@ pub fn runtime() -> PyResult<&'static Runtime> {
 ///
 /// # Errors
 /// Returns the error of the future, `KeyboardInterrupt`, or what a signal handler raised.
-fn wait<T: Send>(
-    py: Python<'_>,
-    future: impl Future<Output = Outcome<T>> + Send,
-) -> PyResult<T> {
+fn wait<T: Send>(py: Python<'_>, future: impl Future<Output = Outcome<T>> + Send) -> PyResult<T> {
     let runtime = runtime()?;
     let mut future = pin!(future);
     loop {
@@ -120,10 +118,12 @@ pub fn work_or_cancel<T: Send>(
     let is_done = AtomicBool::new(false);
     let waiting = thread::current();
     thread::scope(|scope| {
-        let begun = thread::Builder::new().name("delaunay-tiles".to_owned()).spawn_scoped(scope, || {
-            let _wake = Wake(&is_done, &waiting);
-            work(runtime)
-        });
+        let begun = thread::Builder::new()
+            .name("delaunay-tiles".to_owned())
+            .spawn_scoped(scope, || {
+                let _wake = Wake(&is_done, &waiting);
+                work(runtime)
+            });
         let worker = begun.map_err(|error| PyRuntimeError::new_err(format!("cannot start a thread: {error}")))?;
         let mut raised = None;
         while !is_done.load(Ordering::Acquire) {
@@ -142,6 +142,27 @@ pub fn work_or_cancel<T: Send>(
             (None, Err(_)) => Err(PyRuntimeError::new_err("internal error: the work panicked")),
         }
     })
+}
+
+/// Does asynchronous work on a thread for blocking work, from which it cannot move. Dropping the future drops
+/// the work.
+pub async fn in_place<T, F>(work: impl FnOnce() -> F + Send + 'static) -> Outcome<T>
+where
+    T: Send + 'static,
+    F: Future<Output = Outcome<T>>,
+{
+    let runtime = tokio::runtime::Handle::current();
+    let (_keep, dropped) = oneshot::channel::<()>();
+    let done = runtime.clone().spawn_blocking(move || {
+        runtime.block_on(async {
+            tokio::select! {
+                done = work() => done,
+                _ = dropped => Err(Failure::other("cancelled")),
+            }
+        })
+    });
+    done.await
+        .unwrap_or_else(|failed| Err(Failure::other(format!("internal error: {failed}"))))
 }
 
 /// Wakes the thread that waits for some work when the work ends, by a panic too.

@@ -14,7 +14,7 @@ mod compact;
 mod constrain;
 pub mod crs;
 mod digest;
-mod export;
+pub mod export;
 mod flags;
 pub mod generate;
 mod info;
@@ -103,10 +103,7 @@ pub fn start<C: Parser>(run: impl FnOnce(C) -> anyhow::Result<()>) -> ExitCode {
 
 /// Runs a program: parses the command line and calls `run` with it. Prints an error in one line.
 /// Returns the exit code.
-fn start_with<C: Parser>(
-    args: impl IntoIterator<Item = OsString>,
-    run: impl FnOnce(C) -> anyhow::Result<()>,
-) -> u8 {
+fn start_with<C: Parser>(args: impl IntoIterator<Item = OsString>, run: impl FnOnce(C) -> anyhow::Result<()>) -> u8 {
     allocator::begin();
     let report = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {

@@ -53,7 +53,10 @@ pub async fn push_points(
             () = cancelled.notified() => Some(PointBatch::default()),
         };
         let Some(mut batch) = batch else { break };
-        batch.records.iter_mut().for_each(|record| *record = record.saturating_add(first_record));
+        batch
+            .records
+            .iter_mut()
+            .for_each(|record| *record = record.saturating_add(first_record));
         extents.add_points(&batch.points);
         builder.push(&batch).await?;
     }

@@ -133,7 +133,8 @@ impl Tile {
     }
 
     /// Returns the end corners of an edge.
-    pub(crate) fn corners_of_edge(&self, edge: TileEdge) -> [VertexIndex; 2] {
+    #[must_use]
+    pub fn corners_of_edge(&self, edge: TileEdge) -> [VertexIndex; 2] {
         match (edge, &self.edges) {
             (TileEdge::HalfEdge(half_edge), _) => [self.origin(half_edge), self.destination(half_edge)],
             (TileEdge::OnLine(number), Some(edges)) => {

@@ -22,15 +22,21 @@ pub fn fill(batch: &mut PointBatch, rows: ArrayView2<'_, f64>, first: u64) {
         // The same as below, twice as fast.
         Some(values) if has_z => {
             let (rows, _) = values.as_chunks::<3>();
-            batch.points.extend(rows.iter().map(|&[x, y, _]| Point::new(x, y).normalized()));
+            batch
+                .points
+                .extend(rows.iter().map(|&[x, y, _]| Point::new(x, y).normalized()));
             batch.z.extend(rows.iter().map(|&[.., z]| z + 0.0));
         }
         Some(values) => {
             let (rows, _) = values.as_chunks::<2>();
-            batch.points.extend(rows.iter().map(|&[x, y]| Point::new(x, y).normalized()));
+            batch
+                .points
+                .extend(rows.iter().map(|&[x, y]| Point::new(x, y).normalized()));
         }
         None => {
-            batch.points.extend(rows.outer_iter().map(|row| Point::new(row[0], row[1]).normalized()));
+            batch
+                .points
+                .extend(rows.outer_iter().map(|row| Point::new(row[0], row[1]).normalized()));
             if has_z {
                 batch.z.extend(rows.column(2).iter().map(|z| z + 0.0));
             }
@@ -77,7 +83,9 @@ pub fn fill_from_arrow(batch: &mut PointBatch, records: &RecordBatch, first: u64
     let (x, y, z) = coordinates(records)?;
     batch.clear();
     let points = x.values().iter().zip(y.values());
-    batch.points.extend(points.map(|(&x, &y)| Point::new(x, y).normalized()));
+    batch
+        .points
+        .extend(points.map(|(&x, &y)| Point::new(x, y).normalized()));
     if let Some(z) = z {
         batch.z.extend(z.values().iter().map(|z| z + 0.0));
     }
@@ -89,8 +97,15 @@ pub fn fill_from_arrow(batch: &mut PointBatch, records: &RecordBatch, first: u64
 fn coordinates(records: &RecordBatch) -> Outcome<(Float64Array, Float64Array, Option<Float64Array>)> {
     let named = |names: [&str; 3]| {
         let schema = records.schema_ref();
-        let found = |name: &&str| schema.fields().iter().position(|field| field.name().eq_ignore_ascii_case(name));
-        names.iter().find_map(|name| found(name).map(|at| (records.column(at), schema.field(at).name().clone())))
+        let found = |name: &&str| {
+            schema
+                .fields()
+                .iter()
+                .position(|field| field.name().eq_ignore_ascii_case(name))
+        };
+        names
+            .iter()
+            .find_map(|name| found(name).map(|at| (records.column(at), schema.field(at).name().clone())))
     };
     let x = named(["x", "lon", "longitude"]);
     let y = named(["y", "lat", "latitude"]);
@@ -105,7 +120,12 @@ fn coordinates(records: &RecordBatch) -> Outcome<(Float64Array, Float64Array, Op
             return of_points(column, field.name());
         }
     }
-    let names: Vec<&str> = records.schema_ref().fields().iter().map(|field| field.name().as_str()).collect();
+    let names: Vec<&str> = records
+        .schema_ref()
+        .fields()
+        .iter()
+        .map(|field| field.name().as_str())
+        .collect();
     Err(Failure::value(format!(
         "the table has no columns x and y, nor one of GeoArrow points; it has {}",
         names.join(", ")
@@ -114,13 +134,21 @@ fn coordinates(records: &RecordBatch) -> Outcome<(Float64Array, Float64Array, Op
 
 /// Returns the coordinates of a column of GeoArrow points, separated or interleaved.
 fn of_points(column: &ArrayRef, name: &str) -> Outcome<(Float64Array, Float64Array, Option<Float64Array>)> {
-    let unknown = || Failure::value(format!("the points of column {name} have no layout that GeoArrow defines"));
+    let unknown = || {
+        Failure::value(format!(
+            "the points of column {name} have no layout that GeoArrow defines"
+        ))
+    };
     if column.null_count() > 0 {
         return Err(Failure::value(format!("column {name} has nulls; leave these rows out")));
     }
     if let Some(parts) = column.as_struct_opt() {
         let part = |name| parts.column_by_name(name).map(|part| numbers(part, name)).transpose();
-        return Ok((part("x")?.ok_or_else(unknown)?, part("y")?.ok_or_else(unknown)?, part("z")?));
+        return Ok((
+            part("x")?.ok_or_else(unknown)?,
+            part("y")?.ok_or_else(unknown)?,
+            part("z")?,
+        ));
     }
     let lists = column.as_fixed_size_list_opt().ok_or_else(unknown)?;
     let width = usize::try_from(lists.value_length()).unwrap_or(0);

@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use delaunay_tiles::Progress;
 use delaunay_tiles::input::{MissingZ, PointBatch, PointSource};
-use numpy::ndarray::s;
 use numpy::PyReadonlyArray2;
+use numpy::ndarray::s;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3_arrow::PyRecordBatchReader;
@@ -20,6 +20,20 @@ use crate::runtime::{runtime, work_or_cancel};
 
 /// The number of points of an array that show the builder in advance how they are distributed.
 const SAMPLE: usize = 1 << 16;
+
+/// Returns what identifies the points of a file to a build that is resumed; `None` if they cannot be read
+/// again, or lines come with them.
+#[pyfunction]
+pub fn identity(py: Python<'_>, path: PathBuf, arguments: ReadArguments) -> PyResult<Option<String>> {
+    if is_poly(&path) {
+        return Ok(None);
+    }
+    let options = arguments.options(MissingZ::Drape)?;
+    let source = py
+        .detach(|| PointSource::open(&[path], &options))
+        .map_err(Failure::from)?;
+    Ok(source.identity())
+}
 
 /// A build in progress. Each method takes the work out, and returns it when it is done.
 #[pyclass(frozen, module = "delaunay_tiles._core")]
@@ -188,12 +202,7 @@ impl Builder {
     }
 
     /// Pushes rows of x, y and perhaps z as sites.
-    fn add_sites(
-        &self,
-        py: Python<'_>,
-        points: PyReadonlyArray2<'_, f64>,
-        ids: Option<Vec<String>>,
-    ) -> PyResult<()> {
+    fn add_sites(&self, py: Python<'_>, points: PyReadonlyArray2<'_, f64>, ids: Option<Vec<String>>) -> PyResult<()> {
         let rows = points.as_array();
         self.with(py, |work, _| {
             let batch = batches::sites(rows, ids, work.sites)?;

@@ -12,4 +12,4 @@ mod builder;
 mod options;
 mod work;
 
-pub use builder::Builder;
+pub use builder::{Builder, identity};

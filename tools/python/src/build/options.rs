@@ -52,11 +52,18 @@ impl BuildArguments {
             .progress(Arc::clone(progress));
         options.threads = self.threads.unwrap_or(options.threads);
         options.memory = self.memory.unwrap_or(options.memory);
-        options.duplicates = self.duplicates.parse().map_err(|error| Failure::value(format!("{error}")))?;
+        options.duplicates = self
+            .duplicates
+            .parse()
+            .map_err(|error| Failure::value(format!("{error}")))?;
         let crossings = [("error", Crossings::Error), ("split", Crossings::Split)];
         options.crossings = choice("crossings", &self.crossings, &crossings)?;
         options.exterior_is_hole = choice("exterior", &self.exterior, &[("keep", false), ("hole", true)])?;
-        let missing_z = [("drape", MissingZ::Drape), ("zero", MissingZ::Zero), ("error", MissingZ::Error)];
+        let missing_z = [
+            ("drape", MissingZ::Drape),
+            ("zero", MissingZ::Zero),
+            ("error", MissingZ::Error),
+        ];
         options.missing_z = choice("missing_z", &self.missing_z, &missing_z)?;
         Ok(options)
     }
@@ -83,10 +90,20 @@ impl ReadArguments {
     /// Returns the options for the library.
     pub fn options(self, missing_z: MissingZ) -> Outcome<InputOptions> {
         let wrong = |error: &dyn std::fmt::Display| Failure::value(error.to_string());
-        let format = self.format.map(|format| format.parse()).transpose().map_err(|error| wrong(&error))?;
-        let columns = self.columns.map(|columns| columns.parse()).transpose().map_err(|error| wrong(&error))?;
+        let format = self
+            .format
+            .map(|format| format.parse())
+            .transpose()
+            .map_err(|error| wrong(&error))?;
+        let columns = self
+            .columns
+            .map(|columns| columns.parse())
+            .transpose()
+            .map_err(|error| wrong(&error))?;
         let every = NonZeroU64::new(self.every).ok_or_else(|| Failure::value("every must be above 0"))?;
-        let bounds = self.bounds.map(|(min_x, min_y, max_x, max_y)| Rect::new(min_x, min_y, max_x, max_y));
+        let bounds = self
+            .bounds
+            .map(|(min_x, min_y, max_x, max_y)| Rect::new(min_x, min_y, max_x, max_y));
         Ok(InputOptions::default()
             .format(format)
             .columns(columns)

@@ -193,7 +193,12 @@ impl Work {
         if self.builder.needs_points() {
             self.describe()?;
         }
-        let Self { builder, lines, mut notes, .. } = self;
+        let Self {
+            builder,
+            lines,
+            mut notes,
+            ..
+        } = self;
         let built = builder.finish().await;
         let summary = built.map_err(|error| Failure::of_build(lines.name_in(error.into())))?;
         notes.extend(lines.notes());
@@ -211,7 +216,11 @@ impl Work {
         extents.add_all(&self.extents);
         let names = self.sources.iter().map(|source| &*source.name);
         let names = names.chain(of_lines.iter().map(|lines| &*lines.name));
-        let crs = self.agreement.crs().cloned().or_else(|| extents.of_plain_geojson(names));
+        let crs = self
+            .agreement
+            .crs()
+            .cloned()
+            .or_else(|| extents.of_plain_geojson(names));
         self.notes.extend(extents.notes());
         self.builder.describe(Description {
             sources: std::mem::take(&mut self.sources),

@@ -12,7 +12,14 @@ mod progress;
 mod raster;
 mod targets;
 
+use std::ffi::OsString;
+use std::fmt;
+use std::sync::Arc;
+
 use anyhow::bail;
+use clap::{Args, FromArgMatches};
+use delaunay_tiles::TileReader;
+use delaunay_tiles::terrain::Clip;
 use indicatif::ProgressBar;
 
 use crate::common;
@@ -47,12 +54,57 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
 /// Exports a tile file. Returns the summary.
 async fn write(args: &ExportArgs, format: AnyFormat, bar: &ProgressBar) -> anyhow::Result<String> {
     let (reader, clip) = open_clipped(&args.file, args.clip.as_deref(), &args.crs, &args.memory).await?;
+    write_from(&reader, clip, args, format, bar).await
+}
+
+async fn write_from(
+    reader: &TileReader,
+    clip: Option<Arc<Clip>>,
+    args: &ExportArgs,
+    format: AnyFormat,
+    bar: &ProgressBar,
+) -> anyhow::Result<String> {
     match format {
-        AnyFormat::Mesh(format) if args.contours.are_given() => contours::write(args, format, &reader, clip, bar).await,
-        AnyFormat::Mesh(format) => mesh::write(args, format, &reader, clip, bar).await,
-        AnyFormat::Raster(format) => raster::write(args, format, &reader, clip, bar).await,
+        AnyFormat::Mesh(format) if args.contours.are_given() => contours::write(args, format, reader, clip, bar).await,
+        AnyFormat::Mesh(format) => mesh::write(args, format, reader, clip, bar).await,
+        AnyFormat::Raster(format) => raster::write(args, format, reader, clip, bar).await,
     }
 }
+
+/// Exports an open tile file, as the command with these arguments does, which begin with the name of the
+/// tile file. Returns the summary as JSON.
+///
+/// # Errors
+/// Fails if an argument is wrong, or the export fails. No file is written then.
+pub async fn export_open(
+    reader: &TileReader,
+    clip: Option<Arc<Clip>>,
+    arguments: Vec<OsString>,
+) -> anyhow::Result<String> {
+    let command = ExportArgs::augment_args(clap::Command::new("export").no_binary_name(true));
+    let wrong = |error: clap::Error| {
+        let text = error.render().to_string();
+        let words = text.trim_start_matches("error: ").lines().next().unwrap_or_default();
+        anyhow::Error::new(WrongArgument(words.to_owned()))
+    };
+    let matches = command.try_get_matches_from(arguments).map_err(wrong)?;
+    let mut args = ExportArgs::from_arg_matches(&matches).map_err(wrong)?;
+    args.json = true;
+    let format = format(&args).map_err(wrong)?;
+    write_from(reader, clip, &args, format, &ProgressBar::hidden()).await
+}
+
+/// The error of an argument, in the words of the command line.
+#[derive(Debug)]
+pub struct WrongArgument(String);
+
+impl fmt::Display for WrongArgument {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for WrongArgument {}
 
 /// Returns the format of the output.
 fn format(args: &ExportArgs) -> Result<AnyFormat, clap::Error> {
