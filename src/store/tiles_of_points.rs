@@ -10,6 +10,7 @@ use std::sync::Arc;
 use futures::stream;
 use futures::stream::{StreamExt, TryStreamExt};
 
+use crate::collections::bucket_sort::bucket_sort;
 use crate::geometry::Point;
 use crate::store::error::ReadError;
 use crate::store::format::ids::TileId;
@@ -102,8 +103,8 @@ impl PartsRead {
         if !missing.is_empty() {
             return Err(missing);
         }
-        found.sort_unstable();
-        Ok(found)
+        let tiles = self.pages.root.next_tile as usize;
+        Ok(bucket_sort(&found, tiles, |pair| (pair >> 32) as u32, |&pair| pair))
     }
 
     /// Reads parts of the directory.

@@ -93,7 +93,7 @@ struct Waiting<Q: Question> {
 }
 
 enum Pending<Q: Question> {
-    Walk(Locate),
+    Walk(Box<Locate>),
     Errand(Q::Errand),
 }
 

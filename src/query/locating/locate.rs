@@ -14,7 +14,8 @@ use crate::terrain::{FileSurface, Surface};
 impl TileReader {
     /// Returns the location of a point. Reads the tile of its cell, and the other tiles that the
     /// walk to the point enters. A coordinate closer to 0 than [`Point::MIN_MAGNITUDE`] counts as
-    /// 0. The [example of the library](crate#examples) locates a point.
+    /// 0. For many points, [`locate_many`](Self::locate_many) is faster. The [example of the
+    /// library](crate#examples) locates a point.
     ///
     /// # Errors
     /// If a tile cannot be read, or tiles contradict each other. A point that is not finite is
@@ -94,7 +95,7 @@ impl TileReader {
     /// corners of its triangles. Only if the point is on an edge or on a vertex, and no triangle there
     /// counts that one of these tiles has, it reads the tile of a vertex there. If triangles are left out
     /// [from the hull](Surface::from_hull), and the point is in one that is long, it reads all tiles; for
-    /// many such points, a [raster](Self::raster) is faster, which reads them once.
+    /// many such points, [`surface_z_many`](Self::surface_z_many) is faster, which reads them once.
     ///
     /// # Errors
     /// As [`locate`](Self::locate).

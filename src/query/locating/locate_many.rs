@@ -18,7 +18,7 @@ impl TileReader {
     ///
     /// This takes a fraction of the time of as many calls of `locate`: tiles are read ahead, each once
     /// for all points in its cell, several threads compute, and they walk from each point to the next
-    /// one. It takes about 100 bytes of memory per point, and a few tiles besides those in the cache. If
+    /// one. It takes about 50 bytes of memory per point, and a few tiles besides those in the cache. If
     /// the future is dropped, the threads stop soon.
     ///
     /// Places are exact. Which triangle they name at an edge or at a vertex, and by which tile, depends

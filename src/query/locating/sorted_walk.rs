@@ -9,8 +9,9 @@ use crate::store::{Tile, TileId};
 /// What a walk has found.
 pub(super) enum Arrival {
     There(Spot),
-    /// The walk goes on in another tile.
-    Leaves(Locate, TileId),
+    /// The walk goes on in another tile. Boxed, because it is rare and would make
+    /// all others larger.
+    Leaves(Box<Locate>, TileId),
 }
 
 /// Walks to points in the cell of a tile, and passes each with its number to `take`, until that returns
@@ -76,7 +77,7 @@ fn walk(tile: &Tile, triangles: u64, target: Point, near: &mut Option<HalfEdge>)
     }
     let mut locate = Locate::new(target, triangles);
     Ok(match locate.step_to_spot(tile)? {
-        SpotStep::Need(other) => Arrival::Leaves(locate, other),
+        SpotStep::Need(other) => Arrival::Leaves(Box::new(locate), other),
         SpotStep::There(spot) => {
             *near = match spot {
                 Spot::Triangle(triangle) => Some(HalfEdge::new(triangle, 0)),

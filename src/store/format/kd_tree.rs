@@ -1,6 +1,8 @@
 //! The k-d tree. It partitions the plane into cells, orders the tiles, and is the index of the
 //! directory.
 
+use std::hint::select_unpredictable;
+
 use crate::geometry::{Point, Rect, segment_meets};
 use crate::store::format::damage::Damage;
 use crate::store::format::ids::TileId;
@@ -162,21 +164,10 @@ impl<L: Copy> KdTree<L> {
     pub(crate) fn leaf_at(&self, p: Point) -> Option<L> {
         let mut node = 0u32;
         loop {
+            // Half of the guesses would be wrong if the side were a branch.
             node = match *self.nodes.get(node as usize)? {
-                KdNode::X { cut, right } => {
-                    if p.x <= cut {
-                        node + 1
-                    } else {
-                        right
-                    }
-                }
-                KdNode::Y { cut, right } => {
-                    if p.y <= cut {
-                        node + 1
-                    } else {
-                        right
-                    }
-                }
+                KdNode::X { cut, right } => select_unpredictable(p.x <= cut, node + 1, right),
+                KdNode::Y { cut, right } => select_unpredictable(p.y <= cut, node + 1, right),
                 KdNode::Leaf(leaf) => return Some(leaf),
             };
         }

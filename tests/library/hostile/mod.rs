@@ -23,7 +23,9 @@ use delaunay_tiles::export::{ExportError, ExportOptions, Format, export};
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::io::{MemoryFile, ReadAt};
 use delaunay_tiles::mesh::EngineKind;
+use delaunay_tiles::query::BulkOptions;
 use delaunay_tiles::store::{Cache, Digest, Directory, OpenOptions, ReadError, Tile, TileReader, VerifyError};
+use delaunay_tiles::terrain::Surface;
 use distributions::Kind;
 use futures::future::{BoxFuture, FutureExt};
 use futures::stream::{StreamExt, TryStreamExt};
@@ -258,9 +260,15 @@ async fn use_all(bytes: Vec<u8>, right: &Digest, story: &str) -> Outcome {
                 }
             }
         }
-        for (x, y) in [(0.5, 0.25), (3.0, 3.0), (0.75, 0.125), (6.5, 2.0), (1e30, 0.0)] {
+        let places = [(0.5, 0.25), (3.0, 3.0), (0.75, 0.125), (6.5, 2.0), (1e30, 0.0)];
+        for (x, y) in places {
             let _ = reader.locate(x, y).await.map_err(message);
         }
+        let places = places.map(|(x, y)| Point::new(x, y));
+        let bulk = BulkOptions::default().threads(1);
+        let _ = reader.locate_many(places, bulk).await.map_err(message);
+        let surface = Surface::default();
+        let _ = reader.surface_z_many(places, surface, bulk).await.map_err(message);
         let found: Result<Vec<_>, _> = reader.triangles_in(Rect::PLANE).try_collect().await;
         whole &= found.map_err(message).is_ok();
         let left = left_after_peeling(&reader).await.map_err(message);

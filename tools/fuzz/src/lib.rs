@@ -21,7 +21,7 @@ use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::io::MemoryFile;
 use delaunay_tiles::query::baselines::{Method, Stretch};
-use delaunay_tiles::query::{Mode, QueryOptions};
+use delaunay_tiles::query::{BulkOptions, Mode, QueryOptions};
 use delaunay_tiles::store::{LineKind, OpenOptions, TileReader};
 use delaunay_tiles::terrain::{Clip, Surface};
 use delaunay_tiles::{BuildOptions, Builder, Editor, MissingZ};
@@ -194,6 +194,10 @@ async fn ask(bytes: Vec<u8>) {
     let _ = reader.volume(2.0, Surface::default(), Some(Arc::new(clip))).await;
     let peeled = Surface::default().max_edge(Some(2.0)).from_hull(true);
     let _ = reader.volume(2.0, peeled, None).await;
+    let grid = (0..400).map(|i| Point::new(f64::from(i % 20), f64::from(i / 20)));
+    let (grid, bulk): (Vec<Point>, _) = (grid.collect(), BulkOptions::default().threads(1));
+    let _ = reader.locate_many(&grid[..], bulk).await;
+    let _ = reader.surface_z_many(&grid[..], Surface::default(), bulk).await;
     let options = || QueryOptions::default().certified();
     for (x, y) in [(1.25, 1.5), (5.5, 6.0), (14.0, 13.0), (19.0, 3.0), (-3.0, 40.0)] {
         let _ = reader.locate(x, y).await;
