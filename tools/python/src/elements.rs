@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use delaunay_tiles::geometry::{HalfEdge, VertexIndex};
-use delaunay_tiles::query::{BulkOptions, Place};
+use delaunay_tiles::query::{BulkOptions, Place, triangle_meets};
 use delaunay_tiles::store::{Tile as StoredTile, TileId};
 use delaunay_tiles::{Point, Rect};
 use numpy::PyReadonlyArray2;
@@ -130,9 +130,18 @@ impl Tile {
 
     /// Returns the triangles that the tile owns: their numbers in the tile, their corners, their regions,
     /// whether they are holes, whether the edge from each corner is a constraint; and the points of the
-    /// corners that other tiles own, with their tiles and their numbers there.
+    /// corners that other tiles own, with their tiles, their numbers there, and their z.
     fn triangles(&self, py: Python<'_>) -> Columns {
         py.detach(|| triangles(&self.0))
+    }
+
+    /// Returns whether each triangle that the tile owns intersects a box.
+    fn meets(&self, bounds: Bounds) -> Columns {
+        let rect = rect(Some(bounds));
+        let triangles = self.0.owned_triangles().map(|triangle| self.0.triangle_points(triangle));
+        Columns(vec![Column::Bool(
+            triangles.map(|triangle| triangle_meets(triangle, rect)).collect(),
+        )])
     }
 
     /// Returns the sites: their vertices, their numbers, and their ids.
@@ -160,6 +169,7 @@ fn triangles(tile: &StoredTile) -> Columns {
         .map(|corner| tile.vertex(VertexIndex(corner)))
         .collect();
     let other_points: Vec<Point> = others.iter().map(|vertex| vertex.point).collect();
+    let other_z = (vertices..last).map(|corner| tile.z(VertexIndex(corner)).unwrap_or(f64::NAN));
     let is_fixed = owned.iter().flat_map(|&triangle| HalfEdge::of_triangle(triangle));
     Columns(vec![
         Column::I64(owned.iter().map(|triangle| triangle.0.into()).collect()),
@@ -170,5 +180,6 @@ fn triangles(tile: &StoredTile) -> Columns {
         Column::points(&other_points),
         Column::I64(others.iter().map(|vertex| vertex.id.tile.0.into()).collect()),
         Column::I64(others.iter().map(|vertex| vertex.id.index.0.into()).collect()),
+        Column::F64(other_z.collect()),
     ])
 }

@@ -3,8 +3,14 @@
 import os
 
 from . import _core
+from ._build import Builder, BuildSummary, build
+from ._elements import Places, Table, Tile
 from ._errors import BuildError, Error, FileError, InputError, MemoryLimitError, QueryError, VerifyError
+from ._mesh import Triangulation, triangulate
 from ._open import AsyncTiles, Tiles, aopen, open
+from ._outputs import Map
+from ._points import PointFile
+from ._surface import Contours, Profile, Raster, Volume
 from ._tiles import Cache, Metadata, Verified
 
 if hasattr(os, "register_at_fork"):
@@ -15,16 +21,30 @@ __version__ = _core.__version__
 __all__ = [
     "AsyncTiles",
     "BuildError",
+    "BuildSummary",
+    "Builder",
     "Cache",
+    "Contours",
     "Error",
     "FileError",
     "InputError",
+    "Map",
     "MemoryLimitError",
     "Metadata",
+    "Places",
+    "PointFile",
+    "Profile",
     "QueryError",
+    "Raster",
+    "Table",
+    "Tile",
     "Tiles",
+    "Triangulation",
     "Verified",
     "VerifyError",
+    "Volume",
     "aopen",
+    "build",
     "open",
+    "triangulate",
 ]

@@ -8,7 +8,9 @@ from typing import Any
 
 from . import _core
 from ._arguments import path_text
+from ._elements import Elements
 from ._errors import FileError
+from ._outputs import Outputs, Pictures
 from ._proximity import Proximity
 from ._tiles import Cache, OpenFile
 
@@ -16,7 +18,7 @@ _SCHEMES = ("http://", "https://", "s3://")
 _DEFAULT_CACHE = 256 << 20
 
 
-class Tiles(OpenFile, Proximity):
+class Tiles(OpenFile, Proximity, Pictures):
     """An open tile file. `open` makes it.
 
     It may be used by many threads at once, and pickled: the copy opens the same state of the same file again. It keeps
@@ -39,10 +41,11 @@ class Tiles(OpenFile, Proximity):
         """Does nothing: the file is closed when nothing refers to it any more."""
 
 
-class AsyncTiles(OpenFile, Proximity):
+class AsyncTiles(OpenFile, Proximity, Outputs, Elements):
     """An open tile file, for asyncio. `aopen` makes it.
 
-    It has the methods of `Tiles`. Those that read the file return an awaitable. An awaitable that is cancelled stops
+    It has the methods of `Tiles`, except `tiles`, `plot`, `to_geopandas` and `to_meshio`. Those that read the file
+    return an awaitable. An awaitable that is cancelled stops
     the work.
     """
 
