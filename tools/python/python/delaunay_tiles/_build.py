@@ -328,6 +328,8 @@ def build(
     >>> summary.vertices, summary.tiles
     (1000, 1)
     """
+    if all(given is None for given in (points, lines, walls, obstacles, ponds, sites)):
+        raise ValueError("points must be given, or lines, walls, obstacles, ponds or sites")
     identity = None
     if isinstance(points, (str, os.PathLike)):
         points = _points.PointFile(points)
