@@ -6,7 +6,7 @@
 //!
 //! ```text
 //!   build ── feed ── arrays        Builder: batches of points, lines and sites; files
-//!   reader ── queries, terrain     Reader: questions; each blocks, or is awaited
+//!   reader ── proximity, terrain   Reader: questions; each blocks, or is awaited
 //!     │
 //!     ├── columns                  answers as numpy arrays
 //!     ├── tables                   triangles, vertices and edges as Arrow streams
@@ -16,6 +16,7 @@
 
 mod columns;
 mod error;
+mod proximity;
 mod reader;
 mod runtime;
 mod tool;
@@ -25,6 +26,17 @@ use pyo3::prelude::*;
 /// The compiled part of `delaunay_tiles`.
 #[pymodule]
 mod _core {
+    #[pymodule_export]
+    use super::proximity::{
+        along::along,
+        area::{in_polygons, reach},
+        distances::{edge_distances, matrix},
+        euclidean::nearest,
+        footing::footing,
+        paths::paths,
+        sites::sites,
+    };
+
     #[pymodule_export]
     use super::reader::{Cache, Reader, open};
 

@@ -3,8 +3,11 @@
 import os
 
 from . import _core
+from ._answers import Along, Distances, Footing, Nearest, Neighbours, Reached
 from ._errors import BuildError, Error, FileError, InputError, MemoryLimitError, QueryError, VerifyError
 from ._open import AsyncTiles, Tiles, aopen, open
+from ._paths import Bend, Path, Paths
+from ._reach import Reach
 from ._tiles import Cache, Metadata, Verified
 
 if hasattr(os, "register_at_fork"):
@@ -13,15 +16,25 @@ if hasattr(os, "register_at_fork"):
 __version__ = _core.__version__
 
 __all__ = [
+    "Along",
     "AsyncTiles",
+    "Bend",
     "BuildError",
     "Cache",
+    "Distances",
     "Error",
     "FileError",
+    "Footing",
     "InputError",
     "MemoryLimitError",
     "Metadata",
+    "Nearest",
+    "Neighbours",
+    "Path",
+    "Paths",
     "QueryError",
+    "Reach",
+    "Reached",
     "Tiles",
     "Verified",
     "VerifyError",

@@ -1,0 +1,144 @@
+//! How questions ended, as columns.
+
+use delaunay_tiles::Point;
+use delaunay_tiles::query::{Distance, QueryError};
+use futures::{Stream, TryStreamExt};
+use tiletool::query::answer::Status;
+
+use crate::columns::Column;
+use crate::error::{Failure, Outcome};
+
+/// A point that there is not.
+pub const NOWHERE: Point = Point {
+    x: f64::NAN,
+    y: f64::NAN,
+};
+
+/// How questions ended: a code each, the lower bound of what was not found, the point that is inside
+/// an obstacle, and the nearest free point.
+#[derive(Default)]
+pub struct Ends {
+    codes: Vec<u8>,
+    bounds: Vec<f64>,
+    inside: Vec<Point>,
+    nearest_free: Vec<Point>,
+}
+
+impl Ends {
+    /// Appends the end of a question.
+    pub fn push(&mut self, status: Status) {
+        let (bound, inside, free) = match status {
+            Status::Ok | Status::Unreachable => (f64::NAN, NOWHERE, None),
+            Status::Inside(point, free) => (f64::NAN, point, free),
+            Status::Budget(bound) => (bound, NOWHERE, None),
+        };
+        self.codes.push(code(status));
+        self.bounds.push(bound);
+        self.inside.push(inside);
+        self.nearest_free.push(free.unwrap_or(NOWHERE));
+    }
+
+    /// Returns the four columns.
+    pub fn into_columns(self) -> Vec<Column> {
+        vec![
+            Column::U8(self.codes),
+            Column::F64(self.bounds),
+            Column::points(&self.inside),
+            Column::points(&self.nearest_free),
+        ]
+    }
+}
+
+/// Returns the index of a status in the Python part's list of words.
+pub const fn code(status: Status) -> u8 {
+    match status {
+        Status::Ok => 0,
+        Status::Unreachable => 1,
+        Status::Inside(..) => 2,
+        Status::Budget(_) => 3,
+    }
+}
+
+/// Converts an error that is an answer.
+///
+/// # Errors
+/// Returns all other errors.
+pub fn status(error: QueryError) -> Outcome<Status> {
+    Status::of(error).map_err(failure)
+}
+
+/// Returns a failure for what the tool's library returns as an error.
+pub fn failure(error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Failure {
+    match error.into().downcast::<QueryError>() {
+        Ok(error) => (*error).into(),
+        Err(error) => Failure::other(error.to_string()),
+    }
+}
+
+/// Returns up to `most` items of a stream, and how the stream ended.
+///
+/// # Errors
+/// Returns the errors of the stream that are no answers.
+pub async fn first<T>(
+    mut stream: impl Stream<Item = Result<T, QueryError>> + Unpin,
+    most: usize,
+) -> Outcome<(Status, Vec<T>)> {
+    let mut found = Vec::new();
+    while found.len() < most {
+        match stream.try_next().await {
+            Ok(Some(item)) => found.push(item),
+            Ok(None) => break,
+            Err(error) => return Ok((status(error)?, found)),
+        }
+    }
+    Ok((Status::Ok, found))
+}
+
+/// Distances with their bounds, as three columns.
+#[derive(Default)]
+pub struct Distances([Vec<f64>; 3]);
+
+impl Distances {
+    /// Returns `count` distances that are infinite.
+    ///
+    /// # Errors
+    /// Fails if there is not enough memory.
+    pub fn infinite(count: usize) -> Outcome<Self> {
+        let column = || super::batch::filled(f64::INFINITY, count);
+        Ok(Self([column()?, column()?, column()?]))
+    }
+
+    /// Appends a distance.
+    pub fn push(&mut self, distance: Distance) {
+        for (column, value) in self.0.iter_mut().zip(numbers(distance)) {
+            column.push(value);
+        }
+    }
+
+    /// Replaces a distance.
+    pub fn set(&mut self, index: usize, distance: Distance) {
+        for (column, value) in self.0.iter_mut().zip(numbers(distance)) {
+            column[index] = value;
+        }
+    }
+
+    /// Returns the values, the lower and the upper bounds.
+    pub fn into_columns(self) -> [Column; 3] {
+        self.0.map(Column::F64)
+    }
+}
+
+const fn numbers(distance: Distance) -> [f64; 3] {
+    [distance.value, distance.lower, distance.upper]
+}
+
+/// Returns what is known of a distance that was not found: it is infinite if nothing connects the
+/// points, and not a number if a point is inside an obstacle or a limit was reached.
+pub const fn missing(status: Status) -> Distance {
+    let [value, lower, upper] = match status {
+        Status::Ok | Status::Unreachable => [f64::INFINITY; 3],
+        Status::Inside(..) => [f64::NAN; 3],
+        Status::Budget(bound) => [f64::NAN, bound, f64::INFINITY],
+    };
+    Distance { value, lower, upper }
+}
