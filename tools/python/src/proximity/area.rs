@@ -2,13 +2,14 @@
 
 use delaunay_tiles::Point;
 use delaunay_tiles::geometry::{Orientation, orient2d};
+use delaunay_tiles::query::QueryError;
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use tiletool::query::answer::{Area, Status};
 use tiletool::query::area;
 
 use super::batch::{Options, Rows, points};
-use super::ends::{Ends, failure};
+use super::ends::Ends;
 use crate::columns::{Column, Columns};
 use crate::error::Failure;
 use crate::reader::Reader;
@@ -30,7 +31,10 @@ pub fn reach<'py>(
     ask(py, is_awaited, async move {
         let [x, y] = at;
         let found = area::within(&reader, Point::new(x, y), radius, options).await;
-        let (status, area) = found.map_err(failure)?;
+        let (status, area) = found.map_err(|error| match error.downcast::<QueryError>() {
+            Ok(error) => Failure::from(error),
+            Err(other) => Failure::other(other.to_string()),
+        })?;
         Ok::<_, Failure>(columns(status, &area))
     })
 }

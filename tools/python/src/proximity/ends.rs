@@ -6,7 +6,7 @@ use futures::{Stream, TryStreamExt};
 use tiletool::query::answer::Status;
 
 use crate::columns::Column;
-use crate::error::{Failure, Outcome};
+use crate::error::Outcome;
 
 /// A point that there is not.
 pub const NOWHERE: Point = Point {
@@ -64,14 +64,10 @@ pub const fn code(status: Status) -> u8 {
 /// # Errors
 /// Returns all other errors.
 pub fn status(error: QueryError) -> Outcome<Status> {
-    Status::of(error).map_err(failure)
-}
-
-/// Returns a failure for what the tool's library returns as an error.
-pub fn failure(error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Failure {
-    match error.into().downcast::<QueryError>() {
-        Ok(error) => (*error).into(),
-        Err(error) => Failure::other(error.to_string()),
+    match error {
+        QueryError::InsideObstacle { point, nearest_free } => Ok(Status::Inside(point, nearest_free)),
+        QueryError::OutOfBudget { lower_bound } => Ok(Status::Budget(lower_bound)),
+        other => Err(other.into()),
     }
 }
 
