@@ -289,8 +289,11 @@ class Distances:
     upper: np.ndarray
 
     @classmethod
-    def _of(cls, columns: tuple[Any, ...], shape: tuple[int, ...]) -> Distances:
-        return cls(*(column.reshape(shape) for column in columns))
+    def _of_pairs(cls, columns: tuple[Any, ...], rows: int, width: int, is_exact: bool) -> Distances:
+        if is_exact and width < rows:
+            # The cells come in the order of the shorter list.
+            return cls(*(column.reshape(width, rows).T for column in columns))
+        return cls(*(column.reshape(rows, width) for column in columns))
 
     @property
     def status(self) -> Any:

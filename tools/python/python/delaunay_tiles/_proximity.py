@@ -265,7 +265,7 @@ class Proximity(Questions):
         asked = options(mode, max_tiles, max_time)
         return self._ask(
             lambda awaited: _core.matrix(self._reader, starts, ends, asked, awaited),
-            lambda columns: Distances._of(columns, (len(starts), len(ends))),
+            lambda columns: Distances._of_pairs(columns, len(starts), len(ends), mode == "exact"),
         )
 
     def along(
@@ -453,5 +453,5 @@ class Proximity(Questions):
         asked = options("exact", max_tiles, max_time)
         return self._ask(
             lambda awaited: _core.edge_distances(self._reader, starts, ends, asked, awaited),
-            lambda columns: Distances._of(columns, (len(starts),)),
+            lambda columns: Distances(*columns),
         )

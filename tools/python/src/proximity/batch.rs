@@ -83,38 +83,37 @@ pub fn points(rows: &Rows<'_>) -> Outcome<Vec<Point>> {
     Ok(pairs.iter().map(|&[x, y]| Point::new(x, y)).collect())
 }
 
-/// Returns a list of `count` values.
+/// Returns a list with space for `count` values.
 ///
 /// # Errors
 /// Fails if there is not enough memory.
-pub fn filled<T: Clone>(value: T, count: usize) -> Outcome<Vec<T>> {
+pub fn space<T>(count: usize) -> Outcome<Vec<T>> {
     let mut list = Vec::new();
     list.try_reserve_exact(count).map_err(|_| {
         Failure::from(PyMemoryError::new_err(format!(
             "an answer of {count} cells needs too much memory"
         )))
     })?;
-    list.resize(count, value);
     Ok(list)
 }
 
-/// Returns the answers to questions, in order. As many questions run at once as there are
-/// processors.
+/// Answers questions, and passes the answers to `take`, in order. As many questions run at once as
+/// there are processors.
 ///
 /// # Errors
 /// Returns the first error of an answer; the other questions are dropped.
 pub async fn in_order<Q, A, F>(
     questions: impl ExactSizeIterator<Item = Q> + Send + 'static,
     ask: impl Fn(Q) -> F + Clone + Send + 'static,
-) -> Outcome<Vec<A>>
+    mut take: impl FnMut(A),
+) -> Outcome<()>
 where
     Q: Send + 'static,
     A: Send + 'static,
     F: Future<Output = Outcome<A>> + Send + 'static,
 {
     let at_once = available_parallelism().map_or(1, usize::from);
-    let count = questions.len();
-    let length = (count / (STARTED * at_once)).clamp(1, LONGEST);
+    let length = (questions.len() / (STARTED * at_once)).clamp(1, LONGEST);
     let slots = Arc::new(Semaphore::new(at_once));
     let mut questions = questions;
     let parts = std::iter::from_fn(move || {
@@ -135,11 +134,10 @@ where
         }))
     });
     let mut tasks = tasks.buffered(STARTED * at_once);
-    let mut answers = Vec::with_capacity(count);
     while let Some(part) = tasks.try_next().await? {
-        answers.extend(part);
+        part.into_iter().for_each(&mut take);
     }
-    Ok(answers)
+    Ok(())
 }
 
 /// A task that is stopped on drop.

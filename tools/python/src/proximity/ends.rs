@@ -5,6 +5,7 @@ use delaunay_tiles::query::{Distance, QueryError};
 use futures::{Stream, TryStreamExt};
 use tiletool::query::answer::Status;
 
+use super::batch::space;
 use crate::columns::Column;
 use crate::error::Outcome;
 
@@ -95,26 +96,19 @@ pub async fn first<T>(
 pub struct Distances([Vec<f64>; 3]);
 
 impl Distances {
-    /// Returns `count` distances that are infinite.
+    /// Returns no distances, with space for `count`.
     ///
     /// # Errors
     /// Fails if there is not enough memory.
-    pub fn infinite(count: usize) -> Outcome<Self> {
-        let column = || super::batch::filled(f64::INFINITY, count);
-        Ok(Self([column()?, column()?, column()?]))
+    pub fn with_space(count: usize) -> Outcome<Self> {
+        Ok(Self([space(count)?, space(count)?, space(count)?]))
     }
 
     /// Appends a distance.
     pub fn push(&mut self, distance: Distance) {
-        for (column, value) in self.0.iter_mut().zip(numbers(distance)) {
-            column.push(value);
-        }
-    }
-
-    /// Replaces a distance.
-    pub fn set(&mut self, index: usize, distance: Distance) {
-        for (column, value) in self.0.iter_mut().zip(numbers(distance)) {
-            column[index] = value;
+        let Distance { value, lower, upper } = distance;
+        for (column, number) in self.0.iter_mut().zip([value, lower, upper]) {
+            column.push(number);
         }
     }
 
@@ -122,10 +116,6 @@ impl Distances {
     pub fn into_columns(self) -> [Column; 3] {
         self.0.map(Column::F64)
     }
-}
-
-const fn numbers(distance: Distance) -> [f64; 3] {
-    [distance.value, distance.lower, distance.upper]
 }
 
 /// Returns what is known of a distance that was not found: it is infinite if nothing connects the

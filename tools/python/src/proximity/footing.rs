@@ -22,7 +22,7 @@ pub fn footing<'py>(
     let (reader, at) = (reader.0.clone(), points(&xy)?);
     let options = options.into_query()?;
     ask(py, is_awaited, async move {
-        let answers = in_order(at.into_iter(), move |at| {
+        let question = move |at| {
             let (reader, options) = (reader.clone(), options.clone());
             async move {
                 match reader.footing(at, options).await {
@@ -31,9 +31,9 @@ pub fn footing<'py>(
                     Err(error) => status(error),
                 }
             }
-        });
+        };
         let mut ends = Ends::default();
-        answers.await?.into_iter().for_each(|end| ends.push(end));
+        in_order(at.into_iter(), question, |end| ends.push(end)).await?;
         Ok(Columns(ends.into_columns()))
     })
 }

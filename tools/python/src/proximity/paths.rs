@@ -25,11 +25,21 @@ pub fn paths<'py>(
     let (reader, from, to) = (reader.0.clone(), points(&from)?, points(&to)?);
     let options = options.into_query()?;
     ask(py, is_awaited, async move {
-        let answers = in_order(from.into_iter().zip(to), move |(from, to)| {
+        let (mut ends, mut distances, mut ways) = (Ends::default(), Distances::default(), Ways::default());
+        let question = move |(from, to)| {
             let (reader, options) = (reader.clone(), options.clone());
             async move { ended(reader.shortest_path(from, to, options).await) }
-        });
-        Ok(columns(answers.await?))
+        };
+        in_order(from.into_iter().zip(to), question, |(status, path)| {
+            ends.push(status);
+            distances.push(path.as_ref().map_or_else(|| missing(status), |path| path.distance));
+            ways.push(path.as_ref());
+        })
+        .await?;
+        let mut columns = ends.into_columns();
+        columns.extend(distances.into_columns());
+        columns.extend(ways.into_columns());
+        Ok(Columns(columns))
     })
 }
 
@@ -44,18 +54,4 @@ pub fn ended(outcome: Result<PathOutcome, QueryError>) -> Outcome<(Status, Optio
         Ok(PathOutcome::InsideObstacle { point, nearest_free }) => (Status::Inside(point, nearest_free), None),
         Err(error) => (status(error)?, None),
     })
-}
-
-/// Returns the columns of answers.
-fn columns(answers: Vec<(Status, Option<Path>)>) -> Columns {
-    let (mut ends, mut distances, mut ways) = (Ends::default(), Distances::default(), Ways::default());
-    for (status, path) in answers {
-        ends.push(status);
-        distances.push(path.as_ref().map_or_else(|| missing(status), |path| path.distance));
-        ways.push(path.as_ref());
-    }
-    let mut columns = ends.into_columns();
-    columns.extend(distances.into_columns());
-    columns.extend(ways.into_columns());
-    Columns(columns)
 }

@@ -10,7 +10,6 @@ use super::ends::{Distances, Ends, first};
 use super::names::Names;
 use super::ways::Ways;
 use crate::columns::{Column, Columns};
-use crate::error::Failure;
 use crate::reader::Reader;
 use crate::runtime::ask;
 
@@ -31,40 +30,58 @@ pub fn sites<'py>(
     let wants_paths = options.wants_paths();
     let options = options.into_query()?;
     ask(py, is_awaited, async move {
-        let questions = at.into_iter().zip(radii);
-        let answers = in_order(questions, move |(at, radius)| {
-            first(reader.sites_within(at, radius, options.clone()), most)
-        });
-        let answers = answers.await?;
-        Ok::<_, Failure>(columns(answers, wants_paths))
+        let mut found = Found::new(wants_paths);
+        let question = move |(at, radius)| first(reader.sites_within(at, radius, options.clone()), most);
+        in_order(at.into_iter().zip(radii), question, |answer| found.push(answer)).await?;
+        Ok(found.into_columns())
     })
 }
 
-/// Returns the columns of answers.
-fn columns(answers: Vec<(Status, Vec<SiteFound>)>, wants_paths: bool) -> Columns {
-    let (mut ends, mut names, mut ways, mut distances) =
-        (Ends::default(), Names::default(), Ways::default(), Distances::default());
-    let (mut offsets, mut numbers, mut places) = (vec![0], Vec::new(), Vec::new());
-    for (status, sites) in answers {
-        ends.push(status);
+/// The columns of answers.
+struct Found {
+    ends: Ends,
+    offsets: Vec<i64>,
+    numbers: Vec<i64>,
+    distances: Distances,
+    places: Vec<f64>,
+    names: Names,
+    ways: Option<Ways>,
+}
+
+impl Found {
+    fn new(wants_paths: bool) -> Self {
+        Self {
+            ends: Ends::default(),
+            offsets: vec![0],
+            numbers: Vec::new(),
+            distances: Distances::default(),
+            places: Vec::new(),
+            names: Names::default(),
+            ways: wants_paths.then(Ways::default),
+        }
+    }
+
+    fn push(&mut self, (status, sites): (Status, Vec<SiteFound>)) {
+        self.ends.push(status);
         for site in sites {
-            numbers.push(site.number as i64);
-            distances.push(site.distance);
-            places.push(site.vertex.point);
-            if wants_paths {
+            self.numbers.push(site.number as i64);
+            self.distances.push(site.distance);
+            self.places.extend([site.vertex.point.x, site.vertex.point.y]);
+            if let Some(ways) = &mut self.ways {
                 ways.push(site.path.as_ref());
             }
-            names.push(site.number, site.id);
+            self.names.push(site.number, site.id);
         }
-        offsets.push(numbers.len() as i64);
+        self.offsets.push(self.numbers.len() as i64);
     }
-    let mut columns = ends.into_columns();
-    columns.extend([Column::I64(offsets), Column::I64(numbers)]);
-    columns.extend(distances.into_columns());
-    columns.push(Column::points(&places));
-    columns.extend(names.into_columns());
-    if wants_paths {
-        columns.extend(ways.into_columns());
+
+    fn into_columns(self) -> Columns {
+        let mut columns = self.ends.into_columns();
+        columns.extend([Column::I64(self.offsets), Column::I64(self.numbers)]);
+        columns.extend(self.distances.into_columns());
+        columns.push(Column::F64Rows(self.places, 2));
+        columns.extend(self.names.into_columns());
+        columns.extend(self.ways.into_iter().flat_map(Ways::into_columns));
+        Columns(columns)
     }
-    Columns(columns)
 }
