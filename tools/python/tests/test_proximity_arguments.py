@@ -150,6 +150,8 @@ def test_distances_may_differ_by_point_and_be_infinite(town):
     assert town.reach((3, 8), 0).area == 0.0 and not town.reach((3, 8), 0).polygons
     with pytest.raises(ValueError, match="one distance"):
         town.reach((3, 8), [1.0])
+    with pytest.raises(ValueError, match="finite"):
+        town.reach((3, 8), np.inf)
 
 
 @pytest.mark.parametrize("mode", ["", "Exact", "within", "within:", "within:-1", "within:nan", "within:inf", "a\0b"])

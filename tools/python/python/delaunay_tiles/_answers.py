@@ -108,15 +108,20 @@ class Neighbours(_Ends):
         return answer[0] if is_single else answer
 
     @property
-    def id(self) -> np.ndarray:
+    def id(self) -> Any:
         return ids(self.site, self._names)
 
     def _row(self, i: int) -> Neighbours:
         first, end = self._offsets[i : i + 2].tolist()
-        columns = (self.site, self.distance, self.lower, self.upper, self.xy)
         return Neighbours(
-            *(column[i] for column in (self._codes, self.bound, self.nearest_free)),
-            *(column[i] for column in columns),
+            self._codes[i],
+            self.bound[i],
+            self.nearest_free[i],
+            self.site[i],
+            self.distance[i],
+            self.lower[i],
+            self.upper[i],
+            self.xy[i],
             None if self.paths is None else self.paths[first:end],
             np.array([0, end - first]),
             self._names,
@@ -172,16 +177,21 @@ class Reached(_Ends):
         return answer[0] if is_single else answer
 
     @property
-    def id(self) -> np.ndarray:
+    def id(self) -> Any:
         return ids(self.site, self._names)
 
     def _row(self, i: int) -> Reached:
         first, end = self.offsets[i : i + 2].tolist()
-        columns = (self.site, self.distance, self.lower, self.upper, self.xy)
         return Reached(
-            *(column[i] for column in (self._codes, self.bound, self.nearest_free)),
+            self._codes[i],
+            self.bound[i],
+            self.nearest_free[i],
             np.array([0, end - first]),
-            *(column[first:end] for column in columns),
+            self.site[first:end],
+            self.distance[first:end],
+            self.lower[first:end],
+            self.upper[first:end],
+            self.xy[first:end],
             None if self.paths is None else self.paths[first:end],
             self._names,
         )
@@ -234,13 +244,21 @@ class Nearest(_Ends):
         return answer[0] if is_single else answer
 
     @property
-    def id(self) -> np.ndarray:
+    def id(self) -> Any:
         return ids(self.site, self._names)
 
     def _row(self, i: int) -> Nearest:
-        columns = (self._codes, self.bound, self.nearest_free, self.distance, self.xy)
-        columns += (self.tile, self.index, self.site)
-        return Nearest(*(column[i] for column in columns), self._names)
+        return Nearest(
+            self._codes[i],
+            self.bound[i],
+            self.nearest_free[i],
+            self.distance[i],
+            self.xy[i],
+            self.tile[i],
+            self.index[i],
+            self.site[i],
+            self._names,
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -359,7 +377,7 @@ class Along:
         )
 
     @property
-    def id(self) -> np.ndarray:
+    def id(self) -> Any:
         return ids(self.site, self._names)
 
     def __len__(self) -> int:

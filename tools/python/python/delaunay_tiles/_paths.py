@@ -117,11 +117,11 @@ class Paths:
 
     @classmethod
     def _of(cls, columns: tuple[Any, ...]) -> Paths:
-        codes, _, inside, free, distance, lower, upper, *ways = columns
-        return cls(codes, distance, lower, upper, inside, free, *ways[:3], tuple(ways[3:]))
+        codes, _, inside, free, distance, lower, upper, offsets, points, certified, *bends = columns
+        return cls(codes, distance, lower, upper, inside, free, offsets, points, certified, tuple(bends))
 
     @property
-    def status(self) -> np.ndarray:
+    def status(self) -> Any:
         return status(self._codes)
 
     def __len__(self) -> int:
@@ -148,8 +148,12 @@ class Paths:
         bend_offsets, *bends = self._bends
         # The bends stay whole: their offsets are of the whole list.
         return Paths(
-            *(array[some] for array in (self._codes, self.distance, self.lower, self.upper)),
-            *(array[some] for array in (self.inside_point, self.nearest_free)),
+            self._codes[some],
+            self.distance[some],
+            self.lower[some],
+            self.upper[some],
+            self.inside_point[some],
+            self.nearest_free[some],
             offsets - offsets[0],
             self.points[offsets[0] : offsets[-1]],
             self.certified[some],
@@ -159,12 +163,13 @@ class Paths:
     def _path(self, i: int) -> Path:
         word = str(status(self._codes[i]))
         is_inside = word == "inside_obstacle"
-        numbers = (float(array[i]) for array in (self.distance, self.lower, self.upper))
         points = self.points[self.offsets[i] : self.offsets[i + 1]]
         has_free = is_inside and not np.isnan(self.nearest_free[i, 0])
         return Path(
             word,
-            *numbers,
+            float(self.distance[i]),
+            float(self.lower[i]),
+            float(self.upper[i]),
             points,
             self._bends_of(i, points),
             bool(self.certified[i]),

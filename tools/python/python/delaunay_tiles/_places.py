@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from datetime import timedelta
 from typing import Any
 
@@ -60,15 +61,17 @@ def pairs(a: Any, b: Any) -> tuple[np.ndarray, np.ndarray]:
     return first, second
 
 
-def rank(k: Any, rows: int, available: int) -> int:
-    """Returns the number of neighbours for each of `rows` points.
+def rank(k: Any, rows: int, available: Callable[[], int]) -> int:
+    """Returns the number of neighbours for each of `rows` points, of which there are as many as `available` says.
 
     More than there are is allowed, because the rest is padded, but not if that would fill the memory by mistake.
     """
-    k = positive(k, "k")
-    if k > available and rows * k > _MOST_PADDED:
-        raise ValueError(f"k = {k} is more than the {available} that the file has; an answer has k columns, so reduce k")
-    return k
+    number = positive(k, "k")
+    if rows * number > _MOST_PADDED and number > available():
+        raise ValueError(
+            f"k = {number} is more than the {available()} that the file has; an answer has k columns, so reduce k"
+        )
+    return number
 
 
 def distances(r: Any, rows: int) -> np.ndarray:
@@ -88,7 +91,10 @@ def distance(r: Any) -> float:
     """Returns one distance."""
     if np.ndim(r) != 0:
         raise ValueError(f"r must be one distance, not of shape {np.shape(r)}")
-    return float(distances(r, 1)[0])
+    number = float(distances(r, 1)[0])
+    if number == math.inf:
+        raise ValueError("r must be finite")
+    return number
 
 
 def options(

@@ -87,7 +87,7 @@ class Proximity(Questions):
         array(['ok', 'inside_obstacle'], dtype=object)
         """
         at = places(xy, "xy")
-        k = rank(k, len(at), self._reader.metadata()["sites"])
+        k = rank(k, len(at), lambda: self._reader.metadata()["sites"])
         asked = options(mode, max_tiles, max_time, paths=paths)
         everywhere = np.full(len(at), np.inf)
         return self._ask(
@@ -302,7 +302,7 @@ class Proximity(Questions):
         """
         start, end = place(a, "a"), place(b, "b")
         # A line has some thousand intervals at most, unless it is very long.
-        k = rank(k, 1 << 10, self._reader.metadata()["sites"])
+        k = rank(k, 1 << 10, lambda: self._reader.metadata()["sites"])
         asked = options("exact", max_tiles, max_time)
         line = [*start.tolist(), *end.tolist()]
         return self._ask(
@@ -318,7 +318,7 @@ class Proximity(Questions):
         p : array_like of shape (2,)
             The point.
         r : float
-            The distance, at least 0.
+            The distance, at least 0 and finite.
         max_tiles, max_time
             See `Proximity`.
 
@@ -382,7 +382,7 @@ class Proximity(Questions):
         if of not in ("vertices", "sites"):
             raise ValueError(f"of must be 'vertices' or 'sites', not {of!r}")
         at = places(xy, "xy")
-        k = rank(k, len(at), self._reader.metadata()[of])
+        k = rank(k, len(at), lambda: self._reader.metadata()[of])
         asked = options("exact", max_tiles, max_time)
         return self._ask(
             lambda awaited: _core.nearest(self._reader, at, k, of == "sites", asked, awaited),

@@ -90,7 +90,7 @@ class Reach:
 
     @property
     def __geo_interface__(self) -> dict[str, Any]:
-        def closed(ring: np.ndarray) -> tuple:
+        def closed(ring: np.ndarray) -> tuple[Any, ...]:
             return tuple(map(tuple, [*ring.tolist(), ring[0].tolist()]))
 
         return {

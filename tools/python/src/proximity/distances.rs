@@ -52,12 +52,12 @@ impl Cells {
 pub fn matrix<'py>(
     py: Python<'py>,
     reader: &Reader,
-    from: Rows<'py>,
-    to: Rows<'py>,
+    starts: Rows<'py>,
+    ends: Rows<'py>,
     options: Options,
     is_awaited: bool,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (reader, from, to) = (reader.0.clone(), points(&from)?, points(&to)?);
+    let (reader, from, to) = (reader.0.clone(), points(&starts)?, points(&ends)?);
     let is_exact = options.mode()? == Mode::Exact;
     let options = options.into_query()?;
     ask(py, is_awaited, async move {
@@ -105,12 +105,12 @@ async fn by_pairs(reader: TileReader, from: Vec<Point>, to: Vec<Point>, options:
 pub fn edge_distances<'py>(
     py: Python<'py>,
     reader: &Reader,
-    from: Rows<'py>,
-    to: Rows<'py>,
+    starts: Rows<'py>,
+    ends: Rows<'py>,
     options: Options,
     is_awaited: bool,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (reader, from, to) = (reader.0.clone(), points(&from)?, points(&to)?);
+    let (reader, from, to) = (reader.0.clone(), points(&starts)?, points(&ends)?);
     let options = options.into_query()?;
     ask(py, is_awaited, async move {
         let mut cells = Cells::with_space(from.len())?;

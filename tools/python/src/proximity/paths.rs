@@ -17,12 +17,12 @@ use crate::runtime::ask;
 pub fn paths<'py>(
     py: Python<'py>,
     reader: &Reader,
-    from: Rows<'py>,
-    to: Rows<'py>,
+    starts: Rows<'py>,
+    ends: Rows<'py>,
     options: Options,
     is_awaited: bool,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (reader, from, to) = (reader.0.clone(), points(&from)?, points(&to)?);
+    let (reader, from, to) = (reader.0.clone(), points(&starts)?, points(&ends)?);
     let options = options.into_query()?;
     ask(py, is_awaited, async move {
         let (mut ends, mut distances, mut ways) = (Ends::default(), Distances::default(), Ways::default());
