@@ -22,7 +22,10 @@ hypothesis.settings.load_profile("bounded")
 DATA = Path(__file__).resolve().parents[3] / "tests" / "data"
 
 # Free points on both sides of the wall and of the obstacle.
-SITES = [(1, 1), (3, 12), (2.5, 18.5), (6, 4), (7, 17), (10, 3), (11, 18), (14, 10), (15.5, 5.5), (17, 15), (19, 2), (19, 19)]
+SITES = [
+    *[(1, 1), (3, 12), (2.5, 18.5), (6, 4), (7, 17), (10, 3)],
+    *[(11, 18), (14, 10), (15.5, 5.5), (17, 15), (19, 2), (19, 19)],
+]
 
 
 @pytest.fixture(scope="session")

@@ -163,7 +163,8 @@ def test_what_nothing_reaches_is_infinitely_far(run, tmp_path):
     feature = {"type": "LineString", "coordinates": ring}
     (tmp_path / "yard.geojson").write_text(json.dumps(feature))
     (tmp_path / "sites.csv").write_text("1,1\n4,4\n")
-    run("build", "points.csv", "--walls", "yard.geojson", "--sites", "sites.csv", "-o", "x.tiles", "--quiet", cwd=tmp_path)
+    files = ["points.csv", "--walls", "yard.geojson", "--sites", "sites.csv"]
+    run("build", *files, "-o", "x.tiles", "--quiet", cwd=tmp_path)
     t = dt.open(tmp_path / "x.tiles")
     path = t.path((1, 2), (5, 5))
     assert (path.status, path.distance, path.lower, path.upper) == ("unreachable", *[np.inf] * 3) and not path
