@@ -103,7 +103,7 @@ pub fn space<T>(count: usize) -> Outcome<Vec<T>> {
 /// # Errors
 /// Returns the first error of an answer; the other questions are dropped.
 pub async fn in_order<Q, A, F>(
-    questions: impl ExactSizeIterator<Item = Q> + Send + 'static,
+    mut questions: impl ExactSizeIterator<Item = Q> + Send + 'static,
     ask: impl Fn(Q) -> F + Clone + Send + 'static,
     mut take: impl FnMut(A),
 ) -> Outcome<()>
@@ -112,10 +112,16 @@ where
     A: Send + 'static,
     F: Future<Output = Outcome<A>> + Send + 'static,
 {
+    // One question needs no task of its own.
+    if questions.len() == 1
+        && let Some(question) = questions.next()
+    {
+        take(ask(question).await?);
+        return Ok(());
+    }
     let at_once = available_parallelism().map_or(1, usize::from);
     let length = (questions.len() / (STARTED * at_once)).clamp(1, LONGEST);
     let slots = Arc::new(Semaphore::new(at_once));
-    let mut questions = questions;
     let parts = std::iter::from_fn(move || {
         let part: Vec<Q> = questions.by_ref().take(length).collect();
         (!part.is_empty()).then_some(part)
