@@ -196,9 +196,12 @@ def test_other_libraries_take_paths_and_areas(town):
 
 def test_geopandas_takes_paths(town):
     geopandas = pytest.importorskip("geopandas")
-    ways = town.paths((3, 8), [(5, 8), (3, 9)])
+    ways = town.paths((3, 8), [(5, 8), (3, 9), (9, 9)])
     series = geopandas.GeoSeries.from_wkt([way.to_wkt() for way in ways])
-    assert series.length.tolist() == pytest.approx(ways.distance.tolist())
+    assert series.length.tolist()[:2] == pytest.approx(ways.distance.tolist()[:2])
+    frame = geopandas.GeoDataFrame.from_features(ways)
+    assert frame["status"].tolist() == ["ok", "ok", "inside_obstacle"]
+    assert frame.length[:2].tolist() == pytest.approx(frame["distance"][:2].tolist()) and frame.geometry[2] is None
 
 
 def test_paths_are_sliced(town):

@@ -88,6 +88,8 @@ class Path:
 class Paths:
     """Paths, one for each pair of points. ``paths[i]`` is a `Path`, ``paths[i:j]`` are `Paths`.
 
+    ``geopandas.GeoDataFrame.from_features(paths)`` has a row for each path, without a line if there is none.
+
     Attributes
     ----------
     status : array of shape (n,)
@@ -159,6 +161,16 @@ class Paths:
             self.certified[some],
             (bend_offsets[first : end + 1], *bends),
         )
+
+    @property
+    def __geo_interface__(self) -> dict[str, Any]:
+        features = []
+        for path in self:
+            numbers = {"distance": path.distance, "lower": path.lower, "upper": path.upper}
+            line = path.__geo_interface__ if path else None
+            properties = {"status": path.status, **numbers}
+            features.append({"type": "Feature", "properties": properties, "geometry": line})
+        return {"type": "FeatureCollection", "features": features}
 
     def _path(self, i: int) -> Path:
         word = str(status(self._codes[i]))
