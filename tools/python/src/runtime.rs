@@ -3,16 +3,17 @@
 //! One runtime serves the process. It is started by the first question. Its threads do not exist in a
 //! child that the process forks afterwards, so everything is an error there.
 
-use std::pin::pin;
-use std::sync::OnceLock;
+use std::pin::{Pin, pin};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::{Arc, OnceLock};
+use std::task::{Context, Poll, Wake, Waker};
+use std::thread::{self, Thread};
+use std::time::{Duration, Instant};
 
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use tokio::runtime::{Builder, Runtime};
-use tokio::time::timeout;
 
 use crate::error::Outcome;
 
@@ -66,17 +67,44 @@ pub fn wait<T: Send>(
     future: impl Future<Output = Outcome<T>> + Send,
     mut look: impl FnMut(Python<'_>) -> PyResult<()>,
 ) -> PyResult<T> {
-    let runtime = runtime()?;
+    let _entered = runtime()?.enter();
+    let waker = Waker::from(Arc::new(Alarm(thread::current())));
     let mut future = pin!(future);
     loop {
-        let step = py.detach(|| runtime.block_on(async { timeout(PATIENCE, future.as_mut()).await }));
-        match step {
-            Ok(done) => return Ok(done?),
-            Err(_) => {
+        match py.detach(|| poll_for_a_while(future.as_mut(), &waker)) {
+            Some(done) => return Ok(done?),
+            None => {
                 py.check_signals()?;
                 look(py)?;
             }
         }
+    }
+}
+
+/// Wakes the thread that waits.
+struct Alarm(Thread);
+
+impl Wake for Alarm {
+    fn wake(self: Arc<Self>) {
+        self.0.unpark();
+    }
+}
+
+/// Returns the output of a future, or `None` if [`PATIENCE`] ends before.
+///
+/// The runtime's own timers would not do: they stand still while all its threads compute.
+fn poll_for_a_while<F: Future>(mut future: Pin<&mut F>, waker: &Waker) -> Option<F::Output> {
+    let end = Instant::now() + PATIENCE;
+    let mut context = Context::from_waker(waker);
+    loop {
+        if let Poll::Ready(output) = future.as_mut().poll(&mut context) {
+            return Some(output);
+        }
+        let left = end.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return None;
+        }
+        thread::park_timeout(left);
     }
 }
 
