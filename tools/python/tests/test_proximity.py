@@ -102,9 +102,9 @@ def test_at_a_limit_the_answers_are_those_of_the_tool(town, ask):
 
 @pytest.mark.parametrize("mode", ["exact", "fast"])
 def test_the_sites_within_a_distance_are_those_of_the_tool(tiles, ask, mode):
-    xy = questions(tiles, 60, 3)
-    rows = ask("range", tiles, xy, "--radius", 7.5, "--mode", mode)
-    reached = tiles.within(xy, 7.5, mode)
+    xy = questions(tiles, 20, 3)
+    rows = ask("range", tiles, xy, "--radius", 4.5, "--mode", mode)
+    reached = tiles.within(xy, 4.5, mode)
     assert_same(of_sites(reached, xy, site_names(tiles)), printed_sites(rows))
     assert reached.offsets[-1] == len(reached.site) == len(reached.xy)
 
@@ -168,7 +168,7 @@ def test_a_matrix_is_that_of_the_tool(tiles, run, tmp_path):
 
 def test_the_sites_along_a_line_are_those_of_the_tool(tiles, ask):
     names = site_names(tiles)
-    for line in questions(tiles, 5, 8, 4):
+    for line in questions(tiles, 3, 8, 4):
         (theirs,) = ask("along", tiles, line.reshape(1, 4), "-k", 2, form="--json")
         along = tiles.along(line[:2], line[2:], 2)
         assert len(along) == len(theirs["intervals"]) and along.status == theirs["status"]
@@ -187,7 +187,7 @@ def test_the_sites_along_a_line_are_those_of_the_tool(tiles, ask):
 
 
 def test_the_area_within_reach_is_that_of_the_tool(tiles, ask):
-    xy = questions(tiles, 12, 9)
+    xy = questions(tiles, 8, 9)
     rows = ask("range", tiles, xy, "--radius", 1.2, "--area", form="--json")
     for at, row in zip(xy, rows, strict=True):
         reach = tiles.reach(at, 1.2)

@@ -185,7 +185,7 @@ def test_limits_are_checked(town):
 
 
 def test_a_matrix_that_no_memory_holds_is_refused(town):
-    many = np.zeros((10**7, 2))
+    many = np.zeros((5 * 10**6, 2))
     with pytest.raises(MemoryError, match="needs too much memory"):
         town.matrix(many, many)
 
