@@ -17,8 +17,6 @@ pub enum Column {
     BoolRows(Vec<bool>, usize),
     /// A list of texts, and `None` where there is none.
     Texts(Vec<Option<String>>),
-    /// One text.
-    Text(String),
 }
 
 /// An answer: its members, in an order on which both parts of the package agree.
@@ -40,7 +38,6 @@ impl Column {
             Self::I64Rows(values, width) => rows(py, values, width)?,
             Self::BoolRows(values, width) => rows(py, values, width)?,
             Self::Texts(texts) => PyList::new(py, texts)?.into_any(),
-            Self::Text(text) => text.into_pyobject(py)?.into_any(),
         })
     }
 }

@@ -138,7 +138,10 @@ impl Tile {
     /// Returns whether each triangle that the tile owns intersects a box.
     fn meets(&self, bounds: Bounds) -> Columns {
         let rect = rect(Some(bounds));
-        let triangles = self.0.owned_triangles().map(|triangle| self.0.triangle_points(triangle));
+        let triangles = self
+            .0
+            .owned_triangles()
+            .map(|triangle| self.0.triangle_points(triangle));
         Columns(vec![Column::Bool(
             triangles.map(|triangle| triangle_meets(triangle, rect)).collect(),
         )])

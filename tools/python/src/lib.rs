@@ -6,7 +6,7 @@
 //!
 //! ```text
 //!   build ── feed ── arrays        Builder: batches of points, lines and sites; files
-//!   reader ── queries, terrain     Reader: questions; each blocks, or is awaited
+//!   reader ── proximity, terrain   Reader: questions; each blocks, or is awaited
 //!     │
 //!     ├── columns                  answers as numpy arrays
 //!     ├── tables                   triangles, vertices and edges as Arrow streams
@@ -20,6 +20,7 @@ mod elements;
 mod error;
 mod mesh;
 mod outputs;
+mod proximity;
 mod reader;
 mod runtime;
 mod surface;
@@ -40,6 +41,17 @@ mod _core {
 
     #[pymodule_export]
     use super::mesh::triangulate;
+
+    #[pymodule_export]
+    use super::proximity::{
+        along::along,
+        area::{in_polygons, reach},
+        distances::{edge_distances, matrix},
+        euclidean::nearest,
+        footing::footing,
+        paths::paths,
+        sites::sites,
+    };
 
     #[pymodule_export]
     use super::reader::{Cache, Reader, open};

@@ -3,18 +3,18 @@
 //! One runtime serves the process. It is started by the first question. Its threads do not exist in a
 //! child that the process forks afterwards, so everything is an error there.
 
-use std::pin::pin;
-use std::sync::OnceLock;
+use std::pin::{Pin, pin};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::task::{Context, Poll, Wake, Waker};
 use std::thread::{self, Thread};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::oneshot;
-use tokio::time::timeout;
 
 use crate::error::{Failure, Outcome};
 
@@ -64,14 +64,41 @@ pub fn runtime() -> PyResult<&'static Runtime> {
 /// # Errors
 /// Returns the error of the future, `KeyboardInterrupt`, or what a signal handler raised.
 fn wait<T: Send>(py: Python<'_>, future: impl Future<Output = Outcome<T>> + Send) -> PyResult<T> {
-    let runtime = runtime()?;
+    let _entered = runtime()?.enter();
+    let waker = Waker::from(Arc::new(Alarm(thread::current())));
     let mut future = pin!(future);
     loop {
-        let step = py.detach(|| runtime.block_on(async { timeout(PATIENCE, future.as_mut()).await }));
-        match step {
-            Ok(done) => return Ok(done?),
-            Err(_) => py.check_signals()?,
+        match py.detach(|| poll_for_a_while(future.as_mut(), &waker)) {
+            Some(done) => return Ok(done?),
+            None => py.check_signals()?,
         }
+    }
+}
+
+/// Wakes the thread that waits.
+struct Alarm(Thread);
+
+impl Wake for Alarm {
+    fn wake(self: Arc<Self>) {
+        self.0.unpark();
+    }
+}
+
+/// Returns the output of a future, or `None` if [`PATIENCE`] ends before.
+///
+/// The runtime's own timers would not do: they stand still while all its threads compute.
+fn poll_for_a_while<F: Future>(mut future: Pin<&mut F>, waker: &Waker) -> Option<F::Output> {
+    let end = Instant::now() + PATIENCE;
+    let mut context = Context::from_waker(waker);
+    loop {
+        if let Poll::Ready(output) = future.as_mut().poll(&mut context) {
+            return Some(output);
+        }
+        let left = end.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return None;
+        }
+        thread::park_timeout(left);
     }
 }
 
@@ -121,7 +148,7 @@ pub fn work_or_cancel<T: Send>(
         let begun = thread::Builder::new()
             .name("delaunay-tiles".to_owned())
             .spawn_scoped(scope, || {
-                let _wake = Wake(&is_done, &waiting);
+                let _bell = Bell(&is_done, &waiting);
                 work(runtime)
             });
         let worker = begun.map_err(|error| PyRuntimeError::new_err(format!("cannot start a thread: {error}")))?;
@@ -166,9 +193,9 @@ where
 }
 
 /// Wakes the thread that waits for some work when the work ends, by a panic too.
-struct Wake<'a>(&'a AtomicBool, &'a Thread);
+struct Bell<'a>(&'a AtomicBool, &'a Thread);
 
-impl Drop for Wake<'_> {
+impl Drop for Bell<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Release);
         self.1.unpark();

@@ -27,7 +27,7 @@ def coordinates(values: Any, name: str = "xy", widths: tuple[int, ...] = (2,)) -
     if array.ndim != 2 or array.shape[1] not in widths:
         expected = " or ".join(f"(n, {width})" for width in widths)
         raise ValueError(f"{name} must have the shape {expected}, not {array.shape}")
-    return np.ascontiguousarray(array, dtype=np.float64)
+    return np.require(array, np.float64, ["C", "ALIGNED"])
 
 
 def point(values: Any, name: str) -> np.ndarray:

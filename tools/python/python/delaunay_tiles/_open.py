@@ -76,7 +76,7 @@ def open(path_or_url: str | os.PathLike[str], cache: Cache | int | str | None = 
     --------
     >>> t = dt.open("town.tiles")
     >>> t.metadata.triangles
-    1057
+    806
     """
     path, cache = _named(path_or_url), _cache(cache)
     reader = _core.open(path, cache._core, False)
@@ -92,7 +92,7 @@ async def aopen(path_or_url: str | os.PathLike[str], cache: Cache | int | str | 
     ...     town = await dt.aopen("town.tiles")
     ...     return (await town.path(a, b)).distance
     >>> round(asyncio.run(distance((1, 1), (18, 18))), 2)
-    24.04
+    25.52
     """
     path, cache = _named(path_or_url), _cache(cache)
     reader = await _core.open(path, cache._core, True)

@@ -96,7 +96,7 @@ class OpenFile(Questions):
         self._crs = crs
 
     @property
-    def path(self) -> str:
+    def name(self) -> str:
         """The path or the address of the file."""
         return self._path
 

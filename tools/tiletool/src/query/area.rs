@@ -29,6 +29,9 @@ type Shape = Vec<Vec<[f64; 2]>>;
 
 /// Returns the area within `radius` of `at`. If a limit ended the query, it is the area of what was
 /// found until then.
+///
+/// # Errors
+/// As the library's `area_within`, unless a [`Status`] says it.
 pub async fn within(
     reader: &TileReader,
     at: Point,

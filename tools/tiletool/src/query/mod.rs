@@ -2,7 +2,7 @@
 
 mod along;
 pub mod answer;
-mod area;
+pub mod area;
 pub mod args;
 pub mod ask;
 mod asked;
