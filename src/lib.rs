@@ -202,6 +202,7 @@
 //! | `flatgeobuf` | the reader of FlatGeobuf, and the export to it |
 //! | `shapefile` | the reader of shapefiles |
 //! | `geopackage` | the reader of GeoPackage, with SQLite compiled in; it needs a C compiler |
+//! | `wkb` | lines and polygons from memory |
 //! | `las` | the reader of LAS and LAZ |
 //! | `parquet` | the reader of Parquet and GeoParquet, and the export to GeoParquet |
 //! | `geotiff` | the export of rasters to GeoTIFF |

@@ -5,12 +5,19 @@
 //! checks and converts arguments, and gives the answers names.
 //!
 //! ```text
-//!   build ── feed ── arrays        Builder: batches of points, lines and sites; files
-//!   reader ── proximity, terrain   Reader: questions; each blocks, or is awaited
-//!     │
-//!     ├── columns                  answers as numpy arrays
-//!     ├── tables                   triangles, vertices and edges as Arrow streams
-//!     └── runtime ── error         waiting with Ctrl-C, asyncio, forks; Python's exceptions
+//!   build             Builder: points, lines and sites from arrays, tables and files
+//!   reader            Reader: a file, its metadata and its verification
+//!     ▲
+//!     ├── elements    tiles as arrays, and where points lie
+//!     ├── tables      triangles, vertices and edges as Arrow streams
+//!     ├── surface     heights, rasters, contours, profiles, volumes
+//!     ├── proximity   sites, paths and distances
+//!     └── outputs     exports and maps
+//!   mesh              triangulations in memory
+//!   tool              the command
+//!
+//!   columns, views    answers as numpy arrays, and memory that Python reads without a copy
+//!   runtime, error    waiting with Ctrl-C, asyncio, forks; Python's exceptions
 //! ```
 #![allow(missing_docs, reason = "the Python part documents what is public")]
 
