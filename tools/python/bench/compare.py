@@ -1,16 +1,16 @@
 """Measures the package beside the tool, scipy, matplotlib and numpy.
 
-Needs requirements-test.txt, and the command tiletool of the same version, built with optimisation. What is compared runs in
-turns, in processes of its own, and the medians of the rounds are printed:
+Needs requirements-test.txt, and the command tiletool of the same version, built with optimisation. What is compared
+runs in turns, in processes of its own, and the medians of the rounds are printed:
 
     python bench/compare.py --tool ../../target/release/tiletool --wheel target/wheels/*.whl
 
 - build: the call ``build(array)``, and its whole process, which reads the array first, beside the whole process
   ``tiletool build`` on the same file.
-- memory: the highest resident size during ``build(array)``, less the array. It includes the interpreter and numpy, whose size
-  is printed, too.
-- locate: random points in the same triangulation. Cold is the first call, with the opening of the file or the making of the
-  trifinder; warm is the second call, with other points.
+- memory: the highest resident size during ``build(array)``, less the array. It includes the interpreter and numpy,
+  whose size is printed, too.
+- locate: random points in the same triangulation. Cold is the first call, with the opening of the file or the making
+  of the trifinder; warm is the second call, with other points.
 - import: within new processes; the import of numpy is a part of that of delaunay_tiles.
 """
 
@@ -242,11 +242,13 @@ def report(options: argparse.Namespace, seconds: dict[str, list[float]], ratios:
     for name, found in ratios.items():
         limit, is_more_better = BARS[name]
         is_good = found >= limit if is_more_better else found <= limit
-        print(f"| {name} | {found:.2f} | {'≥' if is_more_better else '≤'} {limit:g} | {'yes' if is_good else 'NO'} |")
+        wanted = f"{'≥' if is_more_better else '≤'} {limit:g}"
+        print(f"| {name} | {found:.2f} | {wanted} | {'yes' if is_good else 'NO'} |")
     packages = ", ".join(f"{name} {installed(name)}" for name in ("numpy", "scipy", "matplotlib"))
     command = [options.tool, "--version"]
     tool = subprocess.run(command, capture_output=True, text=True).stdout.strip() if options.tool else "no tiletool"
-    print(f"\n{options.points:,} points, {options.vertices:,} vertices, {options.queries:,} queries, {options.rounds} rounds")
+    print(f"\n{options.points:,} points, {options.vertices:,} vertices, {options.queries:,} queries,", end=" ")
+    print(f"{options.rounds} rounds")
     print(f"delaunay_tiles {own_version()}, {tool}, {packages}")
     print(f"Python {platform.python_version()}, {platform.system()} {platform.release()}, {os.cpu_count()} processors")
 

@@ -20,12 +20,10 @@ def files(tmp_path, monkeypatch) -> Path:
     """A folder with the files that the pages read."""
     rows = [f"{x},{y},{x + 2 * y}" for y in range(21) for x in range(21)]
     (tmp_path / "survey.csv").write_text("\n".join(["x,y,z", *rows, ""]))
-    shops = [{"name": f"shop {number}", "at": at} for number, at in enumerate(SITES)]
-    points = [
-        {"type": "Feature", "properties": {"name": shop["name"]}, "geometry": {"type": "Point", "coordinates": shop["at"]}}
-        for shop in shops
-    ]
-    (tmp_path / "shops.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": points}))
+    shops = json.loads(collection("Point", SITES))
+    for number, shop in enumerate(shops["features"]):
+        shop["properties"] = {"name": f"shop {number}"}
+    (tmp_path / "shops.geojson").write_text(json.dumps(shops))
     house = [[8, 6], [12, 6], [12, 14], [8, 14], [8, 6]]
     (tmp_path / "houses.geojson").write_text(collection("Polygon", [[house]]))
     (tmp_path / "ditches.geojson").write_text(collection("LineString", [[[14, 4], [18, 8.5]]]))

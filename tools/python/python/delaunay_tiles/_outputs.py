@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 from typing import Any
 
 import numpy as np
@@ -120,6 +119,9 @@ class Pictures(Outputs, TileByTile):
         if out is not None:
             self._ask(lambda awaited: self._reader.plot(path_text(out, "out"), awaited))
             return None
+        # Only here, because its import takes a while.
+        import tempfile
+
         with tempfile.TemporaryDirectory() as folder:
             picture = os.path.join(folder, "map.png")
             self._ask(lambda awaited: self._reader.plot(picture, awaited))
