@@ -26,7 +26,7 @@ def notebook():
 def test_the_notebook_runs(notebook):
     resources = {"metadata": {"path": str(DOCS)}}
     # It raises the first exception of a cell.
-    nbclient.NotebookClient(notebook, timeout=120, record_timing=False, resources=resources).execute()
+    nbclient.NotebookClient(notebook, timeout=300, record_timing=False, resources=resources).execute()
 
 
 def test_the_kept_outputs_are_small_and_of_the_whole_notebook():
