@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from os import fspath
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
@@ -41,6 +41,14 @@ def point(values: Any, name: str) -> np.ndarray:
 def is_single(values: Any) -> bool:
     """Returns whether values are one point rather than a list of points."""
     return np.ndim(values) == 1 and np.size(values) > 0
+
+
+@overload
+def byte_count(size: int | str, name: str) -> int: ...
+
+
+@overload
+def byte_count(size: None, name: str) -> None: ...
 
 
 def byte_count(size: int | str | None, name: str) -> int | None:

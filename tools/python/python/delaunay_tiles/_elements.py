@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
@@ -14,6 +14,14 @@ from ._arguments import coordinates
 from ._base import Questions
 
 Bounds = tuple[float, float, float, float]
+
+
+@overload
+def box(bounds: Bounds) -> Bounds: ...
+
+
+@overload
+def box(bounds: None) -> None: ...
 
 
 def box(bounds: Any) -> Bounds | None:
@@ -239,6 +247,7 @@ class Elements(Questions):
 
         Examples
         --------
+        >>> import pyarrow
         >>> pyarrow.table(t.arrow("vertices")).num_rows == t.metadata.vertices
         True
         """

@@ -54,7 +54,7 @@ def _one(item: Any, is_polygon: bool, name: str) -> bytes:
     return _polygon([positions]) if is_polygon else _line(positions)
 
 
-def _shape(shape: dict, name: str) -> bytes:
+def _shape(shape: dict[str, Any], name: str) -> bytes:
     """Returns a GeoJSON object as well-known binary."""
     kind = shape.get("type")
     if kind == "Feature":

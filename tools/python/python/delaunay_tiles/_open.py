@@ -30,7 +30,7 @@ class Tiles(OpenFile, Proximity, Pictures):
     def _ask(self, question: Callable[[bool], Any], answer: Callable[[Any], Any] = lambda found: found) -> Any:
         return answer(question(False))
 
-    def __reduce__(self) -> tuple:
+    def __reduce__(self) -> tuple[Any, ...]:
         about = self.metadata
         return _reopened, (self._path, about.file_id, about.generation, self._cache)
 
@@ -45,8 +45,7 @@ class AsyncTiles(OpenFile, Proximity, Outputs, Elements):
     """An open tile file, for asyncio. `aopen` makes it.
 
     It has the methods of `Tiles`, except `tiles`, `plot`, `to_geopandas` and `to_meshio`. Those that read the file
-    return an awaitable. An awaitable that is cancelled stops
-    the work.
+    return an awaitable. An awaitable that is cancelled stops the work.
     """
 
     __slots__ = ()

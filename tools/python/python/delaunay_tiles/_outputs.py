@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 from typing import Any
 
 import numpy as np
@@ -120,6 +119,9 @@ class Pictures(Outputs, TileByTile):
         if out is not None:
             self._ask(lambda awaited: self._reader.plot(path_text(out, "out"), awaited))
             return None
+        # Only here, because its import takes a while.
+        import tempfile
+
         with tempfile.TemporaryDirectory() as folder:
             picture = os.path.join(folder, "map.png")
             self._ask(lambda awaited: self._reader.plot(picture, awaited))
@@ -129,10 +131,10 @@ class Pictures(Outputs, TileByTile):
     def _plot_on(self, ax: Any, bounds: Bounds | None, style: dict[str, Any]) -> Any:
         from matplotlib.collections import LineCollection
 
-        style = {"colors": "0.4", "linewidths": 0.4} | style
+        drawn: dict[str, Any] = {"colors": "0.4", "linewidths": 0.4} | style
         for tile in self.tiles(bounds):
             rings = tile.corners[tile.triangles[:, [0, 1, 2, 0]]]
-            ax.add_collection(LineCollection(rings, **style))
+            ax.add_collection(LineCollection(rings, **drawn))
             fixed = tile.corners[
                 np.stack([tile.triangles, np.roll(tile.triangles, -1, axis=1)], axis=-1)[tile.constraints]
             ]
@@ -170,7 +172,7 @@ class Pictures(Outputs, TileByTile):
         import pyarrow
         import shapely
 
-        frame = pyarrow.table(self.arrow(kind, bounds)).to_pandas()  # type: ignore[attr-defined]
+        frame = pyarrow.table(self.arrow(kind, bounds)).to_pandas()
         has_z = self._reader.metadata()["has_z"]
         axes = "xyz" if has_z else "xy"
 

@@ -53,7 +53,7 @@ class PointFile:
 
     Examples
     --------
-    >>> ground = dt.PointFile("survey.csv", columns="x,y,z", every=2)
+    >>> ground = dt.PointFile("points.csv", columns="x,y,z", every=2)
     >>> dt.build(ground, "half.tiles", overwrite=True).points
     221
     """
@@ -86,7 +86,7 @@ class PointFile:
 def push(builder: _core.Builder, points: Any, are_all: bool = False, name: str = "points") -> None:
     """Pushes points to a builder. `are_all` tells whether no other points come."""
     if isinstance(points, (str, bytes, os.PathLike)):
-        points = PointFile(points)
+        points = PointFile(path_text(points, name))
     if isinstance(points, PointFile):
         path = path_text(points.path, name)
         builder.add_point_file(path, points._arguments(), points.keep_edges, are_all)

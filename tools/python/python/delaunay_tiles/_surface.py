@@ -239,7 +239,7 @@ class Ground(Questions):
         crs = self.crs
         return self._ask(
             lambda awaited: self._reader.raster(arguments, surface, awaited),
-            lambda found: Raster(found[0], tuple(map(float, found[1])), float(resolution), crs),
+            lambda found: Raster(found[0], tuple(found[1].tolist()), float(resolution), crs),
         )
 
     def contours(
@@ -265,14 +265,14 @@ class Ground(Questions):
 
         Examples
         --------
-        >>> sorted(set(t.contours(20).z))
-        [20.0, 40.0]
+        >>> np.unique(t.contours(20).z)
+        array([20., 40.])
         """
         surface = surface_arguments(holes, max_edge, from_hull, clip)
         crs = self.crs
         return self._ask(
             lambda awaited: self._reader.contours(float(step), float(base), surface, awaited),
-            lambda found: Contours(*found, crs),
+            lambda found: Contours(found[0], found[1], found[2], found[3], crs),
         )
 
     def profile(self, line: Any, *, holes: bool = False, max_edge: float | None = None, from_hull: bool = False) -> Any:

@@ -41,7 +41,7 @@ class Cache:
         """Requests that found their tile (``hits``), that did not (``misses``), and the ``bytes`` held now."""
         return dict(zip(("hits", "misses", "bytes"), self._core.statistics(), strict=True))
 
-    def __reduce__(self) -> tuple:
+    def __reduce__(self) -> tuple[Any, ...]:
         return Cache, (self.capacity,)
 
 
