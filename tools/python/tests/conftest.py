@@ -60,10 +60,14 @@ def collection(kind: str, shapes: list) -> str:
 
 @pytest.fixture(scope="session")
 def folder(run, tmp_path_factory) -> Path:
-    """A folder with town.tiles, and plain.tiles, which has the points and sites of the town but no lines."""
+    """A folder with town.tiles, and plain.tiles, which has the points and sites of the town but no lines.
+
+    The points are in points.csv, and in survey.csv for the examples.
+    """
     folder = tmp_path_factory.mktemp("town")
     rows = [f"{x},{y},{x + 2 * y}" for y in range(21) for x in range(21)]
-    (folder / "points.csv").write_text("\n".join(["x,y,z", *rows, ""]))
+    for name in ("points.csv", "survey.csv"):
+        (folder / name).write_text("\n".join(["x,y,z", *rows, ""]))
     sites = [f"{x},{y},shop {number}" for number, (x, y) in enumerate(SITES)]
     (folder / "sites.csv").write_text("\n".join(["x,y,id", *sites, ""]))
     (folder / "house.geojson").write_text(

@@ -239,6 +239,7 @@ class Elements(Questions):
 
         Examples
         --------
+        >>> import pyarrow
         >>> pyarrow.table(t.arrow("vertices")).num_rows == t.metadata.vertices
         True
         """

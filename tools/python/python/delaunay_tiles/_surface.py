@@ -265,7 +265,7 @@ class Ground(Questions):
 
         Examples
         --------
-        >>> sorted(set(t.contours(20).z))
+        >>> np.unique(t.contours(20).z).tolist()
         [20.0, 40.0]
         """
         surface = surface_arguments(holes, max_edge, from_hull, clip)
