@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use arrow_array::RecordBatch;
 use delaunay_tiles::Progress;
 use delaunay_tiles::input::{MissingZ, PointBatch, PointSource};
 use numpy::PyReadonlyArray2;
@@ -111,6 +112,13 @@ impl Builder {
         self.locked().as_ref().is_some_and(|work| work.builder.needs_points())
     }
 
+    /// Tells the builder that `rows` points will come, and no others, and how some of them are distributed.
+    fn expect(&self, py: Python<'_>, rows: u64, sample: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
+        let mut some = PointBatch::default();
+        batches::fill(&mut some, sample.as_array(), 0);
+        self.with(py, |work, _| Ok(work.builder.expect(rows, some.points)?))
+    }
+
     /// Pushes rows of x, y and perhaps z. `are_all` tells whether no other points come.
     fn add_points(&self, py: Python<'_>, points: PyReadonlyArray2<'_, f64>, are_all: bool) -> PyResult<()> {
         let rows = points.as_array();
@@ -145,6 +153,8 @@ impl Builder {
         self.with(py, |work, runtime| {
             let first = work.records;
             let mut batch = PointBatch::default();
+            // A stream without rows may have no batch, in which wrong columns would be found.
+            batches::fill_from_arrow(&mut batch, &RecordBatch::new_empty(stream.schema()), first)?;
             for records in stream {
                 let records = records.map_err(|error| Failure::input(error.to_string()))?;
                 for start in (0..records.num_rows()).step_by(ROWS) {
