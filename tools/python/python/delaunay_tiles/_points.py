@@ -109,7 +109,7 @@ def push(builder: _core.Builder, points: Any, are_all: bool = False, name: str =
         _note_crs(builder, series, name)
         points = _of_series(series, name)
     elif hasattr(points, "point_format") and hasattr(points, "x"):
-        _push_las(builder, points, name)
+        _push_las(builder, points, are_all, name)
         return
     elif hasattr(points, "__arrow_c_stream__") and not isinstance(points, np.ndarray):
         builder.note_source(name, _push_table(builder, points, name))
@@ -199,12 +199,16 @@ def _note_crs(builder: _core.Builder, series: Any, name: str) -> None:
         builder.take_crs(name, crs)
 
 
-def _push_las(builder: _core.Builder, las: Any, name: str) -> None:
+def _push_las(builder: _core.Builder, las: Any, are_all: bool, name: str) -> None:
     """Pushes the points of laspy, piece by piece: each of its coordinates is computed when it is asked for."""
+
+    def rows(piece: slice) -> np.ndarray:
+        return np.column_stack([np.asarray(axis[piece], dtype=np.float64) for axis in (las.x, las.y, las.z)])
+
+    if are_all:
+        builder.expect(len(las), rows(slice(None, None, max(len(las) // _SAMPLE, 1))))
     for start in range(0, len(las), _CHUNK):
-        piece = slice(start, start + _CHUNK)
-        rows = np.column_stack([np.asarray(axis[piece], dtype=np.float64) for axis in (las.x, las.y, las.z)])
-        builder.add_points(rows, False)
+        builder.add_points(rows(slice(start, start + _CHUNK)), False)
     builder.note_source(name, len(las))
 
 
