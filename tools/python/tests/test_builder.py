@@ -11,6 +11,9 @@ from conftest import collection
 import delaunay_tiles as dt
 
 XY = np.random.default_rng(21).uniform(0, 9, (500, 2))
+# So little memory that a build of many points has many blocks.
+BLOCKS = {"memory": "12MiB", "tile_vertices": 4096, "threads": 1}
+
 WALL = [[(1, 1), (8, 8)]]
 
 
@@ -195,16 +198,16 @@ class Interruption:
 def test_an_interrupted_build_of_a_file_goes_on(tmp_path):
     points = tmp_path / "points.f64"
     np.random.default_rng(2).random((600_000, 2)).tofile(points)
-    dt.build(points, tmp_path / "whole.tiles", memory="64MiB")
+    dt.build(points, tmp_path / "whole.tiles", **BLOCKS)
     out = tmp_path / "t.tiles"
     with pytest.raises(KeyboardInterrupt):
-        dt.build(points, out, memory="64MiB", progress=Interruption())
+        dt.build(points, out, **BLOCKS, progress=Interruption())
     assert not out.exists()
     kept = [path.name for path in tmp_path.iterdir() if path.name.startswith("t.tiles")]
     assert kept, "the work of a build that can be resumed stays"
     with pytest.raises(FileExistsError, match="resume=True"):
-        dt.build(points, out, memory="64MiB")
-    summary = dt.build(points, out, memory="64MiB", resume=True)
+        dt.build(points, out, **BLOCKS)
+    summary = dt.build(points, out, **BLOCKS, resume=True)
     assert summary.resumed_blocks > 0 and summary.points == 600_000
     assert dt.open(out).digest() == dt.open(tmp_path / "whole.tiles").digest()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["points.f64", "t.tiles", "whole.tiles"]

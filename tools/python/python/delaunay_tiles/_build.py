@@ -333,7 +333,8 @@ def build(
     MemoryLimitError, OSError
         The memory or the disk does not suffice.
     KeyboardInterrupt
-        Ctrl-C ends a build within half a second, and leaves no file.
+        Ctrl-C ends a build within half a second. It leaves no half file; only the work of a build that can be
+        resumed stays.
 
     Examples
     --------

@@ -17,7 +17,7 @@ use super::batches::{self, ROWS};
 use super::options::{BuildArguments, ReadArguments, Role};
 use super::work::{Stop, Work, is_poly};
 use crate::error::{Failure, Outcome};
-use crate::runtime::{runtime, work_or_cancel};
+use crate::runtime::{is_orphan, runtime, work_or_cancel};
 
 /// The number of points of an array that show the builder in advance how they are distributed.
 const SAMPLE: usize = 1 << 16;
@@ -75,6 +75,8 @@ impl Builder {
     }
 
     fn take(&self) -> PyResult<Work> {
+        // Before the work is taken, which would be dropped, with its files, if this failed afterwards.
+        runtime()?;
         let work = self.locked().take();
         work.ok_or_else(|| PyRuntimeError::new_err("the builder has finished, or another thread is using it"))
     }
@@ -238,6 +240,19 @@ impl Builder {
     /// Discards the work.
     fn close(&self, py: Python<'_>) {
         let work = self.locked().take();
-        py.detach(|| drop(work));
+        py.detach(|| discard(work));
+    }
+}
+
+impl Drop for Builder {
+    fn drop(&mut self) {
+        discard(self.locked().take());
+    }
+}
+
+/// Drops work, and its files. In a child of a fork they belong to the parent, which goes on with them.
+fn discard(work: Option<Work>) {
+    if is_orphan() {
+        std::mem::forget(work);
     }
 }
