@@ -102,7 +102,8 @@ def test_decimals_are_numbers(tmp_path):
 
 def test_tables_without_rows_have_no_points(tmp_path):
     empty = [TABLE.slice(0, 0), TABLE.schema.empty_table(), pandas.DataFrame({"x": [], "y": []}, dtype=float)]
-    empty += [polars.DataFrame(TABLE).clear(), geopandas.GeoSeries([]), Las(XYZ[:0]), geoarrow(2, is_interleaved=True)[:0]]
+    empty += [polars.DataFrame(TABLE).clear(), geopandas.GeoSeries([]), Las(XYZ[:0])]
+    empty += [geoarrow(2, is_interleaved=True)[:0], geoarrow(2, is_interleaved=False)[:0]]
     for points in empty:
         assert dt.build(points, tmp_path / "t.tiles", overwrite=True).vertices == 0, points
 

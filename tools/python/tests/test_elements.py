@@ -154,7 +154,8 @@ def test_places_are_those_of_the_tool(tiles, run, tmp_path):
     (tmp_path / "batch.csv").write_text("".join(f"{x!r},{y!r}\n" for x, y in xy.tolist()))
     points = [each.points for each in tiles.tiles()]
     theirs = []
-    for row in csv.DictReader(run("query", "locate", tiles.name, "--batch", tmp_path / "batch.csv", "--csv").splitlines()):
+    printed = run("query", "locate", tiles.name, "--batch", tmp_path / "batch.csv", "--csv")
+    for row in csv.DictReader(printed.splitlines()):
         names = [row[f"vertex_{i}"] for i in range(3) if row[f"vertex_{i}"]]
         numbers = [tuple(map(int, name.split(":"))) for name in names]
         theirs.append((row["element"], key([points[owner][index].tolist() for owner, index in numbers])))

@@ -32,7 +32,8 @@ def read_grid(path) -> np.ndarray:
 
 
 def lines_of(contours: dt.Contours) -> list[tuple]:
-    return sorted((z, closed, contours[i].tolist()) for i, (z, closed) in enumerate(zip(contours.z, contours.closed, strict=True)))
+    pairs = zip(contours.z, contours.closed, strict=True)
+    return sorted((z, closed, contours[i].tolist()) for i, (z, closed) in enumerate(pairs))
 
 
 def test_heights_are_those_of_the_tool(survey, run, tmp_path, surface):
@@ -136,7 +137,8 @@ def test_polygons_of_any_kind_clip_alike(survey):
     polygon = shapely.Polygon(RING)
     expected = survey.volume(0, clip=np.array(RING))
     series = geopandas.GeoSeries([polygon], crs=25832)
-    kinds = [RING, [RING], RING[:-1], polygon, [polygon], polygon.wkb, [polygon.wkb], series, series.to_frame("geometry")]
+    kinds = [RING, [RING], RING[:-1], polygon, [polygon], polygon.wkb, [polygon.wkb]]
+    kinds += [series, series.to_frame("geometry")]
     kinds += [polygon.__geo_interface__, {"type": "Feature", "geometry": polygon.__geo_interface__}, [polygon, None]]
     for clip in kinds:
         assert survey.volume(0, clip=clip) == expected

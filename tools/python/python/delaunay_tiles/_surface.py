@@ -49,7 +49,9 @@ def _check_crs(clip: Any, crs: str | None) -> None:
         return
     code = given.to_epsg()
     if None not in (code, expected) and code != expected:
-        raise ValueError(f"clip is in EPSG:{code}, and the file in EPSG:{expected}; convert it: clip.to_crs({expected})")
+        raise ValueError(
+            f"clip is in EPSG:{code}, and the file in EPSG:{expected}; convert it: clip.to_crs({expected})"
+        )
 
 
 @dataclass(frozen=True, slots=True)
