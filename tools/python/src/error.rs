@@ -56,7 +56,7 @@ impl Failure {
 
     /// Returns a `ValueError` for an argument, in the words of the command line.
     pub fn argument(text: String) -> Self {
-        Self::value(in_python(text))
+        Self::value(with_keywords(&text))
     }
 
     /// Returns an exception for an error of the tool.
@@ -69,6 +69,7 @@ impl Failure {
             Some(exception) => Self(exception),
             None => match error.downcast::<ReadError>() {
                 Ok(error) => error.into(),
+                Err(error) if error.chain().any(is_of_question) => Self(python::QueryError::new_err(words)),
                 Err(_) => Self(python::Error::new_err(words)),
             },
         }
@@ -126,6 +127,26 @@ fn in_python(words: String) -> String {
     replaced.fold(words.clone(), |words, (option, argument)| {
         words.replace(option, argument)
     })
+}
+
+/// Returns words with keyword arguments instead of options: `max_edge` instead of `--max-edge`.
+fn with_keywords(words: &str) -> String {
+    let mut parts = words.split("--");
+    let mut replaced = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let is_of_name = |c: char| c.is_ascii_alphanumeric() || c == '-';
+        let (name, rest) = part.split_at(part.find(|c| !is_of_name(c)).unwrap_or(part.len()));
+        replaced.extend([name.replace('-', "_").as_str(), rest]);
+    }
+    replaced
+}
+
+/// Returns whether an error says that the file cannot answer a question.
+fn is_of_question(error: &(dyn Error + 'static)) -> bool {
+    match error.downcast_ref::<ExportError>() {
+        Some(error) => matches!(error, ExportError::Terrain(_)),
+        None => error.is::<TerrainError>() || error.is::<QueryError>(),
+    }
 }
 
 /// Returns the exception of an error of the operating system, or `None` if it is another one.

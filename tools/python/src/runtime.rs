@@ -32,12 +32,17 @@ pub fn in_child_of_fork() {
     IS_ORPHAN.store(RUNTIME.get().is_some(), Ordering::Relaxed);
 }
 
+/// Returns whether this process is a child of a fork, in which the threads of the runtime do not exist.
+pub fn is_orphan() -> bool {
+    IS_ORPHAN.load(Ordering::Relaxed)
+}
+
 /// Returns the runtime.
 ///
 /// # Errors
 /// Fails in a child of a fork, and if the system refuses threads.
 pub fn runtime() -> PyResult<&'static Runtime> {
-    if IS_ORPHAN.load(Ordering::Relaxed) {
+    if is_orphan() {
         return Err(PyRuntimeError::new_err(
             "this process was forked after delaunay_tiles had started its threads, which do not exist here; start \
              processes with the method 'spawn' or 'forkserver' (multiprocessing.get_context), or use delaunay_tiles \

@@ -60,10 +60,14 @@ def collection(kind: str, shapes: list) -> str:
 
 @pytest.fixture(scope="session")
 def folder(run, tmp_path_factory) -> Path:
-    """A folder with town.tiles, and plain.tiles, which has the points and sites of the town but no lines."""
+    """A folder with town.tiles, and plain.tiles, which has the points and sites of the town but no lines.
+
+    The points are in points.csv, and in survey.csv for the examples.
+    """
     folder = tmp_path_factory.mktemp("town")
     rows = [f"{x},{y},{x + 2 * y}" for y in range(21) for x in range(21)]
-    (folder / "points.csv").write_text("\n".join(["x,y,z", *rows, ""]))
+    for name in ("points.csv", "survey.csv"):
+        (folder / name).write_text("\n".join(["x,y,z", *rows, ""]))
     sites = [f"{x},{y},shop {number}" for number, (x, y) in enumerate(SITES)]
     (folder / "sites.csv").write_text("\n".join(["x,y,id", *sites, ""]))
     (folder / "house.geojson").write_text(
@@ -82,6 +86,33 @@ def folder(run, tmp_path_factory) -> Path:
 def town(folder) -> dt.Tiles:
     """The town, open."""
     return dt.open(folder / "town.tiles")
+
+
+@pytest.fixture(scope="session")
+def survey(run, tmp_path_factory) -> dt.Tiles:
+    """A hilly survey of 3,000 points with z in many tiles, with break lines, a wall, a hole and sites."""
+    folder = tmp_path_factory.mktemp("survey")
+    xy = np.random.default_rng(11).uniform(0, 100, (3000, 2))
+    z = np.sin(xy[:, 0] / 9) * 20 + xy[:, 1] / 4
+    np.column_stack([xy, z]).astype("<f8").tofile(folder / "points.f64")
+    (folder / "ridge.geojson").write_text(collection("LineString", [[[10, 10], [50, 30], [90, 80]]]))
+    (folder / "wall.geojson").write_text(collection("LineString", [[[60, 10], [60, 25]]]))
+    (folder / "pit.geojson").write_text(collection("Polygon", [[[[20, 60], [40, 60], [30, 80], [20, 60]]]]))
+    (folder / "sites.csv").write_text("x,y,id\n5,5,west\n95,50,östlich\n55,50,7\n")
+    lines = ["--segments", "ridge.geojson", "--walls", "wall.geojson", "--obstacles", "pit.geojson"]
+    options = ["--dims", 3, "--tile-vertices", 256, "--crs", "EPSG:25832", "--sites", "sites.csv", "--quiet"]
+    run("build", "points.f64", *lines, *options, "-o", "survey.tiles", cwd=folder)
+    return dt.open(folder / "survey.tiles")
+
+
+@pytest.fixture(scope="session")
+def small(run, tmp_path_factory) -> dict[str, dt.Tiles]:
+    """Files with few points: none, one, two with z, and three on a line."""
+    folder = tmp_path_factory.mktemp("small")
+    rows = {"none": [], "one": [(1, 2)], "two": [(1, 1, 5.0), (2, 2, 6.0)], "line": [(0, 0), (1, 1), (2, 2)]}
+    for name, points in rows.items():
+        dt.build(np.array(points, dtype=np.float64).reshape(len(points), -1 if points else 2), folder / f"{name}.tiles")
+    return {name: dt.open(folder / f"{name}.tiles") for name in rows}
 
 
 @pytest.fixture(scope="session")

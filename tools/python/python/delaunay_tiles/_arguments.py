@@ -17,7 +17,11 @@ def coordinates(values: Any, name: str = "xy", widths: tuple[int, ...] = (2,)) -
 
     An array that has this form already is returned itself, without a copy.
     """
-    array = np.asarray(values)
+    refuse_masked(values, name)
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
     if array.dtype.kind not in "fiu" and array.size > 0:
         raise TypeError(f"{name} must hold real numbers, not {array.dtype}")
     if array.ndim == 1 and array.size in widths:
@@ -28,6 +32,27 @@ def coordinates(values: Any, name: str = "xy", widths: tuple[int, ...] = (2,)) -
         expected = " or ".join(f"(n, {width})" for width in widths)
         raise ValueError(f"{name} must have the shape {expected}, not {array.shape}")
     return np.require(array, np.float64, ["C", "ALIGNED"])
+
+
+def refuse_masked(values: Any, name: str) -> None:
+    """Refuses an array with masked values, because its mask would get lost."""
+    if np.ma.is_masked(values):
+        raise ValueError(f"{name} has masked values; leave their rows out")
+
+
+def finite(value: Any, name: str) -> float:
+    """Returns a number that is neither NaN nor infinite."""
+    number = float(value)
+    if not np.isfinite(number):
+        raise ValueError(f"{name} must be a finite number, not {value!r}")
+    return number
+
+
+def word(value: Any, name: str) -> str:
+    """Returns one of several words, which the compiled part knows."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name} must be a text, not {type(value).__name__}")
+    return value
 
 
 def point(values: Any, name: str) -> np.ndarray:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from . import _core, _points
-from ._arguments import byte_count, coordinates, path_text, positive
+from ._arguments import byte_count, coordinates, path_text, positive, word
 from ._geometry import crs_of, wkb
 from ._progress import Observer, observer
 
@@ -101,10 +101,10 @@ class Builder:
             "memory": byte_count(memory, "memory"),
             "threads": None if threads is None else positive(threads, "threads"),
             "tile_vertices": positive(tile_vertices, "tile_vertices"),
-            "duplicates": duplicates,
-            "crossings": crossings,
-            "exterior": exterior,
-            "missing_z": missing_z,
+            "duplicates": word(duplicates, "duplicates"),
+            "crossings": word(crossings, "crossings"),
+            "exterior": word(exterior, "exterior"),
+            "missing_z": word(missing_z, "missing_z"),
             "compress": bool(compress),
             "work_folder": None if work_folder is None else path_text(work_folder, "work_folder"),
             "overwrite": bool(overwrite),
@@ -120,7 +120,7 @@ class Builder:
         Raises
         ------
         ValueError
-            An array has another shape, or a coordinate is NaN, infinite or out of range.
+            An array has another shape, a coordinate is NaN, infinite or out of range, or values are masked or null.
         TypeError
             The numbers are not real.
         """
@@ -148,12 +148,12 @@ class Builder:
 
         Parameters
         ----------
-        sites : array, GeoSeries, GeoDataFrame, path or list of paths
-            Their positions. They must come before points.
+        sites : array, table, GeoSeries, GeoDataFrame, path or list of paths
+            Their positions. They must come before points. A table has columns x, y and perhaps z.
         ids : iterable, optional
             An id for each site; its number without it.
         site_id : str, optional
-            The column or property that holds the ids, in a file or a GeoDataFrame.
+            The column or property that holds the ids, in a file, a table or a GeoDataFrame.
         """
         if isinstance(sites, (str, bytes, os.PathLike)):
             self._core.add_site_file(path_text(sites, "sites"), site_id)
@@ -163,14 +163,16 @@ class Builder:
                 self.add_sites(item, site_id=site_id)
             return
         if site_id is not None and ids is None:
-            ids = sites[site_id]
+            ids = _points._column(sites, site_id, "sites")
         series = getattr(sites, "geometry", sites)
         if hasattr(series, "geom_type"):
             crs = crs_of(series)
             if crs is not None:
                 self._core.take_crs("sites", crs)
             sites = _points._of_series(series, "sites")
-        texts = None if ids is None else [str(item) for item in ids]
+        elif hasattr(sites, "__arrow_c_stream__"):
+            sites = _points._of_table(sites, "sites")
+        texts = None if ids is None else [_id_text(item, number) for number, item in enumerate(ids)]
         self._core.add_sites(coordinates(sites, "sites", (2, 3)), texts)
 
     def add_holes(self, xy: Any) -> None:
@@ -212,6 +214,18 @@ class Builder:
             self.finish()
         else:
             self.close()
+
+
+def _id_text(item: Any, number: int) -> str:
+    """Returns the id of a site as text."""
+    try:
+        is_missing = item is None or bool(item != item)
+    except TypeError:
+        # NA of pandas is neither equal to itself nor not.
+        is_missing = True
+    if is_missing:
+        raise ValueError(f"the id of site {number} is missing; give each site one")
+    return str(item)
 
 
 def crs_text(crs: Any) -> str | None:
@@ -313,13 +327,14 @@ def build(
     FileExistsError
         `out` exists, and `overwrite` is not set.
     BuildError
-        Lines cross, a ring does not close, or two points coincide and `duplicates` is "error".
+        Lines cross, two points coincide and `duplicates` is "error", or more disk is needed than is free.
     InputError, ValueError, TypeError
         An input cannot be read, or has a value that is no coordinate.
     MemoryLimitError, OSError
         The memory or the disk does not suffice.
     KeyboardInterrupt
-        Ctrl-C ends a build within half a second, and leaves no file.
+        Ctrl-C ends a build within half a second. It leaves no half file; only the work of a build that can be
+        resumed stays.
 
     Examples
     --------

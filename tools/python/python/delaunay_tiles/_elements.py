@@ -49,6 +49,7 @@ class Places:
         The tile that has the triangle or the vertex, −1 outside.
     triangle : int64
         The number of the triangle in the tile, −1 outside. Of several at an edge or a vertex, always the same one.
+        If another tile owns the triangle, `Tile.triangle_ids` does not list it.
     corner : int64
         On an edge: the corner (0, 1, 2) at which it starts, counter-clockwise. On a vertex: its number in the tile.
         Otherwise −1.

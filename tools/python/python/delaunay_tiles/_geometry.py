@@ -22,9 +22,16 @@ def wkb(geometries: Any, are_polygons: bool, name: str) -> list[bytes]:
     """
     series = getattr(geometries, "geometry", geometries)
     if hasattr(series, "to_wkb"):
+        for kind in set(series.geom_type):
+            _refuse_points(kind, name)
         return [item or b"" for item in series.to_wkb()]
     if _is_one(geometries):
         geometries = [geometries]
+    if not isinstance(geometries, Iterable):
+        raise TypeError(
+            f"{name} must be a list of arrays of positions, geometries or well-known binary, not "
+            f"{type(geometries).__name__}"
+        )
     return [_one(item, are_polygons, f"{name}[{number}]") for number, item in enumerate(geometries)]
 
 
@@ -46,12 +53,19 @@ def _one(item: Any, is_polygon: bool, name: str) -> bytes:
         return item
     encoded = getattr(item, "wkb", None)
     if isinstance(encoded, bytes):
+        _refuse_points(getattr(item, "geom_type", None), name)
         return encoded
     shape = item if isinstance(item, dict) else getattr(item, "__geo_interface__", None)
     if shape is not None:
         return _shape(shape, name)
     positions = coordinates(item, name, (2, 3))
     return _polygon([positions]) if is_polygon else _line(positions)
+
+
+def _refuse_points(kind: Any, name: str) -> None:
+    """Refuses points, which well-known binary may have, but which are neither lines nor polygons."""
+    if kind in ("Point", "MultiPoint"):
+        raise ValueError(f"{name} must be made of lines or polygons, not {kind!r}")
 
 
 def _shape(shape: dict[str, Any], name: str) -> bytes:

@@ -32,6 +32,7 @@ class Outputs(Ground):
     __slots__ = ()
 
     _path: str
+    crs: str | None
 
     def export(
         self,
@@ -64,8 +65,12 @@ class Outputs(Ground):
         >>> t.export("town.ply")["files"]
         ['town.ply']
         """
-        surface = surface_arguments(holes, max_edge, from_hull, clip)
+        surface = surface_arguments(holes, max_edge, from_hull, clip, self.crs)
         target = path_text(out, "out")
+        if target == "-":
+            raise ValueError("out must be a file, not standard output")
+        if refused := options.keys() & {"help", "version", "output", "verbose"}:
+            raise ValueError(f"{min(refused)} is no option of an export in Python")
         arguments = [self._path, f"--output={target}"]
         given = {"all": holes, "max_edge": max_edge, "from_hull": from_hull} | options
         for name, value in given.items():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, islice
 from typing import Any
@@ -11,11 +11,16 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._arguments import coordinates, path_text, positive
+from ._arguments import coordinates, path_text, positive, refuse_masked
 from ._geometry import crs_of
 
 # The number of points that are converted at once.
 _CHUNK = 1 << 18
+
+# The number of points of an array that show the builder in advance how they are distributed.
+_SAMPLE = 1 << 16
+
+_KINDS = "an array of shape (n, 2) or (n, 3), a path, a table or an iterable of these"
 
 
 @dataclass(frozen=True)
@@ -34,7 +39,7 @@ class PointFile:
         For text: the columns of the coordinates by name or number, such as ``"lon,lat,height"``.
     dims : int
         For raw f64: 2 or 3 numbers a point.
-    classes : sequence of int
+    classes : int or sequence of int
         For LAS: keep only these classes; 2 is ground.
     returns : {"all", "first", "last"}
         For LAS: keep only these returns.
@@ -62,7 +67,7 @@ class PointFile:
     format: str | None = None
     columns: str | None = None
     dims: int = 2
-    classes: Sequence[int] = ()
+    classes: int | Sequence[int] = ()
     returns: str = "all"
     keep_withheld: bool = False
     bounds: tuple[float, float, float, float] | None = None
@@ -78,9 +83,17 @@ class PointFile:
             raise ValueError(f"dims must be 2 or 3, not {self.dims!r}")
         return {name: getattr(self, name) for name in names} | {
             "dims": self.dims,
-            "classes": [int(number) for number in self.classes],
+            "classes": _classes(self.classes),
             "every": positive(self.every, "every"),
         }
+
+
+def _classes(classes: Any) -> list[int]:
+    numbers = list(classes) if isinstance(classes, Iterable) else [classes]
+    for number in numbers:
+        if not hasattr(number, "__index__") or not 0 <= number < 256:
+            raise ValueError(f"classes must be whole numbers from 0 to 255, not {number!r}")
+    return [number.__index__() for number in numbers]
 
 
 def push(builder: _core.Builder, points: Any, are_all: bool = False, name: str = "points") -> None:
@@ -96,28 +109,44 @@ def push(builder: _core.Builder, points: Any, are_all: bool = False, name: str =
         _note_crs(builder, series, name)
         points = _of_series(series, name)
     elif hasattr(points, "point_format") and hasattr(points, "x"):
-        _push_las(builder, points, name)
+        _push_las(builder, points, are_all, name)
         return
     elif hasattr(points, "__arrow_c_stream__") and not isinstance(points, np.ndarray):
-        builder.note_source(name, builder.add_arrow(points))
+        builder.note_source(name, _push_table(builder, points, name))
         return
     if _is_array(points):
         _push_rows(builder, points, are_all, name)
-    elif isinstance(points, Iterable):
+    elif isinstance(points, Iterable) and not isinstance(points, Mapping):
         _push_iterable(builder, points, name)
     else:
-        raise TypeError(
-            f"{name} must be an array of shape (n, 2) or (n, 3), a path, a table or an iterable of these, not "
-            f"{type(points).__name__}"
-        )
+        raise TypeError(f"{name} must be {_KINDS}, not {type(points).__name__}")
 
 
 def _is_array(points: Any) -> bool:
-    return hasattr(points, "__array__") or (hasattr(points, "shape") and hasattr(points, "dtype"))
+    if isinstance(points, memoryview) or hasattr(points, "__array__"):
+        return True
+    return hasattr(points, "shape") and hasattr(points, "dtype")
+
+
+def _aligned(rows: Any) -> np.ndarray:
+    """Returns rows as the compiled part takes them."""
+    return np.require(np.asarray(rows), np.float64, ["C", "ALIGNED"])
+
+
+def _push_table(builder: _core.Builder, points: Any, name: str) -> int:
+    try:
+        return builder.add_arrow(points)
+    except ValueError as error:
+        if "C data struct as a Schema" not in str(error):
+            raise
+        raise TypeError(
+            f"{name} is one column of Arrow, {type(points).__name__}, and no table with columns x and y"
+        ) from None
 
 
 def _push_rows(builder: _core.Builder, points: Any, are_all: bool, name: str) -> None:
     """Pushes an array: of float64 without a copy, of other numbers piece by piece."""
+    refuse_masked(points, name)
     if not hasattr(points, "shape") or not hasattr(points, "dtype"):
         points = np.asarray(points)
     if len(points.shape) != 2 or points.shape[1] not in (2, 3):
@@ -127,17 +156,41 @@ def _push_rows(builder: _core.Builder, points: Any, are_all: bool, name: str) ->
     if isinstance(points, np.ndarray) and points.dtype == np.float64 and points.dtype.isnative and points.flags.aligned:
         builder.add_points(points.view(np.ndarray), are_all)
     else:
+        if are_all and isinstance(points, np.ndarray):
+            step = max(len(points) // _SAMPLE, 1)
+            builder.expect(len(points), _aligned(points[::step]))
         for start in range(0, points.shape[0], _CHUNK):
-            piece = np.asarray(points[start : start + _CHUNK], dtype=np.float64)
-            builder.add_points(np.ascontiguousarray(piece), False)
+            builder.add_points(_aligned(points[start : start + _CHUNK]), False)
     builder.note_source(name, points.shape[0])
 
 
 def _of_series(series: Any, name: str) -> np.ndarray:
     if not (series.geom_type == "Point").all():
-        raise ValueError(f"{name} must have points only; it has {', '.join(sorted(set(map(str, series.geom_type))))}")
+        kinds = ", ".join(sorted({kind if isinstance(kind, str) else "None" for kind in series.geom_type}))
+        raise ValueError(f"{name} must have points only; it has {kinds}")
+    if series.has_z.any() and not series.has_z.all():
+        row = int(np.argmin(np.asarray(series.has_z)))
+        raise ValueError(f"{name} has points with and without z; row {row} has none")
     columns = [series.x, series.y, series.z] if series.has_z.all() and len(series) else [series.x, series.y]
     return np.column_stack([np.asarray(column, dtype=np.float64) for column in columns])
+
+
+def _column(table: Any, column: str, name: str) -> Any:
+    """Returns a column of a table."""
+    columns = getattr(table, "column_names", getattr(table, "columns", None))
+    if columns is None:
+        raise TypeError(f"{name} must be a file or a table for a column {column!r}, not {type(table).__name__}")
+    if column not in list(columns):
+        raise ValueError(f"{name} has no column {column!r}; it has {', '.join(map(str, columns))}")
+    found = table[column]
+    return found.to_pylist() if hasattr(found, "to_pylist") else found
+
+
+def _of_table(table: Any, name: str) -> np.ndarray:
+    """Returns the columns x, y and perhaps z of a table as rows."""
+    columns = getattr(table, "column_names", getattr(table, "columns", ()))
+    axes = [_column(table, axis, name) for axis in "xyz" if axis != "z" or axis in list(columns)]
+    return np.column_stack([np.asarray(axis) for axis in axes])
 
 
 def _note_crs(builder: _core.Builder, series: Any, name: str) -> None:
@@ -146,20 +199,25 @@ def _note_crs(builder: _core.Builder, series: Any, name: str) -> None:
         builder.take_crs(name, crs)
 
 
-def _push_las(builder: _core.Builder, las: Any, name: str) -> None:
+def _push_las(builder: _core.Builder, las: Any, are_all: bool, name: str) -> None:
     """Pushes the points of laspy, piece by piece: each of its coordinates is computed when it is asked for."""
+
+    def rows(piece: slice) -> np.ndarray:
+        return np.column_stack([np.asarray(axis[piece], dtype=np.float64) for axis in (las.x, las.y, las.z)])
+
+    if are_all:
+        builder.expect(len(las), rows(slice(None, None, max(len(las) // _SAMPLE, 1))))
     for start in range(0, len(las), _CHUNK):
-        piece = slice(start, start + _CHUNK)
-        rows = np.column_stack([np.asarray(axis[piece], dtype=np.float64) for axis in (las.x, las.y, las.z)])
-        builder.add_points(rows, False)
+        builder.add_points(rows(slice(start, start + _CHUNK)), False)
     builder.note_source(name, len(las))
 
 
 def _push_iterable(builder: _core.Builder, points: Iterable[Any], name: str) -> None:
     """Pushes rows of numbers as one input, and other items as inputs of their own."""
     items = iter(points)
-    first = next(items, None)
-    if first is None:
+    for first in items:
+        break
+    else:
         builder.note_source(name, 0)
         return
     items = chain([first], items)
@@ -170,8 +228,8 @@ def _push_iterable(builder: _core.Builder, points: Iterable[Any], name: str) -> 
     count = 0
     while rows := list(islice(items, _CHUNK)):
         try:
-            array = np.asarray(rows, dtype=np.float64)
-        except (TypeError, ValueError):
+            array = np.asarray(rows)
+        except ValueError:
             raise ValueError(f"{name} must have rows (x, y) or (x, y, z) of numbers, all of one length") from None
         array = coordinates(array, name, (2, 3))
         builder.add_points(array, False)
@@ -185,4 +243,6 @@ def _is_row(item: Any) -> bool:
         return False
     if isinstance(item, np.ndarray):
         return item.ndim == 1
-    return isinstance(item, (list, tuple)) and len(item) in (2, 3) and all(isinstance(v, (int, float, np.number)) for v in item)
+    if not isinstance(item, (list, tuple)) or len(item) not in (2, 3):
+        return False
+    return all(isinstance(value, (int, float, np.number)) for value in item)

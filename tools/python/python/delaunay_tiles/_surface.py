@@ -7,16 +7,22 @@ from typing import Any
 
 import numpy as np
 
-from ._arguments import coordinates, is_single
+from ._arguments import coordinates, finite, is_single, point, word
 from ._base import Questions
 from ._elements import Bounds, box
 from ._geometry import wkb
 
 
 def surface_arguments(
-    holes: bool = False, max_edge: float | None = None, from_hull: bool = False, clip: Any = None
+    holes: bool = False,
+    max_edge: float | None = None,
+    from_hull: bool = False,
+    clip: Any = None,
+    crs: str | None = None,
 ) -> dict[str, Any]:
-    """Returns which triangles count, as the compiled part takes it."""
+    """Returns which triangles count, as the compiled part takes it; `crs` is that of the file."""
+    if clip is not None:
+        _check_crs(clip, crs)
     if max_edge is not None and not 0 < float(max_edge) < float("inf"):
         raise ValueError(f"max_edge must be a number above 0, not {max_edge!r}")
     if from_hull and max_edge is None:
@@ -27,6 +33,25 @@ def surface_arguments(
         "from_hull": bool(from_hull),
         "clip": None if clip is None else wkb(clip, True, "clip"),
     }
+
+
+def _check_crs(clip: Any, crs: str | None) -> None:
+    """Checks that polygons have the coordinate reference system of the file, as far as both have a code."""
+    given = getattr(clip, "crs", None)
+    if crs is None or not hasattr(given, "to_epsg"):
+        return
+    from pyproj import CRS
+    from pyproj.exceptions import CRSError
+
+    try:
+        expected = CRS.from_user_input(crs).to_epsg()
+    except CRSError:
+        return
+    code = given.to_epsg()
+    if None not in (code, expected) and code != expected:
+        raise ValueError(
+            f"clip is in EPSG:{code}, and the file in EPSG:{expected}; convert it: clip.to_crs({expected})"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,15 +251,15 @@ class Ground(Questions):
         >>> t.raster(2).values.shape
         (10, 10)
         """
-        surface = surface_arguments(holes, max_edge, from_hull, clip)
+        surface = surface_arguments(holes, max_edge, from_hull, clip, self.crs)
         arguments = {
             "resolution": float(resolution),
             "bounds": box(bounds),
-            "align": None if align is None else (float(align[0]), float(align[1])),
-            "what": what,
-            "z_factor": float(z_factor),
-            "azimuth": float(azimuth),
-            "altitude": float(altitude),
+            "align": None if align is None else tuple(point(align, "align").tolist()),
+            "what": word(what, "what"),
+            "z_factor": finite(z_factor, "z_factor"),
+            "azimuth": finite(azimuth, "azimuth"),
+            "altitude": finite(altitude, "altitude"),
         }
         crs = self.crs
         return self._ask(
@@ -265,10 +290,10 @@ class Ground(Questions):
 
         Examples
         --------
-        >>> np.unique(t.contours(20).z)
-        array([20., 40.])
+        >>> np.unique(t.contours(20).z).tolist()
+        [20.0, 40.0]
         """
-        surface = surface_arguments(holes, max_edge, from_hull, clip)
+        surface = surface_arguments(holes, max_edge, from_hull, clip, self.crs)
         crs = self.crs
         return self._ask(
             lambda awaited: self._reader.contours(float(step), float(base), surface, awaited),
@@ -314,9 +339,10 @@ class Ground(Questions):
         >>> round(t.volume(0, holes=True).area)
         400
         """
-        surface = surface_arguments(holes, max_edge, from_hull, clip)
+        surface = surface_arguments(holes, max_edge, from_hull, clip, self.crs)
+        height = finite(level, "level")
         return self._ask(
-            lambda awaited: self._reader.volume(float(level), surface, awaited), lambda found: Volume(*found)
+            lambda awaited: self._reader.volume(height, surface, awaited), lambda found: Volume(*found)
         )
 
     def _needs_z(self) -> None:

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use arrow_array::RecordBatch;
 use delaunay_tiles::Progress;
 use delaunay_tiles::input::{MissingZ, PointBatch, PointSource};
 use numpy::PyReadonlyArray2;
@@ -16,7 +17,7 @@ use super::batches::{self, ROWS};
 use super::options::{BuildArguments, ReadArguments, Role};
 use super::work::{Stop, Work, is_poly};
 use crate::error::{Failure, Outcome};
-use crate::runtime::{runtime, work_or_cancel};
+use crate::runtime::{is_orphan, runtime, work_or_cancel};
 
 /// The number of points of an array that show the builder in advance how they are distributed.
 const SAMPLE: usize = 1 << 16;
@@ -74,6 +75,8 @@ impl Builder {
     }
 
     fn take(&self) -> PyResult<Work> {
+        // Before the work is taken, which would be dropped, with its files, if this failed afterwards.
+        runtime()?;
         let work = self.locked().take();
         work.ok_or_else(|| PyRuntimeError::new_err("the builder has finished, or another thread is using it"))
     }
@@ -111,6 +114,13 @@ impl Builder {
         self.locked().as_ref().is_some_and(|work| work.builder.needs_points())
     }
 
+    /// Tells the builder that `rows` points will come, and no others, and how some of them are distributed.
+    fn expect(&self, py: Python<'_>, rows: u64, sample: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
+        let mut some = PointBatch::default();
+        batches::fill(&mut some, sample.as_array(), 0);
+        self.with(py, |work, _| Ok(work.builder.expect(rows, some.points)?))
+    }
+
     /// Pushes rows of x, y and perhaps z. `are_all` tells whether no other points come.
     fn add_points(&self, py: Python<'_>, points: PyReadonlyArray2<'_, f64>, are_all: bool) -> PyResult<()> {
         let rows = points.as_array();
@@ -145,6 +155,8 @@ impl Builder {
         self.with(py, |work, runtime| {
             let first = work.records;
             let mut batch = PointBatch::default();
+            // A stream without rows may have no batch, in which wrong columns would be found.
+            batches::fill_from_arrow(&mut batch, &RecordBatch::new_empty(stream.schema()), first)?;
             for records in stream {
                 let records = records.map_err(|error| Failure::input(error.to_string()))?;
                 for start in (0..records.num_rows()).step_by(ROWS) {
@@ -228,6 +240,19 @@ impl Builder {
     /// Discards the work.
     fn close(&self, py: Python<'_>) {
         let work = self.locked().take();
-        py.detach(|| drop(work));
+        py.detach(|| discard(work));
+    }
+}
+
+impl Drop for Builder {
+    fn drop(&mut self) {
+        discard(self.locked().take());
+    }
+}
+
+/// Drops work, and its files. In a child of a fork they belong to the parent, which goes on with them.
+fn discard(work: Option<Work>) {
+    if is_orphan() {
+        std::mem::forget(work);
     }
 }
