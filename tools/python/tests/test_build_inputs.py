@@ -300,3 +300,11 @@ def test_wrong_ids_are_refused(ids, text, tmp_path):
         builder.add_sites(XY[:2], ids=ids)
     builder.close()
     assert not list(tmp_path.iterdir())
+
+
+def test_ids_of_which_some_are_numbers_name_each_site(tmp_path):
+    sites = [(0.25, 0.5), (0.5, 0.5), (0.75, 0.5), (0.9, 0.5)]
+    with dt.Builder(tmp_path / "t.tiles") as builder:
+        builder.add_sites(sites, ids=["3", "b", "c", "d"])
+        builder.add_points([(0, 0), (1, 0), (1, 1), (0, 1)])
+    assert dt.open(tmp_path / "t.tiles").knn((0, 0.5), 4).id.tolist() == ["3", "b", "c", "d"]

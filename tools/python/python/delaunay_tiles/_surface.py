@@ -38,7 +38,7 @@ def surface_arguments(
 def _check_crs(clip: Any, crs: str | None) -> None:
     """Checks that polygons have the coordinate reference system of the file, as far as both have a code."""
     given = getattr(clip, "crs", None)
-    if crs is None or not hasattr(given, "to_epsg"):
+    if crs is None or given is None or not hasattr(given, "to_epsg"):
         return
     from pyproj import CRS
     from pyproj.exceptions import CRSError

@@ -2,9 +2,10 @@
 
 use arrow_array::cast::AsArray;
 use arrow_array::types::{
-    Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt16Type, UInt32Type, UInt64Type,
+    Decimal128Type, Decimal256Type, DecimalType, Float16Type, Float32Type, Float64Type, Int8Type, Int16Type, Int32Type,
+    Int64Type, UInt8Type, UInt16Type, UInt32Type, UInt64Type,
 };
-use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch};
+use arrow_array::{Array, ArrayRef, Float64Array, PrimitiveArray, RecordBatch};
 use arrow_schema::DataType;
 use delaunay_tiles::Point;
 use delaunay_tiles::input::{PointBatch, SiteBatch, SiteId};
@@ -52,7 +53,13 @@ pub fn sites(rows: ArrayView2<'_, f64>, ids: Option<Vec<String>>, first: u64) ->
     fill(&mut points, rows, 0);
     let ids: Vec<SiteId> = match ids {
         None => (first..).take(points.len()).map(SiteId::Number).collect(),
-        Some(ids) if ids.len() == points.len() => ids.into_iter().map(id).collect::<Outcome<_>>()?,
+        Some(ids) if ids.len() == points.len() => {
+            // A number that is an id is the number of its site too. Among texts, it could be that of another site.
+            let are_numbers = ids.iter().all(|id| number(id).is_some());
+            ids.into_iter()
+                .map(|text| id(text, are_numbers))
+                .collect::<Outcome<_>>()?
+        }
         Some(ids) => {
             return Err(Failure::value(format!(
                 "there are {} ids for {} sites; give one for each",
@@ -65,16 +72,21 @@ pub fn sites(rows: ArrayView2<'_, f64>, ids: Option<Vec<String>>, first: u64) ->
     Ok(SiteBatch { points, z, ids })
 }
 
-/// Returns a text as an id: a number if it is written as one.
-fn id(text: String) -> Outcome<SiteId> {
-    match text.parse::<u64>() {
-        Ok(number) if number.to_string() == text => Ok(SiteId::Number(number)),
-        _ if text.is_empty() || text.len() > SiteId::LONGEST => Err(Failure::value(format!(
+/// Returns the number that a text is, written without sign, fraction and leading zeros.
+fn number(text: &str) -> Option<u64> {
+    text.parse::<u64>().ok().filter(|number| number.to_string() == text)
+}
+
+/// Returns a text as an id: a number if `is_number`.
+fn id(text: String, is_number: bool) -> Outcome<SiteId> {
+    match number(&text).filter(|_| is_number) {
+        Some(number) => Ok(SiteId::Number(number)),
+        None if text.is_empty() || text.len() > SiteId::LONGEST => Err(Failure::value(format!(
             "an id of a site must have from 1 to {} bytes, not {}",
             SiteId::LONGEST,
             text.len()
         ))),
-        _ => Ok(SiteId::Text(text)),
+        None => Ok(SiteId::Text(text)),
     }
 }
 
@@ -176,6 +188,9 @@ fn numbers(column: &ArrayRef, name: &str) -> Outcome<Float64Array> {
             match column.data_type() {
                 DataType::Float64 => Some(column.as_primitive::<Float64Type>().clone()),
                 $(DataType::$kind => Some(column.as_primitive::<$type>().unary(|value| value as f64)),)*
+                DataType::Float16 => Some(column.as_primitive::<Float16Type>().unary(f64::from)),
+                DataType::Decimal128(..) => decimals(column.as_primitive::<Decimal128Type>()),
+                DataType::Decimal256(..) => decimals(column.as_primitive::<Decimal256Type>()),
                 _ => None,
             }
         };
@@ -188,4 +203,10 @@ fn numbers(column: &ArrayRef, name: &str) -> Outcome<Float64Array> {
         let kind = column.data_type();
         Failure::of_type(format!("column {name} must hold numbers, not {kind}"))
     })
+}
+
+/// Returns decimals as the numbers that are nearest to them.
+fn decimals<T: DecimalType>(column: &PrimitiveArray<T>) -> Option<Float64Array> {
+    let numbers = (0..column.len()).map(|row| column.value_as_string(row).parse());
+    Some(Float64Array::from(numbers.collect::<Result<Vec<f64>, _>>().ok()?))
 }
