@@ -8,7 +8,8 @@ use crate::input::error::{InputError, Location};
 use crate::input::formats::shapes::event::{Event, Kind, Position};
 use crate::input::formats::shapes::{FoundId, Shapes};
 
-/// The limit on the length in bytes of a feature.
+/// The limit on the length in bytes of a feature of a file.
+#[cfg(any(feature = "flatgeobuf", feature = "shapefile", feature = "geopackage"))]
 pub const LONGEST: u64 = 1 << 29;
 
 /// A format whose features are decoded one at a time.
