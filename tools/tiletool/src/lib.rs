@@ -96,13 +96,13 @@ pub fn tiletool(args: impl IntoIterator<Item = OsString>) -> u8 {
     })
 }
 
-/// Runs a program with the arguments of the process: see [`start_with`].
+/// Runs a program: parses the arguments of the process and calls `run` with them. Prints an error in one
+/// line.
 pub fn start<C: Parser>(run: impl FnOnce(C) -> anyhow::Result<()>) -> ExitCode {
     start_with(std::env::args_os(), run).into()
 }
 
-/// Runs a program: parses the command line and calls `run` with it. Prints an error in one line.
-/// Returns the exit code.
+/// Runs a program with these arguments. Returns the exit code.
 fn start_with<C: Parser>(args: impl IntoIterator<Item = OsString>, run: impl FnOnce(C) -> anyhow::Result<()>) -> u8 {
     allocator::begin();
     let report = std::panic::take_hook();
