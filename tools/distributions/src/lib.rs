@@ -26,6 +26,7 @@ mod circle;
 mod degenerate;
 mod kind;
 mod long;
+mod map;
 mod points;
 mod pslg;
 mod random;
@@ -36,6 +37,7 @@ mod surveyed;
 
 pub use kind::{Kind, UnknownKind};
 pub use long::LongSegments;
+pub use map::{Map, MapKind};
 pub use points::{Points, Points3, points, points3};
 pub use pslg::{Pslg, PslgPoints, Unsupported};
 pub use random::mix;

@@ -22,6 +22,8 @@ pub(crate) enum Purpose {
     Segments = 3,
     /// Ends of long segments.
     Ends = 4,
+    /// Obstacles of a map, and sites on it.
+    Maps = 5,
 }
 
 /// A seeded stream of random numbers.

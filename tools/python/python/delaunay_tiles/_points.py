@@ -153,14 +153,13 @@ def _push_rows(builder: _core.Builder, points: Any, are_all: bool, name: str) ->
         raise ValueError(f"{name} must have the shape (n, 2) or (n, 3), not {tuple(points.shape)}")
     if np.dtype(points.dtype).kind not in "fiu":
         raise TypeError(f"{name} must hold real numbers, not {points.dtype}")
+    if are_all and isinstance(points, np.ndarray):
+        builder.expect(len(points), _aligned(points[:: max(len(points) // _SAMPLE, 1)]))
     if isinstance(points, np.ndarray) and points.dtype == np.float64 and points.dtype.isnative and points.flags.aligned:
-        builder.add_points(points.view(np.ndarray), are_all)
+        builder.add_points(points.view(np.ndarray))
     else:
-        if are_all and isinstance(points, np.ndarray):
-            step = max(len(points) // _SAMPLE, 1)
-            builder.expect(len(points), _aligned(points[::step]))
         for start in range(0, points.shape[0], _CHUNK):
-            builder.add_points(_aligned(points[start : start + _CHUNK]), False)
+            builder.add_points(_aligned(points[start : start + _CHUNK]))
     builder.note_source(name, points.shape[0])
 
 
@@ -208,7 +207,7 @@ def _push_las(builder: _core.Builder, las: Any, are_all: bool, name: str) -> Non
     if are_all:
         builder.expect(len(las), rows(slice(None, None, max(len(las) // _SAMPLE, 1))))
     for start in range(0, len(las), _CHUNK):
-        builder.add_points(rows(slice(start, start + _CHUNK)), False)
+        builder.add_points(rows(slice(start, start + _CHUNK)))
     builder.note_source(name, len(las))
 
 
@@ -232,7 +231,7 @@ def _push_iterable(builder: _core.Builder, points: Iterable[Any], name: str) -> 
         except ValueError:
             raise ValueError(f"{name} must have rows (x, y) or (x, y, z) of numbers, all of one length") from None
         array = coordinates(array, name, (2, 3))
-        builder.add_points(array, False)
+        builder.add_points(array)
         count += len(array)
     builder.note_source(name, count)
 

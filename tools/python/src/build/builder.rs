@@ -19,9 +19,6 @@ use super::work::{Stop, Work, is_poly};
 use crate::error::{Failure, Outcome};
 use crate::runtime::{is_orphan, runtime, work_or_cancel};
 
-/// The number of points of an array that show the builder in advance how they are distributed.
-const SAMPLE: usize = 1 << 16;
-
 /// Returns what identifies the points of a file to a build that is resumed; `None` if they cannot be read
 /// again, or lines come with them.
 #[pyfunction]
@@ -121,16 +118,10 @@ impl Builder {
         self.with(py, |work, _| Ok(work.builder.expect(rows, some.points)?))
     }
 
-    /// Pushes rows of x, y and perhaps z. `are_all` tells whether no other points come.
-    fn add_points(&self, py: Python<'_>, points: PyReadonlyArray2<'_, f64>, are_all: bool) -> PyResult<()> {
+    /// Pushes rows of x, y and perhaps z.
+    fn add_points(&self, py: Python<'_>, points: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
         let rows = points.as_array();
         self.with(py, |work, runtime| {
-            if are_all {
-                let step = rows.nrows().div_ceil(SAMPLE).max(1);
-                let mut sample = PointBatch::default();
-                batches::fill(&mut sample, rows.slice(s![..;step, ..]), 0);
-                work.builder.expect(rows.nrows() as u64, sample.points)?;
-            }
             let mut batch = PointBatch::default();
             for start in (0..rows.nrows()).step_by(ROWS) {
                 let end = rows.nrows().min(start + ROWS);
