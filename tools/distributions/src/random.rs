@@ -22,8 +22,6 @@ pub(crate) enum Purpose {
     Segments = 3,
     /// Ends of long segments.
     Ends = 4,
-    /// Obstacles of a map, and sites on it.
-    Maps = 5,
 }
 
 /// A seeded stream of random numbers.
@@ -71,7 +69,7 @@ impl Stream {
 
 /// Returns the upper 53 of 64 bits as a fraction in [0, 1).
 #[inline]
-fn unit_of(bits: u64) -> f64 {
+pub(crate) fn unit_of(bits: u64) -> f64 {
     const ULP: f64 = 1.0 / (1u64 << 53) as f64;
     (bits >> 11) as f64 * ULP
 }

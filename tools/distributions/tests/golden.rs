@@ -3,7 +3,7 @@
 //! If a digest changes here, published measurements and other people's test cases change with it.
 //! Add a kind instead.
 
-use distributions::{Kind, LongSegments, Pslg, points, points3};
+use distributions::{Kind, LongSegments, Map, MapKind, Pslg, points, points3};
 
 /// FNV-1a over 64-bit words, with a rotation because integers as f64 differ in their upper bits
 /// only.
@@ -82,4 +82,16 @@ fn digests_of_long_segments_never_change() {
     let long = LongSegments::new(1000, 500, 42).unwrap();
     assert_eq!(digest_of(long.points()), 0x972c_e915_84bb_cf7e);
     assert_eq!(digest(long.segments().flatten().map(u64::from)), 0x7fd2_3514_7e9d_e43c);
+}
+
+#[test]
+fn digests_of_maps_never_change() {
+    for (kind, expected) in [
+        (MapKind::City, [7_593_682_169_711_008_344, 6_749_845_274_438_895_259]),
+        (MapKind::Parks, [12_758_643_345_187_268_952, 10_735_119_998_054_322_937]),
+    ] {
+        let map = Map::new(kind, 500, 42);
+        let corners = digest_of(map.obstacles().flatten());
+        assert_eq!([corners, digest_of(map.sites(500))], expected, "{kind:?}");
+    }
 }

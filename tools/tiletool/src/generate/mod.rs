@@ -2,77 +2,38 @@
 //!
 //! The input is a kind, a number of points and a seed. The output is `FILE.f64`, little-endian f64
 //! pairs or triples, and `FILE.u32`, little-endian u32 pairs of record numbers, if there are
-//! segments. Points are written as they are computed, so memory does not grow with their number. A
-//! file appears under its name only when it is complete and on the disk.
+//! segments. Maps are obstacles in GeoJSON and sites in text. Records are written as they are
+//! computed, so memory does not grow with their number. A file appears under its name only when it
+//! is complete and on the disk.
 
+mod args;
 mod count;
+mod map;
+mod what;
 
 use std::io::{self, ErrorKind, IsTerminal, Write};
-use std::path::{Path, PathBuf};
-use std::str::FromStr;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, Command};
-use distributions::{Kind, LongSegments, Pslg, points, points3};
+use clap::{Args as _, Command};
+use distributions::{Kind, LongSegments, MapKind, Pslg, points, points3};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::common;
 use crate::output::{StandardOutput, StreamOutput};
+pub use args::GenerateArgs;
 pub use count::parse_count;
-
-/// Generate test points, and segments that do not cross, from a seed
-///
-/// The same arguments give the same bytes on every machine and with every version. Coordinates are
-/// raw little-endian f64, x y x y ...; segments are pairs of record numbers, raw little-endian u32.
-#[derive(Args, Clone, Debug)]
-#[command(after_help = EXAMPLES)]
-pub struct GenerateArgs {
-    /// Distribution of the points
-    #[arg(value_parser = kinds())]
-    kind: Kind,
-    /// Number of points, such as 1000000, 1e6 or 1.5M (k, M and G are 10^3, 10^6 and 10^9)
-    #[arg(short = 'n', long = "points", value_name = "COUNT", value_parser = parse_count)]
-    n: u64,
-    /// Seed of the random numbers
-    #[arg(long, value_name = "SEED", default_value_t = 0)]
-    seed: u64,
-    /// File to write; - is standard output. Segments are written to the same name with suffix .u32
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Also write about ALPHA segments per point, from 0 to 1
-    ///
-    /// About n/3 cells have three points each. With probability ALPHA, the three points of a cell
-    /// are joined by three segments. Only for uniform, kuzmin and line-singularity.
-    #[arg(long, value_name = "ALPHA", conflicts_with = "long_segments")]
-    pslg: Option<f64>,
-    /// Also write this many segments, each across nearly the whole square, that do not cross
-    ///
-    /// Their ends are two more points for each segment, after the other points. Only for uniform.
-    #[arg(long, value_name = "COUNT", value_parser = parse_count)]
-    long_segments: Option<u64>,
-    /// Coordinates per point; the third is the height of the terrain for lidar, and 0 for all other
-    /// kinds
-    #[arg(long, value_name = "2|3", default_value_t = 2, value_parser = clap::value_parser!(u8).range(2..=3))]
-    dims: u8,
-    /// Print the summary as one JSON object
-    #[arg(long)]
-    json: bool,
-}
-
-const EXAMPLES: &str = "\
-Examples:
-  Ten million points, dense at the origin, with five million segments, to kuzmin.f64 and kuzmin.u32:
-      tiletool generate kuzmin -n 10M --pslg 0.5 --seed 1 -o kuzmin.f64
-
-  A lidar survey with heights (build it with --dims 3):
-      tiletool generate lidar -n 1e6 --dims 3 -o survey.f64";
+use what::What;
 
 /// Writes the data that the arguments ask for. Ends the process with exit code 2 if the arguments
 /// contradict each other.
 pub fn run(args: GenerateArgs) -> anyhow::Result<()> {
-    let data = TestData::new(&args).unwrap_or_else(|error| error.exit());
+    let kind = match args.kind {
+        What::Points(kind) => kind,
+        What::Map(kind) => return write_map(&args, kind),
+    };
+    let data = TestData::new(&args, kind).unwrap_or_else(|error| error.exit());
     if args.output == Path::new("-") {
         return data
             .write_stream(&mut StandardOutput::of("the points"))
@@ -82,6 +43,32 @@ pub fn run(args: GenerateArgs) -> anyhow::Result<()> {
     let segments = data.write_files(&args.output, &segment_path, &common::interruption())?;
     let segments = segments.map(|count| (count, segment_path.as_path()));
     report(&args, data.records(), segments)
+}
+
+/// Writes the files of a map. Ends the process with exit code 2 if the arguments contradict each
+/// other.
+fn write_map(args: &GenerateArgs, kind: MapKind) -> anyhow::Result<()> {
+    let unfit = [
+        (args.pslg.is_some(), "--pslg"),
+        (args.long_segments.is_some(), "--long-segments"),
+        (args.dims != 2, "--dims 3"),
+        (args.output == Path::new("-"), "-o -"),
+        (args.output.file_name().is_none(), "an output without a name"),
+    ];
+    if let Some((_, option)) = unfit.into_iter().find(|unfit| unfit.0) {
+        usage(format!(
+            "{option} does not work with {kind:?}",
+            kind = args.kind.to_string()
+        ))
+        .exit();
+    }
+    let order = map::Order {
+        kind,
+        obstacles: args.n,
+        sites: args.sites.unwrap_or(args.n),
+        seed: args.seed,
+    };
+    order.run(&args.output, args.json)
 }
 
 /// The points and segments to write.
@@ -97,10 +84,13 @@ enum Generator {
 }
 
 impl TestData {
-    fn new(args: &GenerateArgs) -> Result<Self, clap::Error> {
-        let &GenerateArgs {
-            kind, n, seed, dims, ..
-        } = args;
+    fn new(args: &GenerateArgs, kind: Kind) -> Result<Self, clap::Error> {
+        let &GenerateArgs { n, seed, dims, .. } = args;
+        if args.sites.is_some() {
+            return Err(usage(format!(
+                "--sites works only with city and parks, not with {kind}"
+            )));
+        }
         let source = match (args.pslg, args.long_segments) {
             (Some(alpha), _) => Generator::Pslg(Pslg::new(kind, n, alpha, seed).map_err(usage)?),
             (_, Some(_)) if kind != Kind::Uniform => {
@@ -275,7 +265,7 @@ fn ignore_broken_pipe(written: io::Result<()>) -> io::Result<()> {
 fn report(args: &GenerateArgs, records: u64, segments: Option<(u64, &Path)>) -> anyhow::Result<()> {
     if args.json {
         let json = serde_json::json!({
-            "kind": args.kind.name(),
+            "kind": args.kind.to_string(),
             "seed": args.seed,
             "dims": args.dims,
             "points": records,
@@ -297,11 +287,6 @@ fn report(args: &GenerateArgs, records: u64, segments: Option<(u64, &Path)>) -> 
 fn usage(why: impl ToString) -> clap::Error {
     let mut command = GenerateArgs::augment_args(Command::new("generate").bin_name("tiletool generate"));
     command.error(clap::error::ErrorKind::ValueValidation, why.to_string())
-}
-
-fn kinds() -> impl TypedValueParser<Value = Kind> {
-    let values = Kind::ALL.map(|kind| PossibleValue::new(kind.name()).help(kind.about()));
-    PossibleValuesParser::new(values).try_map(|name| Kind::from_str(&name))
 }
 
 #[cfg(test)]
@@ -334,9 +319,16 @@ mod tests {
         Cli::try_parse_from(words).map(|cli| cli.args)
     }
 
+    fn test_data(args: &GenerateArgs) -> Result<TestData, clap::Error> {
+        let What::Points(kind) = args.kind else {
+            panic!("{}", args.kind)
+        };
+        TestData::new(args, kind)
+    }
+
     fn data(line: &str) -> TestData {
         let args = parse(line).unwrap_or_else(|error| panic!("{line}: {error}"));
-        TestData::new(&args).unwrap_or_else(|error| panic!("{line}: {error}"))
+        test_data(&args).unwrap_or_else(|error| panic!("{line}: {error}"))
     }
 
     fn floats(bytes: &[u8]) -> Vec<f64> {
@@ -383,8 +375,9 @@ mod tests {
             "uniform -n 10 --pslg 1.5 -o pts.f64",
             "uniform -n 10 --pslg nan -o pts.f64",
             "uniform -n 10 -o ..",
+            "uniform -n 10 --sites 3 -o pts.f64",
         ] {
-            let error = TestData::new(&parse(line).unwrap()).err();
+            let error = test_data(&parse(line).unwrap()).err();
             assert_eq!(error.map(|error| error.exit_code()), Some(2), "{line}");
         }
         for line in [
