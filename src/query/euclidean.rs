@@ -7,14 +7,13 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use futures::stream;
 use futures::stream::Stream;
 
-use super::request::{QueryError, QueryOptions, Tiles};
+use super::request::{QueryError, QueryOptions, Tiles, unfold};
 use crate::collections::keyed::Keyed;
-use crate::geometry::{Point, Rect};
+use crate::geometry::{Point, Rect, VertexIndex};
 use crate::query::answer::distance::distance_to_rect;
-use crate::store::{Cell, CellContent, Tile, TileId, TileReader, Vertex};
+use crate::store::{Cell, CellContent, Tile, TileReader, Vertex, VertexId};
 
 /// A vertex or a site, found by Euclidean distance.
 ///
@@ -32,94 +31,117 @@ pub struct Near {
     pub id: Option<String>,
 }
 
-/// An entry of the queue, ordered by the bits of its distance; then cells come before vertices and
-/// sites; then by number.
-type QueueEntry = Keyed<(u64, u8, u64), QueueItem>;
+/// A cell that was not searched yet, ordered by the bits of its distance, then by number.
+type OpenCell = Keyed<(u64, u64), Cell>;
+/// A vertex or site that was not returned yet, ordered by the bits of its distance, then by number.
+type Waiting = Keyed<(u64, u64), VertexId>;
 
-#[derive(Debug)]
-enum QueueItem {
-    Cell(Cell),
-    Near(Near),
-}
-
-struct EuclideanSearch {
-    tiles: Tiles,
+/// A search for vertices or sites, nearest first.
+pub(super) struct EuclideanSearch {
     reader: TileReader,
     at: Point,
     wants_sites: bool,
-    open: BinaryHeap<Reverse<QueueEntry>>,
+    cells: BinaryHeap<Reverse<OpenCell>>,
+    waiting: BinaryHeap<Reverse<Waiting>>,
 }
 
 impl EuclideanSearch {
+    pub(super) fn new(reader: &TileReader, at: Point, wants_sites: bool) -> Self {
+        let mut this = Self {
+            reader: reader.clone(),
+            at,
+            wants_sites,
+            cells: BinaryHeap::new(),
+            waiting: BinaryHeap::new(),
+        };
+        if let Some(root) = reader.root_cell() {
+            this.push_cell(root);
+        }
+        this
+    }
+
     fn push_cell(&mut self, cell: Cell) {
         if cell.rect.is_empty() {
             return;
         }
-        let key = (distance_to_rect(self.at, cell.rect).to_bits(), 0, cell.number());
-        self.open.push(Reverse(QueueEntry {
-            key,
-            value: QueueItem::Cell(cell),
-        }));
-    }
-
-    fn push_near(&mut self, near: Near) {
-        let vertex = near.vertex.id;
-        let number = near
-            .site
-            .unwrap_or(u64::from(vertex.tile.0) << 32 | u64::from(vertex.index.0));
-        self.open.push(Reverse(QueueEntry {
-            key: (near.distance.to_bits(), 1, number),
-            value: QueueItem::Near(near),
-        }));
+        let key = (distance_to_rect(self.at, cell.rect).to_bits(), cell.number());
+        self.cells.push(Reverse(Keyed { key, value: cell }));
     }
 
     fn push_tile(&mut self, tile: &Tile) {
-        let far = |point: Point| distance_to_rect(self.at, Rect::around([point]));
-        let mut found = Vec::new();
+        let entry = |index: VertexIndex, site: Option<u64>| {
+            let distance = distance_to_rect(self.at, Rect::around([tile.point(index)]));
+            let vertex = VertexId { tile: tile.id(), index };
+            let number = site.unwrap_or(u64::from(vertex.tile.0) << 32 | u64::from(index.0));
+            let key = (distance.to_bits(), number);
+            Reverse(Keyed { key, value: vertex })
+        };
+        // Many entries at once are cheaper than one after the other.
         if self.wants_sites {
-            found.extend(tile.sites().map(|site| {
-                let vertex = tile.vertex(site.vertex);
-                Near {
-                    vertex,
-                    distance: far(vertex.point),
-                    site: Some(site.number),
-                    id: site.id.map(str::to_owned),
-                }
-            }));
+            let sites = tile.sites().map(|site| entry(site.vertex, Some(site.number)));
+            self.waiting.extend(sites.collect::<Vec<_>>());
         } else {
-            found.extend(tile.vertex_indices().map(|vertex| {
-                let vertex = tile.vertex(vertex);
-                Near {
-                    vertex,
-                    distance: far(vertex.point),
-                    site: None,
-                    id: None,
-                }
-            }));
+            let vertices = tile.vertex_indices().map(|index| entry(index, None));
+            self.waiting.extend(vertices);
         }
-        found.into_iter().for_each(|near| self.push_near(near));
     }
 
-    async fn next(&mut self) -> Result<Option<Near>, QueryError> {
-        while let Some(Reverse(QueueEntry { value, key })) = self.open.pop() {
-            let cell = match value {
-                QueueItem::Near(near) => return Ok(Some(near)),
-                QueueItem::Cell(cell) => cell,
-            };
-            match self.reader.content_of(cell).await? {
-                CellContent::Cut(parts) => parts.into_iter().for_each(|part| self.push_cell(part)),
-                CellContent::Tile(tile) => {
-                    let lower_bound = f64::from_bits(key.0);
-                    let tile = self.tile(tile).await.map_err(|error| error.lower_bound(lower_bound))?;
-                    self.push_tile(&tile);
-                }
+    /// Returns a lower bound of the distances of all that were not returned yet; infinite at the
+    /// end.
+    pub(super) fn bound(&self) -> f64 {
+        let cell = self.cells.peek().map_or(u64::MAX, |cell| cell.0.key.0);
+        let waiting = self.waiting.peek().map_or(u64::MAX, |waiting| waiting.0.key.0);
+        match cell.min(waiting) {
+            u64::MAX => f64::INFINITY,
+            bits => f64::from_bits(bits),
+        }
+    }
+
+    /// Returns the next nearest. A failed search can be continued.
+    pub(super) async fn next(&mut self, tiles: &mut Tiles) -> Result<Option<Near>, QueryError> {
+        loop {
+            let waiting = self.waiting.peek().map(|waiting| waiting.0.key.0);
+            let cell = self.cells.peek().map(|cell| (cell.0.key.0, cell.0.value));
+            if let Some((bits, cell)) = cell
+                && waiting.is_none_or(|waiting| bits <= waiting)
+            {
+                let parts = match self.reader.content_of(cell).await? {
+                    CellContent::Cut(parts) => Some(parts),
+                    CellContent::Tile(tile) => {
+                        let tile = tiles.get(tile).await;
+                        let tile = tile.map_err(|error| error.lower_bound(f64::from_bits(bits)))?;
+                        self.push_tile(&tile);
+                        None
+                    }
+                };
+                self.cells.pop();
+                parts.into_iter().flatten().for_each(|part| self.push_cell(part));
+                continue;
             }
+            let Some(Reverse(Keyed { key, value })) = self.waiting.peek() else {
+                return Ok(None);
+            };
+            let near = self.near(tiles, *value, *key).await;
+            let near = near.map_err(|error| error.lower_bound(f64::from_bits(key.0)))?;
+            self.waiting.pop();
+            return Ok(Some(near));
         }
-        Ok(None)
     }
 
-    async fn tile(&mut self, tile: TileId) -> Result<std::sync::Arc<Tile>, QueryError> {
-        self.tiles.get(tile).await
+    async fn near(&self, tiles: &mut Tiles, id: VertexId, key: (u64, u64)) -> Result<Near, QueryError> {
+        let tile = tiles.get(id.tile).await?;
+        let (distance, number) = (f64::from_bits(key.0), key.1);
+        let site = if self.wants_sites {
+            tile.sites_at(id.index).find(|site| site.number == number)
+        } else {
+            None
+        };
+        Ok(Near {
+            vertex: tile.vertex(id.index),
+            distance,
+            site: self.wants_sites.then_some(number),
+            id: site.and_then(|site| site.id).map(str::to_owned),
+        })
     }
 }
 
@@ -156,30 +178,17 @@ impl TileReader {
         options: QueryOptions,
         wants_sites: bool,
     ) -> impl Stream<Item = Result<Near, QueryError>> + Send + Unpin + 'static + use<> {
-        let mut search = EuclideanSearch {
-            tiles: Tiles::new(self, &options),
-            reader: self.clone(),
-            at,
-            wants_sites,
-            open: BinaryHeap::new(),
-        };
-        if let Some(root) = self.root_cell() {
-            search.push_cell(root);
-        }
-        let is_point = at.x.is_finite() && at.y.is_finite();
-        let search = if is_point {
-            Ok(search)
-        } else {
-            Err(QueryError::NotAPoint { point: at })
-        };
-        Box::pin(stream::unfold(Some(search), |state| async move {
-            match state? {
-                Err(error) => Some((Err(error), None)),
-                Ok(mut search) => match search.next().await {
-                    Ok(near) => near.map(|near| (Ok(near), Some(Ok(search)))),
-                    Err(error) => Some((Err(error), None)),
-                },
+        let search = EuclideanSearch::new(self, at, wants_sites);
+        let tiles = Tiles::new(self, &options);
+        let start = async move {
+            match at.x.is_finite() && at.y.is_finite() {
+                true => Ok((search, tiles)),
+                false => Err(QueryError::NotAPoint { point: at }),
             }
-        }))
+        };
+        unfold(start, |(mut search, mut tiles): (EuclideanSearch, Tiles)| async move {
+            let near = search.next(&mut tiles).await?;
+            Ok(near.map(|near| (near, (search, tiles))))
+        })
     }
 }

@@ -1,9 +1,11 @@
 //! Walking distances between all points of one list and all points of another.
 //!
 //! The input is two lists of points. The output is a distance, or the reason why there is none, for
-//! each pair. The points are located once. Then a wavefront to all points of the longer list starts
-//! at each point of the shorter list, because a distance is the same in both directions. If paths
-//! are requested, wavefronts start at the points of the first list.
+//! each pair. The points are located once. Then a search for all points of the longer list starts
+//! at each point of the shorter list ([`aimed`](crate::query::aimed)), because a distance is the
+//! same in both directions. If paths are requested, searches start at the points of the first list.
+//! If both lists are the same, each search looks only for the points after its own, and the other
+//! half of the matrix is a mirror image.
 
 use std::pin::Pin;
 use std::sync::Arc;
@@ -12,12 +14,13 @@ use std::thread::available_parallelism;
 
 use futures::stream;
 use futures::stream::{Stream, StreamExt, TryStreamExt};
+use parking_lot::Mutex;
 use tokio::task::JoinHandle;
 
-use super::answer::{Distance, Path};
+use super::aimed::{AimedRun, Expectation, Targets};
+use super::answer::{Distance, Path, distance};
 use super::free_space::QueryPoint;
 use super::request::{QueryError, QueryOptions, Tiles, unfold};
-use super::wavefront::{Goal, QueryPoints, Target, WavefrontRun};
 use crate::geometry::Point;
 use crate::store::{ReadError, TileReader};
 
@@ -64,38 +67,53 @@ pub enum DistanceOutcome {
 /// The outcome for a goal, and the path there if it is requested.
 type Outcome = (DistanceOutcome, Option<Path>);
 
-/// A point of a list, with the nearest free point if it is not free itself.
-struct MatrixPoint {
-    query_point: QueryPoint,
-    nearest_free: Option<Point>,
+/// The maximum number of points of a list of which the matrix is mirrored: half of it is kept.
+const MIRRORED: usize = 1 << 10;
+
+/// The points of a list.
+#[derive(Clone, Default)]
+struct Ends {
+    positions: Vec<QueryPoint>,
+    /// The outcome of all pairs with a point, if it is in an obstacle.
+    inside: Vec<Option<DistanceOutcome>>,
 }
 
-impl MatrixPoint {
-    async fn find(tiles: &mut Tiles, point: Point) -> Result<Self, QueryError> {
-        let query_point = QueryPoint::find(tiles, point).await?;
-        let nearest_free = if query_point.is_free {
-            None
-        } else {
-            query_point.nearest_free(tiles).await?
-        };
-        Ok(Self {
-            query_point,
-            nearest_free,
-        })
+impl Ends {
+    async fn find(tiles: &mut Tiles, points: Vec<Point>) -> Result<Self, QueryError> {
+        let mut this = Self::default();
+        for point in points {
+            let position = QueryPoint::find(tiles, point).await?;
+            let mut inside = None;
+            if !position.is_free {
+                let (point, nearest_free) = (position.point, position.nearest_free(tiles).await?);
+                inside = Some(DistanceOutcome::InsideObstacle { point, nearest_free });
+            }
+            this.positions.push(position);
+            this.inside.push(inside);
+        }
+        Ok(this)
+    }
+
+    fn len(&self) -> usize {
+        self.positions.len()
     }
 }
 
-/// The data that all wavefronts share.
+/// The data that all searches share.
 struct Matrix {
     reader: TileReader,
     options: QueryOptions,
-    /// The points where wavefronts start. The points of the other list, which is the longer one
+    /// The points where searches start. The points of the other list, which is the longer one
     /// unless paths are requested, are the goals.
-    starts: Vec<MatrixPoint>,
-    goals: Vec<MatrixPoint>,
-    goal_points: QueryPoints,
-    /// Whether wavefronts run from the second list to the first.
+    starts: Ends,
+    goals: Ends,
+    targets: Targets,
+    /// What earlier searches have learnt of detours.
+    expectation: Mutex<Option<Expectation>>,
+    /// Whether searches run from the second list to the first.
     is_swapped: bool,
+    /// Whether the lists are the same, and searches look only for points after their own.
+    is_mirrored: bool,
 }
 
 impl Matrix {
@@ -105,108 +123,126 @@ impl Matrix {
         to: Vec<Point>,
         options: QueryOptions,
     ) -> Result<Arc<Self>, QueryError> {
+        options.mode.check()?;
         let mut tiles = Tiles::new(&reader, &QueryOptions::default());
         let is_swapped = to.len() < from.len() && !options.paths;
+        let is_mirrored = from == to && from.len() <= MIRRORED && !options.paths;
         let (few, many) = if is_swapped { (to, from) } else { (from, to) };
-        let (mut starts, mut goals) = (Vec::new(), Vec::new());
-        for (ends, points) in [(&mut starts, few), (&mut goals, many)] {
-            for point in points {
-                ends.push(MatrixPoint::find(&mut tiles, point).await?);
-            }
-        }
-        let goal_points = QueryPoints::new(goals.iter().map(|goal: &MatrixPoint| &goal.query_point));
+        let starts = Ends::find(&mut tiles, few).await?;
+        let goals = match is_mirrored {
+            true => starts.clone(),
+            false => Ends::find(&mut tiles, many).await?,
+        };
+        let points = goals.positions.iter().map(|position| position.point).collect();
+        let free = (0..).zip(&goals.inside).filter(|(_, inside)| inside.is_none());
+        let targets = Targets::new(points, free.map(|(goal, _)| goal));
         Ok(Arc::new(Self {
             reader,
             options,
             starts,
             goals,
-            goal_points,
+            targets,
+            expectation: Mutex::new(None),
             is_swapped,
+            is_mirrored,
         }))
     }
 
-    /// Returns the distances between a start and all goals.
+    /// Returns whether a search looks for a goal.
+    fn is_wanted(&self, start: usize, goal: usize) -> bool {
+        self.goals.inside[goal].is_none() && (goal >= start || !self.is_mirrored)
+    }
+
+    /// Returns the distances between a start and all goals. If the matrix is mirrored, those before
+    /// the start are missing.
     async fn row(self: Arc<Self>, start: usize) -> Result<Vec<PairDistance>, QueryError> {
-        let inside = |end: &MatrixPoint| {
-            (!end.query_point.is_free).then_some(DistanceOutcome::InsideObstacle {
-                point: end.query_point.point,
-                nearest_free: end.nearest_free,
-            })
-        };
-        let of_start = inside(&self.starts[start]);
-        let found = match of_start {
-            Some(_) => self.unreached(),
-            None => self.reach_goals(start).await?,
-        };
-        let pairs = found
-            .into_iter()
-            .zip(&self.goals)
-            .enumerate()
-            .map(|(goal, ((found, path), end))| {
-                let (of_goal, [from, to]) = (inside(end), [start, goal]);
-                let (outcome, [from_index, to_index]) = if self.is_swapped {
-                    (of_goal.or(of_start), [to, from])
-                } else {
-                    (of_start.or(of_goal), [from, to])
-                };
-                PairDistance {
-                    from_index,
-                    to_index,
-                    outcome: outcome.unwrap_or(found),
-                    path,
-                }
-            });
+        let of_start = self.starts.inside[start];
+        let mut found: Vec<Outcome> = vec![(DistanceOutcome::Unreachable, None); self.goals.len()];
+        if of_start.is_none() {
+            self.reach_goals(start, &mut found).await?;
+        }
+        let pairs = found.into_iter().enumerate().map(|(goal, (found, path))| {
+            let (of_goal, [from, to]) = (self.goals.inside[goal], [start, goal]);
+            let (outcome, [from_index, to_index]) = if self.is_swapped {
+                (of_goal.or(of_start), [to, from])
+            } else {
+                (of_start.or(of_goal), [from, to])
+            };
+            PairDistance {
+                from_index,
+                to_index,
+                outcome: outcome.unwrap_or(found),
+                path,
+            }
+        });
         Ok(pairs.collect())
     }
 
-    /// Returns the initial outcome of each goal.
-    fn unreached(&self) -> Vec<Outcome> {
-        vec![(DistanceOutcome::Unreachable, None); self.goals.len()]
-    }
-
-    /// Returns the distances from a free start to all goals that a wavefront reaches.
-    async fn reach_goals(&self, start: usize) -> Result<Vec<Outcome>, QueryError> {
-        let mut outcomes = self.unreached();
-        let mut missing = self.goals.iter().filter(|goal| goal.query_point.is_free).count();
-        let ended = self.reach(start, &mut outcomes, &mut missing).await;
-        if let Err(error) = ended {
-            let QueryError::OutOfBudget { lower_bound } = error else {
-                return Err(error);
-            };
-            for (outcome, _) in &mut outcomes {
-                if matches!(outcome, DistanceOutcome::Unreachable) {
-                    *outcome = DistanceOutcome::OutOfBudget { lower_bound };
-                }
-            }
-        }
-        Ok(outcomes)
-    }
-
-    async fn reach(&self, start: usize, outcomes: &mut [Outcome], missing: &mut usize) -> Result<(), QueryError> {
-        if *missing == 0 {
+    /// Finds the distances between a free start and all goals that a search reaches.
+    async fn reach_goals(&self, start: usize, outcomes: &mut [Outcome]) -> Result<(), QueryError> {
+        let Err(error) = self.reach(start, outcomes).await else {
             return Ok(());
-        }
-        let source = self.starts[start].query_point.clone();
-        let mut tiles = Tiles::new(&self.reader, &self.options);
-        tiles.get(source.tile()).await?;
-        let goal = Goal::Points(self.goal_points.clone());
-        let mut run = WavefrontRun::start(tiles, source, goal, f64::INFINITY, self.options.clone()).await?;
-        while let Some(found) = run.next().await? {
-            if let Target::Point(goal) = found.target {
-                let distance = Distance::of_legs(found.length, run.legs(&found));
-                let goal = goal as usize;
-                let path = match self.options.paths {
-                    true => Some(run.path(&found, &self.goals[goal].query_point).await?),
-                    false => None,
+        };
+        let QueryError::OutOfBudget { lower_bound } = error else {
+            return Err(error);
+        };
+        let from = self.starts.positions[start].point;
+        for (goal, (outcome, _)) in outcomes.iter_mut().enumerate() {
+            if self.is_wanted(start, goal) && matches!(outcome, DistanceOutcome::Unreachable) {
+                let straight = Distance::of_legs(distance(from, self.goals.positions[goal].point), 1).lower;
+                // The bound of the error is that of the goals that the search was looking for.
+                *outcome = DistanceOutcome::OutOfBudget {
+                    lower_bound: if self.targets.is_one_group() {
+                        lower_bound
+                    } else {
+                        straight
+                    },
                 };
-                outcomes[goal] = (DistanceOutcome::Found(distance), path);
-                *missing -= 1;
-                if *missing == 0 {
-                    break;
-                }
             }
         }
         Ok(())
+    }
+
+    async fn reach(&self, start: usize, outcomes: &mut [Outcome]) -> Result<(), QueryError> {
+        let source = self.starts.positions[start].clone();
+        let mut tiles = Tiles::new(&self.reader, &self.options);
+        let is_wanted: Vec<bool> = (0..self.goals.len()).map(|goal| self.is_wanted(start, goal)).collect();
+        tiles.get(source.tile()).await?;
+        let here = Expectation::new(tiles.density_at(source.tile()));
+        let learnt = *self.expectation.lock();
+        let expectation = learnt.map_or(here, |learnt| learnt.with_density_of(here));
+        let positions = &self.goals.positions;
+        let options = self.options.clone();
+        let mut run = AimedRun::new(tiles, source, &self.targets, positions, is_wanted, expectation, options);
+        while let Some(reached) = run.next().await? {
+            let distance = run.distance(&reached.1);
+            let path = match self.options.paths {
+                true => run.path(&reached).await?,
+                false => None,
+            };
+            outcomes[reached.0 as usize] = (DistanceOutcome::Found(distance), path);
+        }
+        *self.expectation.lock() = Some(run.expectation());
+        Ok(())
+    }
+}
+
+/// The half of a mirrored matrix that was found so far, by start and goal.
+#[derive(Default)]
+struct Mirror(Vec<Vec<DistanceOutcome>>);
+
+impl Mirror {
+    /// Completes the next row with what earlier rows have found.
+    fn complete(&mut self, mut row: Vec<PairDistance>) -> Vec<PairDistance> {
+        let start = self.0.len();
+        for (goal, found) in self.0.iter().enumerate() {
+            let outcome = &mut row[goal].outcome;
+            if matches!(outcome, DistanceOutcome::Unreachable) {
+                *outcome = found[start - goal - 1];
+            }
+        }
+        self.0.push(row[start + 1..].iter().map(|pair| pair.outcome).collect());
+        row
     }
 }
 
@@ -258,9 +294,14 @@ impl TileReader {
         let start = async move {
             let matrix = start.await?;
             let at_once = available_parallelism().map_or(1, usize::from);
+            let mut mirror = matrix.is_mirrored.then(Mirror::default);
             let rows = stream::iter(0..matrix.starts.len())
                 .map(move |start| Owned(tokio::spawn(Arc::clone(&matrix).row(start))))
                 .buffered(at_once);
+            let rows = rows.map_ok(move |row| match &mut mirror {
+                Some(mirror) => mirror.complete(row),
+                None => row,
+            });
             let pairs = rows.map_ok(|row| stream::iter(row.into_iter().map(Ok::<_, QueryError>)));
             Ok(pairs.try_flatten().boxed())
         };

@@ -83,6 +83,7 @@
 //! # }
 //! ```
 
+mod aimed;
 mod along;
 mod answer;
 mod area;
@@ -107,5 +108,5 @@ pub use euclidean::Near;
 pub use free_space::Footing;
 pub use locating::{BulkOptions, Location, Place, TriangleRef, triangle_meets};
 pub use matrix::{DistanceOutcome, PairDistance};
-pub use request::{Explored, Mode, QueryError, QueryOptions, UnknownMode};
+pub use request::{Explored, Mode, QueryError, QueryOptions, Search, UnknownMode, UnknownSearch};
 pub use walking::{Cost, Progress};

@@ -70,6 +70,14 @@ impl QueryPoint {
         nearest_free(tiles, self.point, self.position).await
     }
 
+    /// Finds out whether a vertex is free.
+    pub(crate) async fn at_vertex(tiles: &mut Tiles, vertex: Vertex) -> Result<Self, QueryError> {
+        let mut this = Self::at(vertex);
+        this.is_free = false;
+        this.determine_freedom(tiles).await?;
+        Ok(this)
+    }
+
     /// Returns the query point of a vertex that is known to be free.
     pub(crate) fn at(vertex: Vertex) -> Self {
         Self {

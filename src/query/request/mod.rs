@@ -12,7 +12,7 @@ pub(crate) use contradiction::Contradiction;
 pub use error::QueryError;
 pub use explored::Explored;
 pub(crate) use explored::key;
-pub use options::{Mode, QueryOptions, UnknownMode};
+pub use options::{Mode, QueryOptions, Search, UnknownMode, UnknownSearch};
 pub(crate) use star::half_edge_towards;
 pub(crate) use stream::unfold;
 pub(crate) use tiles::Tiles;

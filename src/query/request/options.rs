@@ -65,9 +65,63 @@ pub struct QueryOptions {
     pub(crate) certify: bool,
     pub(crate) explored: Option<Explored>,
     pub(crate) mode: Mode,
+    pub(crate) first: Option<usize>,
+    pub(crate) search: Search,
 }
 
+/// How the nearest sites are searched for. The answers are the same.
+///
+/// [Examples](crate::query#examples).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Search {
+    /// The way that is expected to be faster: searches that aim if the number of sites is
+    /// [given](QueryOptions::first) and sites are sparse, and otherwise one wavefront.
+    #[default]
+    Auto,
+    /// One wavefront to all sites, nearest first.
+    Wavefront,
+    /// Searches that aim at groups of the sites that are nearest by Euclidean distance. This needs
+    /// the [number of sites](QueryOptions::first).
+    Aimed,
+}
+
+impl FromStr for Search {
+    type Err = UnknownSearch;
+
+    fn from_str(text: &str) -> Result<Self, UnknownSearch> {
+        match text {
+            "auto" => Ok(Self::Auto),
+            "wavefront" => Ok(Self::Wavefront),
+            "aimed" => Ok(Self::Aimed),
+            _ => Err(UnknownSearch),
+        }
+    }
+}
+
+/// The error of parsing a text that names no way to search.
+///
+/// [Examples](crate::query#examples).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a search is auto, wavefront or aimed")]
+pub struct UnknownSearch;
+
 impl QueryOptions {
+    /// Ends a stream of nearest sites after `count` sites. A query that knows the number can choose
+    /// the faster [`Search`].
+    #[must_use]
+    pub fn first(mut self, count: usize) -> Self {
+        self.first = Some(count);
+        self
+    }
+
+    /// Chooses how the nearest sites are searched for.
+    #[must_use]
+    pub fn search(mut self, search: Search) -> Self {
+        self.search = search;
+        self
+    }
+
     /// Limits the query to `tiles` different tiles. A query that needs more ends with
     /// [`QueryError::OutOfBudget`].
     #[must_use]

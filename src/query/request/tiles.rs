@@ -70,6 +70,18 @@ impl Tiles {
         Ok(self.reader.tiles_where(is_wanted).await?)
     }
 
+    /// Returns the number of free triangles per unit of area, as a tile and the whole file suggest;
+    /// not a number if nothing is known.
+    pub(crate) fn density_at(&self, id: TileId) -> f64 {
+        let Some(entry) = self.reader.entry_in_memory(id) else {
+            return f64::NAN;
+        };
+        let (width, height) = entry.bounds.size();
+        let metadata = self.metadata();
+        let free = 1.0 - metadata.hole_triangles as f64 / metadata.triangles.max(1) as f64;
+        f64::from(entry.owned_triangles) * free / (width * height)
+    }
+
     /// Returns the number of hull edges.
     pub(crate) fn hull_edges(&self) -> u64 {
         self.metadata().hull_edges

@@ -1,14 +1,61 @@
 //! Sites and vertices by walking distance.
 
-use futures::stream::Stream;
+use std::collections::VecDeque;
+
+use futures::stream::{Stream, StreamExt};
 
 use super::fast;
+use super::nearest::{self, Outcome};
 use crate::geometry::Point;
 use crate::query::answer::{Distance, SiteFound, VertexFound};
 use crate::query::free_space::QueryPoint;
-use crate::query::request::{QueryError, QueryOptions, unfold};
+use crate::query::request::{QueryError, QueryOptions, Tiles, unfold};
 use crate::query::wavefront::{Goal, Target, WavefrontRun};
 use crate::store::TileReader;
+
+/// Sites in the exact order.
+enum ExactSites {
+    /// Sites that were found, and the error that ended the search for more.
+    Nearest(VecDeque<SiteFound>, Option<QueryError>),
+    Wavefront(Box<WavefrontRun>),
+}
+
+impl ExactSites {
+    async fn next(&mut self) -> Result<Option<SiteFound>, QueryError> {
+        let run = match self {
+            Self::Nearest(sites, failed) => {
+                return match (sites.pop_front(), failed.take()) {
+                    (Some(site), error) => {
+                        *failed = error;
+                        Ok(Some(site))
+                    }
+                    (None, Some(error)) => Err(error),
+                    (None, None) => Ok(None),
+                };
+            }
+            Self::Wavefront(run) => run,
+        };
+        let Some(found) = run.next().await? else {
+            return Ok(None);
+        };
+        let Target::Site { number, id, vertex } = found.target.clone() else {
+            return Ok(None);
+        };
+        let distance = Distance::of_legs(found.length, run.legs(&found));
+        let path = if run.options.paths {
+            Some(run.path(&found, &QueryPoint::at(vertex)).await?)
+        } else {
+            None
+        };
+        Ok(Some(SiteFound {
+            number,
+            id,
+            vertex,
+            distance,
+            path,
+        }))
+    }
+}
 
 /// Sites and vertices by walking distance.
 impl TileReader {
@@ -78,11 +125,12 @@ impl TileReader {
         radius: f64,
         options: QueryOptions,
     ) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
-        fast::by_mode(
+        let sites = fast::by_mode(
             options.mode,
             || fast::sites(self.clone(), at, radius, options.clone()),
             || self.exact_sites(at, radius, options.clone()),
-        )
+        );
+        sites.take(options.first.unwrap_or(usize::MAX))
     }
 
     fn exact_sites(
@@ -92,28 +140,22 @@ impl TileReader {
         options: QueryOptions,
     ) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
         let reader = self.clone();
-        let start = async move { WavefrontRun::from_point(&reader, at, Goal::Sites, radius, options).await };
-        unfold(start, |mut run: WavefrontRun| async move {
-            let Some(found) = run.next().await? else {
-                return Ok(None);
-            };
-            let Target::Site { number, id, vertex } = found.target.clone() else {
-                return Ok(None);
-            };
-            let distance = Distance::of_legs(found.length, run.legs(&found));
-            let path = if run.options.paths {
-                Some(run.path(&found, &QueryPoint::at(vertex)).await?)
-            } else {
-                None
-            };
-            let site = SiteFound {
-                number,
-                id,
-                vertex,
-                distance,
-                path,
-            };
-            Ok(Some((site, run)))
+        let start = async move {
+            options.mode.check()?;
+            let mut tiles = Tiles::new(&reader, &options);
+            let source = QueryPoint::find_free(&mut tiles, at).await?;
+            if radius == f64::INFINITY {
+                match nearest::first_sites(&reader, tiles, &source, &options).await? {
+                    Outcome::Found(found) => return Ok(ExactSites::Nearest(found.sites.into(), found.failed)),
+                    Outcome::Wavefront(back) => tiles = back.unwrap_or_else(|| Tiles::new(&reader, &options)),
+                }
+            }
+            tiles.get(source.tile()).await?;
+            let run = WavefrontRun::start(tiles, source, Goal::Sites, radius, options).await?;
+            Ok(ExactSites::Wavefront(Box::new(run)))
+        };
+        unfold(start, |mut sites: ExactSites| async move {
+            Ok(sites.next().await?.map(|site| (site, sites)))
         })
     }
 

@@ -1,5 +1,6 @@
 //! The goals of a wavefront.
 
+use super::aims::Aims;
 use crate::geometry::{Orientation, Point, TriangleId, orient2d};
 use crate::query::free_space::{Position, QueryPoint};
 use crate::store::TileId;
@@ -19,6 +20,8 @@ pub(crate) enum Goal {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct QueryPoints {
     points: Vec<Point>,
+    /// Whether the search is directed towards the points.
+    is_aimed: bool,
     /// Free triangles that contain a query point, inside or on an edge, sorted by a hash of their
     /// corners, each with the index of the point.
     triangles: Vec<(u64, [Point; 3], u32)>,
@@ -126,11 +129,18 @@ impl QueryPoints {
         here.map(|around| around.1)
     }
 
-    /// Returns the query point if it is the only one.
-    pub(crate) fn single(&self) -> Option<Point> {
-        match self.points[..] {
-            [point] => Some(point),
-            _ => None,
+    /// Directs the search towards the points. Each step then takes time for each of them, so they
+    /// should be few, and near each other.
+    pub(crate) fn aimed(mut self) -> Self {
+        self.is_aimed = true;
+        self
+    }
+
+    /// Returns the points towards which the search is directed.
+    pub(super) fn aims(&self) -> Aims {
+        match self.is_aimed || self.points.len() == 1 {
+            true => Aims::new(&self.points),
+            false => Aims::default(),
         }
     }
 

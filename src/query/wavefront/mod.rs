@@ -28,6 +28,7 @@
 //! The wavefront does no I/O: [`Wavefront::step`](state::Wavefront::step) takes a tile, and returns
 //! when it needs another.
 
+mod aims;
 mod bend;
 mod found;
 mod goal;
@@ -47,7 +48,7 @@ mod task;
 mod waiting;
 mod window;
 
-pub(crate) use found::Target;
+pub(crate) use found::{FoundTarget, Target};
 pub(crate) use goal::{Goal, QueryPoints};
 pub(crate) use regions::{HalfPlane, RegionShape, VisibleRegion};
 pub(crate) use run::{Approach, WavefrontRun};

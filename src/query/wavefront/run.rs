@@ -78,6 +78,19 @@ impl WavefrontRun {
         }
     }
 
+    /// Returns the next target, or `None` if the wavefront passes more than `most` triangles before
+    /// it is found.
+    pub(crate) async fn next_before(&mut self, most: u64) -> Result<Option<FoundTarget>, QueryError> {
+        while self.wavefront.passed() <= most {
+            let found = self.advance().await?;
+            self.wavefront.take_regions();
+            if let Some(found) = found {
+                return Ok(found);
+            }
+        }
+        Ok(None)
+    }
+
     /// Takes a step. Returns the target that it found, or `Some(None)` if there are no more.
     async fn advance(&mut self) -> Result<Option<Option<FoundTarget>>, QueryError> {
         match self.step()? {

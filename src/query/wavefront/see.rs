@@ -64,7 +64,7 @@ impl Wavefront {
                 }
             }
         }
-        let ahead = self.towards.map_or(0.0, |goal| distance(point, goal));
+        let ahead = self.aims.from(point);
         let task = Task::Vertex {
             vertex: id.index,
             point,

@@ -5,7 +5,7 @@ use super::regions::RegionShape;
 use super::state::Wavefront;
 use super::task::{Task, seam_between};
 use super::waiting::Ahead;
-use super::window::{Window, minus};
+use super::window::Window;
 use crate::geometry::{HalfEdge, Orientation, Point, VertexIndex, orient2d};
 use crate::query::free_space::{FreeSpace, Passage, Passages};
 use crate::query::request::{Contradiction, half_edge_towards};
@@ -240,7 +240,7 @@ impl Wavefront {
         if self.here.beats(way, &crossing, [right_corner, left_corner]) {
             return Ok(None);
         }
-        let length = way + crossing.estimate(self.towards.map(|goal| minus(goal, window.root)));
+        let length = way + self.aims.beyond(&crossing, window.root);
         if length > self.limit {
             return Ok(None);
         }

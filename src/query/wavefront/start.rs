@@ -2,6 +2,7 @@
 
 use std::collections::{BinaryHeap, HashMap, HashSet};
 
+use super::aims::Aims;
 use super::goal::Goal;
 use super::queue::Queue;
 use super::reached::Reached;
@@ -19,20 +20,20 @@ use crate::store::VertexId;
 impl Wavefront {
     /// Creates a wavefront from a free point to all targets that are at most `limit` away.
     pub(crate) fn new(source: &QueryPoint, goal: Goal, limit: f64, outside_is_free: bool) -> Box<Self> {
-        let towards = match &goal {
-            Goal::Points(points) => points.single(),
-            Goal::Sites | Goal::Vertices => None,
+        let aims = match &goal {
+            Goal::Points(points) => points.aims(),
+            Goal::Sites | Goal::Vertices => Aims::default(),
         };
         // Boxed, because it is large and moves with the futures that drive it.
         let mut this = Box::new(Self {
             source: source.point,
             outside_is_free,
             goal,
-            towards,
             limit,
             queue: Queue::new(),
             waiting: Waiting::new(),
-            joins: towards.is_none(),
+            joins: aims.is_empty(),
+            aims,
             passed: 0,
             roots: Vec::with_capacity(8),
             seen: SeenVertices::default(),

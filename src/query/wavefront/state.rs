@@ -4,6 +4,7 @@ use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
 use std::hash::BuildHasherDefault;
 
+use super::aims::Aims;
 use super::found::{FoundTarget, Ready, Target};
 use super::goal::Goal;
 use super::queue::Queue;
@@ -26,8 +27,8 @@ pub(crate) struct Wavefront {
     pub(super) source: Point,
     pub(super) outside_is_free: bool,
     pub(super) goal: Goal,
-    /// The goal, if it is a single query point; the search is directed towards it.
-    pub(super) towards: Option<Point>,
+    /// The goals towards which the search is directed.
+    pub(super) aims: Aims,
     /// Targets that are farther away are not wanted.
     pub(super) limit: f64,
     pub(super) queue: Queue,
@@ -58,6 +59,12 @@ impl Wavefront {
     pub(crate) fn front(&self) -> f64 {
         let ready = self.ready.peek().map(|ready| f64::from_bits(ready.0.key.0));
         ready.map_or(self.queue.front(), |ready| ready.min(self.queue.front()))
+    }
+
+    /// Returns the number of triangles that the wavefront has passed. A triangle counts once for
+    /// each window that passed it.
+    pub(crate) fn passed(&self) -> u64 {
+        self.passed + u64::from(PAUSE - self.pause)
     }
 
     /// Returns the number of roots. No path has more legs than that number plus one.

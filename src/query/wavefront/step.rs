@@ -2,7 +2,7 @@
 
 use std::cmp::Reverse;
 
-use super::found::{FoundTarget, Ready};
+use super::found::{FoundTarget, Ready, Target};
 use super::goal::Goal;
 use super::queue::Next;
 use super::reached::Reached;
@@ -49,6 +49,9 @@ impl Wavefront {
             {
                 // The target may have been found before, on a shorter path.
                 if self.reported.insert(ready.key.1) {
+                    if let Target::Point(found) = ready.value.target {
+                        self.aims.forget(found);
+                    }
                     return Ok(WavefrontStep::Found(ready.value));
                 }
                 continue;

@@ -94,30 +94,31 @@ pub(crate) struct Crossing {
 }
 
 impl Crossing {
-    /// Returns a lower bound of the length of a shortest path from the root through the crossing,
-    /// and on to `goal` if there is one. `goal` is relative to the root.
+    /// Returns a lower bound of the distance of the crossing from the root.
     #[inline]
-    pub(crate) fn estimate(&self, goal: Option<Point>) -> f64 {
+    pub(crate) fn length_to_edge(&self) -> f64 {
         let [right, left] = self.rays;
-        let length = match goal {
-            None => to_segment(right, left),
-            Some(goal) => {
-                let mut goal = goal;
-                // A goal on the root's side of the edge is as far as its mirror image.
-                let side = minus(self.ends[1], self.ends[0]);
-                let off = cross(side, minus(goal, self.ends[0]));
-                if off > 0.0 {
-                    let push = 2.0 * off / (side.x * side.x + side.y * side.y);
-                    goal = Point::new(goal.x + push * side.y, goal.y - push * side.x);
-                }
-                if cross(right, goal) < 0.0 {
-                    self.lengths[0] + distance(right, goal)
-                } else if cross(left, goal) > 0.0 {
-                    self.lengths[1] + distance(left, goal)
-                } else {
-                    (goal.x * goal.x + goal.y * goal.y).sqrt()
-                }
-            }
+        (to_segment(right, left) - self.slack).max(0.0)
+    }
+
+    /// Returns a lower bound of the length of a shortest path from the root through the crossing,
+    /// and on to a goal. The goal is relative to the root.
+    #[inline]
+    pub(crate) fn length_to_goal(&self, mut goal: Point) -> f64 {
+        let [right, left] = self.rays;
+        // A goal on the root's side of the edge is as far as its mirror image.
+        let side = minus(self.ends[1], self.ends[0]);
+        let off = cross(side, minus(goal, self.ends[0]));
+        if off > 0.0 {
+            let push = 2.0 * off / (side.x * side.x + side.y * side.y);
+            goal = Point::new(goal.x + push * side.y, goal.y - push * side.x);
+        }
+        let length = if cross(right, goal) < 0.0 {
+            self.lengths[0] + distance(right, goal)
+        } else if cross(left, goal) > 0.0 {
+            self.lengths[1] + distance(left, goal)
+        } else {
+            (goal.x * goal.x + goal.y * goal.y).sqrt()
         };
         (length - self.slack).max(0.0)
     }

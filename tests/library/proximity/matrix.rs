@@ -77,6 +77,41 @@ fn every_pair_agrees_with_the_oracle_in_the_promised_order() {
     });
 }
 
+/// The matrix of a list with itself is mirrored, whatever its points are.
+#[test]
+fn a_matrix_of_a_list_with_itself_is_symmetric_and_agrees_with_the_oracle() {
+    let scene = scene();
+    let mut points = scene.targets(&mut Random(8), 30);
+    points.extend([
+        at(0, 0),
+        at(0, 0),
+        Point::new(2.0, 2.25),
+        at(7, 7),
+        Point::new(-3.0, 4.0),
+    ]);
+    runtime().block_on(async {
+        for tile_vertices in [5, 1 << 16] {
+            let (_scratch, reader) = scene.build(tile_vertices).await;
+            let oracle = Oracle::read(&reader).await;
+            let pairs = matrix(&reader, &points, &points).await;
+            assert_eq!(pairs.len(), points.len() * points.len());
+            for (index, pair) in pairs.iter().enumerate() {
+                let [from, to] = [index / points.len(), index % points.len()];
+                assert_eq!([pair.from_index, pair.to_index], [from, to]);
+                let mirrored = pairs[to * points.len() + from].outcome;
+                let is_inside = matches!(mirrored, DistanceOutcome::InsideObstacle { .. });
+                assert!(pair.outcome == mirrored || is_inside, "{pair:?} {mirrored:?}");
+            }
+            for (from, row) in pairs.chunks(points.len()).enumerate() {
+                let expected = oracle.walks(points[from], &points);
+                for (pair, expected) in row.iter().zip(expected) {
+                    assert!(same(as_walk(pair.outcome), expected), "{pair:?}, not {expected:?}");
+                }
+            }
+        }
+    });
+}
+
 /// With paths, rows come from the first list, however long it is. Each path is that of a search for
 /// it alone.
 #[test]

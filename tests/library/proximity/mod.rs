@@ -17,7 +17,7 @@ use self::scene::{Scene, at, block, line, open, wall};
 use crate::support::oracle::{Oracle, Walk};
 use crate::support::{Random, runtime};
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
-use delaunay_tiles::query::{PathOutcome, QueryOptions};
+use delaunay_tiles::query::{PathOutcome, QueryOptions, Search};
 use delaunay_tiles::store::{LineKind, TileReader};
 use futures::TryStreamExt;
 use proptest::prelude::*;
@@ -173,6 +173,24 @@ async fn compare_sites(reader: &TileReader, oracle: &Oracle, from: Point, scene:
         );
         assert!(same(Walk::Length(site.distance.value), expected[site.number as usize]));
         assert_eq!(site.vertex.point, scene.sites[site.number as usize]);
+    }
+    for count in [1, found.len() / 2, found.len() + 3] {
+        for search in [Search::Aimed, Search::Auto] {
+            let options = QueryOptions::default().first(count).search(search);
+            let first: Vec<_> = reader.nearest_sites(from, options).try_collect().await.unwrap();
+            assert_eq!(first.len(), count.min(found.len()), "{search:?}");
+            for (site, length) in first.iter().zip(&lengths) {
+                assert!(
+                    is_near(site.distance.value, *length),
+                    "{search:?} from {from:?}: {site:?}"
+                );
+                assert!(same(Walk::Length(site.distance.value), expected[site.number as usize]));
+            }
+            let mut numbers: Vec<u64> = first.iter().map(|site| site.number).collect();
+            numbers.sort_unstable();
+            numbers.dedup();
+            assert_eq!(numbers.len(), first.len());
+        }
     }
     let Some(middle) = found.get(found.len() / 2) else {
         return;

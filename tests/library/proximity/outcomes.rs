@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{Footing, PathOutcome, QueryError, QueryOptions};
+use delaunay_tiles::query::{Footing, PathOutcome, QueryError, QueryOptions, Search, SiteFound};
 use delaunay_tiles::store::TileReader;
 use futures::{FutureExt, StreamExt, TryStreamExt};
 
@@ -220,6 +220,30 @@ fn sites_found_before_a_budget_ended_are_valid() {
         }
         assert!(counts.is_sorted() && counts[0] == 0 && counts[5] > 3, "{counts:?}");
 
+        let mut most = 0;
+        for tiles in [0, 1, 2, 4, 8, 16, 1000] {
+            let options = QueryOptions::default().first(20).search(Search::Aimed).max_tiles(tiles);
+            let mut sites = reader.nearest_sites(from, options);
+            let mut found = Vec::new();
+            let end = loop {
+                match sites.next().await {
+                    Some(Ok(site)) => found.push(site),
+                    end => break end,
+                }
+            };
+            assert_eq!(found, whole[..found.len()]);
+            match end {
+                None => assert_eq!(found.len(), 20),
+                Some(Err(QueryError::OutOfBudget { lower_bound })) => {
+                    let rest = &whole[found.len()..];
+                    assert!(tiles < 1000 && rest.iter().all(|site| site.distance.value >= lower_bound));
+                }
+                end => panic!("{tiles}: {end:?}"),
+            }
+            most = most.max(found.len());
+        }
+        assert_eq!(most, 20);
+
         let to = Point::new(31.5, 20.5);
         let path = reader.shortest_path(from, to, QueryOptions::default()).await.unwrap();
         let PathOutcome::Found(path) = path else {
@@ -234,6 +258,39 @@ fn sites_found_before_a_budget_ended_are_valid() {
                 panic!("{error}")
             };
             assert!(lower_bound <= path.distance.value);
+        }
+    });
+}
+
+/// Searches that aim and the wavefront find the same sites, at the same distances to the last bit.
+#[test]
+fn searches_that_aim_find_what_the_wavefront_finds() {
+    runtime().block_on(async {
+        for (seed, sites) in [(3, 12), (4, 90), (5, 600)] {
+            let mut random = Random(seed);
+            let scene = Scene::town_with_sites(12, sites, &mut random);
+            let (_scratch, reader) = scene.build(400).await;
+            for at in scene.targets(&mut random, 40) {
+                if reader.footing(at, QueryOptions::default()).await.unwrap() != Footing::Free {
+                    continue;
+                }
+                for count in [1, 3, 10, 40] {
+                    let mut answers = Vec::new();
+                    for search in [Search::Wavefront, Search::Aimed, Search::Auto] {
+                        let options = QueryOptions::default().first(count).search(search);
+                        let found: Vec<_> = reader.nearest_sites(at, options).try_collect().await.unwrap();
+                        answers.push(found);
+                    }
+                    assert_eq!(answers[0].len(), count.min(sites));
+                    for (one, other) in answers[0].iter().zip(&answers[1]) {
+                        let tolerance = 1e-14 * one.distance.value;
+                        assert!((one.distance.value - other.distance.value).abs() <= tolerance);
+                    }
+                    let numbers = |found: &[SiteFound]| found.iter().map(|site| site.number).collect::<Vec<_>>();
+                    assert_eq!(numbers(&answers[0]), numbers(&answers[1]), "{at:?} {count}");
+                    assert_eq!(numbers(&answers[0]), numbers(&answers[2]), "{at:?} {count}");
+                }
+            }
         }
     });
 }

@@ -31,7 +31,7 @@ pub fn sites<'py>(
     let options = options.into_query()?;
     ask(py, is_awaited, async move {
         let mut found = Found::new(wants_paths);
-        let question = move |(at, radius)| first(reader.sites_within(at, radius, options.clone()), most);
+        let question = move |(at, radius)| first(reader.sites_within(at, radius, options.clone().first(most)), most);
         in_order(at.into_iter().zip(radii), question, |answer| found.push(answer)).await?;
         Ok(found.into_columns())
     })

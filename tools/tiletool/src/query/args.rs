@@ -9,7 +9,7 @@ use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use delaunay_tiles::crs::Crs;
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{Mode, QueryOptions};
+use delaunay_tiles::query::{Mode, QueryOptions, Search};
 use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
 
 use super::batch::{self, Question};
@@ -48,6 +48,17 @@ pub struct ModeArgs {
     /// bound of at most 1.05 times the lower bound.
     #[arg(long, value_name = "MODE", default_value = "exact")]
     pub mode: Mode,
+}
+
+#[derive(Args, Clone, Copy, Debug)]
+pub struct SearchArgs {
+    /// How sites are searched for, with the same answers: auto, wavefront or aimed
+    ///
+    /// 'wavefront' searches everywhere up to the last site, which is fast where sites are dense.
+    /// 'aimed' searches towards the sites that are nearest by Euclidean distance, which is fast
+    /// where sites are sparse. 'auto' takes what is expected to be faster.
+    #[arg(long, value_name = "SEARCH", default_value = "auto")]
+    pub search: Search,
 }
 
 #[derive(Args, Clone, Copy, Debug)]

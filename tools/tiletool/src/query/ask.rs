@@ -1,7 +1,7 @@
 //! Asks the library.
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{Footing, PathOutcome, QueryError, QueryOptions};
+use delaunay_tiles::query::{Footing, PathOutcome, QueryError, QueryOptions, Search};
 use delaunay_tiles::store::TileReader;
 use futures::{Stream, TryStreamExt};
 
@@ -14,7 +14,7 @@ use super::batch::Question;
 pub enum Ask {
     Locate,
     Nearest { k: u32, vertices: bool },
-    Knn { k: u32 },
+    Knn { k: u32, search: Search },
     Range { radius: f64, area: bool },
     Path,
     Along { k: u32 },
@@ -94,7 +94,8 @@ impl Ask {
                 };
                 (status, QueryResult::Near(near))
             }
-            Self::Knn { k } => {
+            Self::Knn { k, search } => {
+                let options = options.first(k as usize).search(search);
                 let (status, sites) = first(reader.nearest_sites(at, options), k as usize).await?;
                 (status, QueryResult::Sites(sites))
             }

@@ -55,6 +55,8 @@ pub struct KnnArgs {
     #[command(flatten)]
     pub mode: ModeArgs,
     #[command(flatten)]
+    pub search: SearchArgs,
+    #[command(flatten)]
     pub progress: ProgressArgs,
 }
 
@@ -118,7 +120,13 @@ impl QueryCommand {
                 };
                 (ask, of(&args.points), &args.points.common)
             }
-            Self::Knn(args) => (Ask::Knn { k: args.k }, of(&args.points), &args.points.common),
+            Self::Knn(args) => {
+                let ask = Ask::Knn {
+                    k: args.k,
+                    search: args.search.search,
+                };
+                (ask, of(&args.points), &args.points.common)
+            }
             Self::Range(args) => (
                 Ask::Range {
                     radius: args.radius,

@@ -113,7 +113,7 @@ fn title(ask: Ask, unit: Unit, answer: &Answer) -> String {
     let what = match ask {
         Ask::Locate => "Where is".to_owned(),
         Ask::Nearest { k, .. } => format!("{} by Euclidean distance to", nearest(k)),
-        Ask::Knn { k } => format!("{} by walking distance from", nearest(k)),
+        Ask::Knn { k, .. } => format!("{} by walking distance from", nearest(k)),
         Ask::Range { radius, .. } => format!("Within {} of", unit.distance(radius)),
         Ask::Path => "The shortest path from".to_owned(),
         Ask::Along { k } => format!("{} along", nearest(k)),

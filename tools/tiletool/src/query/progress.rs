@@ -19,7 +19,7 @@ pub async fn answer(
     printer: &mut Printer,
 ) -> anyhow::Result<()> {
     match (ask, question) {
-        (Ask::Knn { k }, Question::At(at)) => {
+        (Ask::Knn { k, .. }, Question::At(at)) => {
             let progress = reader.nearest_sites_progressive(at, k as usize, options);
             print_all(
                 question,
