@@ -33,7 +33,7 @@ pub fn nearest<'py>(
         let (mut offsets, mut distances, mut places) = (vec![0], Vec::new(), Vec::new());
         let (mut vertices, mut numbers) = (Vec::new(), Vec::new());
         let question = move |at| nearest_to(reader.clone(), at, most, of_sites, options.clone());
-        in_order(at.into_iter(), question, |(status, found)| {
+        in_order(at.into_iter(), |&at| at, question, |(status, found)| {
             ends.push(status);
             for near in found {
                 distances.push(near.distance);
