@@ -124,7 +124,13 @@ pub fn edge_distances<'py>(
                 }
             }
         };
-        in_order(from.into_iter().zip(to), |pair| pair.0, question, |answer| cells.push(answer)).await?;
+        in_order(
+            from.into_iter().zip(to),
+            |pair| pair.0,
+            question,
+            |answer| cells.push(answer),
+        )
+        .await?;
         Ok(cells.into_columns())
     })
 }
