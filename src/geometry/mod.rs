@@ -21,6 +21,7 @@ pub use crossing::{crossing_point, segments_cross};
 pub use half_edge::{HalfEdge, PackedHalfEdge};
 pub use ids::{TriangleId, VertexIndex};
 pub(crate) use morton::MortonSquare;
+pub use morton::curve_order;
 pub use point::{Point, Rect};
 pub use predicates::{Orientation, in_circle, incircle, orient2d};
 pub(crate) use predicates::{compare_lines, doubled_area};

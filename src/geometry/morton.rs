@@ -38,6 +38,27 @@ impl MortonSquare {
     }
 }
 
+/// Returns the indices of points, in an order in which points that follow each other are mostly near
+/// each other.
+///
+/// Questions about points that are asked in this order find most of the tiles that they need in the
+/// cache, because the questions before them needed the same.
+///
+/// # Examples
+/// ```
+/// use delaunay_tiles::geometry::{Point, curve_order};
+///
+/// let points = [[0.0, 0.0], [9.0, 9.0], [1.0, 0.0], [8.0, 9.0]].map(|[x, y]| Point::new(x, y));
+/// assert_eq!(curve_order(&points), [0, 2, 3, 1]);
+/// ```
+#[must_use]
+pub fn curve_order(points: &[Point]) -> Vec<usize> {
+    let square = MortonSquare::around(Rect::around(points.iter().copied()));
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    order.sort_by_cached_key(|&index| square.key(points[index]));
+    order
+}
+
 /// Returns the bits of a number with a 0 before each.
 fn spread(v: u32) -> u64 {
     let mut v = u64::from(v);

@@ -82,10 +82,10 @@ pub(crate) const KEPT_OF_TILES: usize = 16;
 pub(crate) const HUGE_PAGE: usize = 2 << 20;
 
 /// Returns how many bytes of memory for `length` bytes should be in huge pages: all whole huge
-/// pages, and the last one too if it exceeds the bytes by at most a quarter.
+/// pages, and the last one too if it exceeds the bytes by at most a sixteenth.
 pub(crate) const fn in_huge_pages(length: usize) -> usize {
     let up = length.next_multiple_of(HUGE_PAGE);
-    if up - length <= length / 4 {
+    if up - length <= length / 16 {
         up
     } else {
         length / HUGE_PAGE * HUGE_PAGE

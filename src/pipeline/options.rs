@@ -248,7 +248,7 @@ impl BuildOptions {
 impl Default for BuildOptions {
     fn default() -> Self {
         Self {
-            tile_vertices: 1 << 16,
+            tile_vertices: 1 << 15,
             merge_vertices: 1 << 16,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             memory: default_memory(),

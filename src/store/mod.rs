@@ -50,7 +50,7 @@ pub use format::polygon_lines::PolygonLine;
 pub(crate) use format::polygon_lines::in_order as polygon_lines_in_order;
 pub use format::superblock::{FORMAT_VERSION, FileId};
 pub(crate) use format::table_place::TablePlace;
-pub(crate) use format::tile::{HalfEdgeNote, HalfEdgeNotes, NoteKind, VertexNotes};
+pub(crate) use format::tile::{HalfEdgeNote, HalfEdgeNotes, VertexNotes};
 pub use format::tile::{Site, Tile, TileEdge, Vertex};
 pub(crate) use pass::{Needs, PassPlan, PassReader, TileInPass, by_tile, list_for, spawn};
 pub use reader::{OpenOptions, TileReader};

@@ -298,8 +298,7 @@ impl TileReader {
         let Some(entry) = self.entry_in_memory(id) else {
             return false;
         };
-        // With its notes, a tile takes about twice as much memory as in the file.
-        let bytes = 2 * entry.decoded_bytes();
+        let bytes = entry.cached_bytes();
         let free = cache.capacity().saturating_sub(cache.statistics().bytes);
         bytes <= free as u64 && !self.is_cached(id)
     }

@@ -1,8 +1,9 @@
-//! Properties of each vertex of a tile. The first search that needs them computes them; all later
-//! searches share them.
+//! Properties of each vertex of a tile. The first search that needs those of a vertex computes them; all
+//! later searches share them.
 
 use super::space::FreeSpace;
-use crate::geometry::{Orientation, Point, VertexIndex, orient2d};
+use super::wedges::Wedge;
+use crate::geometry::{HalfEdge, Orientation, Point, VertexIndex, orient2d};
 use crate::mesh::Twin;
 use crate::query::request::Contradiction;
 use crate::store::VertexNotes;
@@ -14,6 +15,8 @@ pub(crate) struct Mark(u8);
 const TURNING: u8 = 1;
 const SITE: u8 = 2;
 const SINGLE: u8 = 4;
+/// Every mark has this bit; 0 stands for an absent mark.
+const PRESENT: u8 = 8;
 
 impl Mark {
     /// Returns whether a path can bend round the vertex in one of its sectors.
@@ -35,30 +38,44 @@ impl Mark {
     }
 }
 
+/// What is known of the sectors of a vertex.
+struct Sectors {
+    /// The number of free sectors.
+    count: u32,
+    /// The neighbours at the right and left end of the sector in which it turns.
+    turning: Option<[VertexIndex; 2]>,
+}
+
 impl<'t> FreeSpace<'t> {
     /// Returns the properties of a vertex, or `None` if the tile has no such vertex. Where the tile
     /// contradicts itself, the walk round the star reports it.
     #[inline]
     pub(crate) fn mark(self, vertex: VertexIndex) -> Option<Mark> {
-        self.marks().marks.get(vertex.index()).copied().map(Mark)
+        match self.vertex_notes().mark(vertex) {
+            Some(0) => Some(self.find_mark(vertex)),
+            mark => mark.map(Mark),
+        }
     }
 
     /// Returns whether the tile has break lines.
     pub(crate) fn has_break_lines(self) -> bool {
-        self.marks().has_break_lines
+        let is_break_line = |half_edge| !self.tile.is_wall(half_edge);
+        let find = || self.tile.constraint_half_edges().any(is_break_line);
+        self.tile.notes().has_break_lines(find)
     }
 
-    /// Returns the properties of each vertex of the tile, with the neighbours at the right and left
-    /// end of the sector in which it turns.
-    fn marks(self) -> &'t VertexNotes {
-        self.tile.notes().vertices(|| self.find_marks())
+    /// Returns the notes on the vertices of the tile: the marks, and the neighbours at the right and
+    /// left end of the sectors in which vertices turn.
+    #[inline]
+    fn vertex_notes(self) -> &'t VertexNotes {
+        self.tile.notes().vertices(self.tile.vertex_count())
     }
 
-    /// Returns whether a path that arrives straight from `from` at a turning vertex of the tile can
-    /// bend round an edge there. It cannot if both ends of the sector face `from`.
+    /// Returns whether a path that arrives straight from `from` at a turning vertex of the tile,
+    /// whose mark was asked for, can bend round an edge there. It cannot if both ends of the sector
+    /// face `from`.
     pub(crate) fn can_turn(self, from: Point, vertex: VertexIndex) -> bool {
-        let marks = self.marks();
-        let Some(ends) = marks.ends.get(marks.ends_index[vertex.index()] as usize) else {
+        let Some(ends) = self.vertex_notes().ends(vertex) else {
             return true;
         };
         let at = self.point(vertex);
@@ -66,67 +83,66 @@ impl<'t> FreeSpace<'t> {
         turn(ends[1]) != Orientation::Clockwise || turn(ends[0]) != Orientation::CounterClockwise
     }
 
-    fn find_marks(self) -> VertexNotes {
-        const TOUCHED: u8 = 128;
-        let vertices = self.tile.vertex_count() as usize;
-        let mut marks = vec![SINGLE; vertices];
-        for site in self.tile.sites() {
-            marks[site.vertex.index()] |= SITE;
-        }
-        let mut has_break_lines = false;
-        for half_edge in self.tile.constraint_half_edges() {
-            has_break_lines |= !self.tile.is_wall(half_edge);
-            let is_blocked = self.tile.is_wall(half_edge)
-                || match self.tile.twin(half_edge) {
-                    Twin::HalfEdge(other) => self.is_free(half_edge.triangle()) != self.is_free(other.triangle()),
-                    Twin::Hull | Twin::Elsewhere => self.is_free(half_edge.triangle()) != self.outside_is_free,
-                };
-            let ends = [half_edge, half_edge.next()].map(|half_edge| self.tile.origin(half_edge));
-            for end in ends.into_iter().filter(|&end| is_blocked && self.tile.has_vertex(end)) {
-                marks[end.index()] |= TOUCHED;
+    /// Determines the properties of a vertex, and notes them.
+    #[cold]
+    fn find_mark(self, vertex: VertexIndex) -> Mark {
+        let site = if self.tile.is_site(vertex) { SITE } else { 0 };
+        let (of_sectors, ends) = match self.sectors(vertex) {
+            Ok(sectors) => {
+                let single = if sectors.count == 1 { SINGLE } else { 0 };
+                let turning = if sectors.turning.is_some() { TURNING } else { 0 };
+                (single | turning, sectors.turning)
             }
-        }
-        let mut ends = Vec::new();
-        let mut ends_index = vec![u32::MAX; vertices];
-        for (vertex, mark) in self.tile.vertex_indices().zip(&mut marks) {
-            if *mark & TOUCHED == 0 {
-                continue;
-            }
-            *mark &= !(TOUCHED | SINGLE);
-            match self.sectors(vertex) {
-                Ok((sectors, turning)) => {
-                    *mark |= if sectors == 1 { SINGLE } else { 0 };
-                    if let Some(of_turning) = turning {
-                        *mark |= TURNING;
-                        ends_index[vertex.index()] = ends.len() as u32;
-                        ends.push(of_turning);
-                    }
-                }
-                Err(_) => *mark |= TURNING,
-            }
-        }
-        VertexNotes {
-            marks,
-            ends_index,
-            ends,
-            has_break_lines,
-        }
+            Err(_) => (TURNING, None),
+        };
+        let mark = PRESENT | site | of_sectors;
+        self.vertex_notes().note(vertex, mark, ends);
+        Mark(mark)
     }
 
-    /// Returns the number of free sectors of a vertex, and the neighbours at the right and left end
-    /// of the sector in which it turns.
-    fn sectors(self, vertex: VertexIndex) -> Result<(u32, Option<[VertexIndex; 2]>), Contradiction> {
-        let (mut sectors, mut turning) = (0, None);
-        for wedge in self.free_wedges(vertex)? {
+    /// Returns the sectors of a vertex. A vertex at which nothing blocks has one, and turns in none.
+    fn sectors(self, vertex: VertexIndex) -> Result<Sectors, Contradiction> {
+        let mut wedges = self.wedges(vertex)?;
+        if !wedges.iter().any(|&wedge| self.is_beside_blocked(wedge)) {
+            return Ok(Sectors {
+                count: 1,
+                turning: None,
+            });
+        }
+        wedges.retain(|&wedge| self.is_free_wedge(wedge));
+        let mut sectors = Sectors {
+            count: 0,
+            turning: None,
+        };
+        for wedge in wedges {
             if self.right_of(vertex, wedge)?.is_some() {
                 continue;
             }
-            sectors += 1;
+            sectors.count += 1;
             if self.turns_from(vertex, wedge)? {
                 let last = self.end_of_sector(vertex, wedge, true)?;
-                turning = Some([self.neighbours(vertex, wedge)?[0], self.neighbours(vertex, last)?[1]]);
+                sectors.turning = Some([self.neighbours(vertex, wedge)?[0], self.neighbours(vertex, last)?[1]]);
             }
         }
-        Ok((sectors, turning))
+        Ok(sectors)
+    }
+
+    /// Returns whether an edge blocks that bounds the wedge of a triangle.
+    fn is_beside_blocked(self, wedge: Wedge) -> bool {
+        match wedge {
+            Wedge::Triangle(half_edge) => [half_edge, half_edge.prev()].into_iter().any(|edge| self.blocks(edge)),
+            Wedge::Outside => false,
+        }
+    }
+
+    /// Returns whether an edge is a constraint that separates free space from what is not free, or a
+    /// wall.
+    fn blocks(self, half_edge: HalfEdge) -> bool {
+        self.tile.is_constraint(half_edge)
+            && (self.tile.is_wall(half_edge)
+                || match self.tile.twin(half_edge) {
+                    Twin::HalfEdge(other) => self.is_free(half_edge.triangle()) != self.is_free(other.triangle()),
+                    Twin::Hull | Twin::Elsewhere => self.is_free(half_edge.triangle()) != self.outside_is_free,
+                })
     }
 }

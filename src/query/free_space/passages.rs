@@ -16,29 +16,19 @@
 //! ```
 //!
 //! Noting a half-edge checks that it agrees with its twin, so crossings need no check. Finding dead
-//! ends examines all half-edges of the tile, which takes some milliseconds for 65,536 vertices.
-//! That pays off where many searches come, so the first searches do without. The notes take 24
-//! bytes of memory per triangle.
+//! ends examines all triangles of the tile. That pays off where many searches come, so searches do
+//! without until they have passed about as many triangles as the tile has.
 
 use std::sync::atomic::Ordering;
 
 use super::space::{FreeSpace, FreeTwin};
 use crate::geometry::{HalfEdge, Orientation, TriangleId, VertexIndex, orient2d};
-use crate::store::{HalfEdgeNote, HalfEdgeNotes, NoteKind};
+use crate::mesh::Twin;
+use crate::store::{HalfEdgeNote, HalfEdgeNotes};
 
-/// The lowest noted value that is not a half-edge. The values from here on are the cases below, and
-/// [`HalfEdgeNote::NONE`].
-const NO_SIDE: u32 = u32::MAX - 4;
-const BLOCKED: u32 = NO_SIDE;
-const ELSEWHERE: u32 = NO_SIDE + 1;
-const OUTSIDE: u32 = NO_SIDE + 2;
-const CONTRADICTORY: u32 = NO_SIDE + 3;
-/// The bit that marks a half-edge whose twin belongs to a dead end.
-const DEAD_END: u32 = 1 << 31;
-
-/// The number of visits to a tile after which its dead ends are computed. The computation takes as
-/// long as some tens of paths across the tile.
-const LOOKS_FOR_DEAD_ENDS: u32 = 16;
+/// The number of exits of a triangle that is not removed: it is not free, has a site, or was
+/// removed before.
+const STAYS: u8 = u8::MAX;
 
 /// The space beyond a half-edge of a free triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,50 +75,36 @@ impl<'t> Passages<'t> {
     /// Returns what is beyond a half-edge.
     #[inline]
     pub(crate) fn twin(self, half_edge: HalfEdge) -> Passage {
-        let noted = match self.noted.half_edges[half_edge.index()].get(NoteKind::Passage) {
-            HalfEdgeNote::NONE => self.note(half_edge),
-            noted => noted,
-        };
-        match noted {
-            BLOCKED => Passage::Blocked,
-            ELSEWHERE => Passage::Elsewhere,
-            OUTSIDE => Passage::Outside,
-            CONTRADICTORY => Passage::Contradictory,
-            half_edge if half_edge & DEAD_END != 0 && self.may_mark() => {
-                Passage::DeadEnd(HalfEdge(half_edge & !DEAD_END))
-            }
-            half_edge => Passage::HalfEdge(HalfEdge(half_edge)),
+        let note = self.noted.get(half_edge);
+        if note == HalfEdgeNote::Blocked {
+            return Passage::Blocked;
         }
-    }
-
-    /// Returns whether dead ends can be marked: not if the tile has so many half-edges that the
-    /// mark would be part of an index.
-    #[inline]
-    fn may_mark(self) -> bool {
-        self.noted.half_edges.len() <= DEAD_END as usize
+        match (note, self.space.tile.twin(half_edge)) {
+            (HalfEdgeNote::Open, Twin::HalfEdge(other)) => Passage::HalfEdge(other),
+            (HalfEdgeNote::DeadEnd, Twin::HalfEdge(other)) => Passage::DeadEnd(other),
+            _ => self.examine(half_edge),
+        }
     }
 
     /// Returns the origin of a half-edge.
     #[inline]
     pub(crate) fn corner(self, half_edge: HalfEdge) -> VertexIndex {
-        let noted = &self.noted.half_edges[half_edge.index()];
-        VertexIndex(match noted.get(NoteKind::Origin) {
-            HalfEdgeNote::NONE => noted.note(NoteKind::Origin, self.space.tile.origin(half_edge).0),
-            corner => corner,
-        })
+        self.space.tile.origin(half_edge)
     }
 
-    /// Determines what is beyond a half-edge, and notes it.
+    /// Determines what is beyond a half-edge. Notes it if that is a triangle of this tile, or
+    /// nothing; all else is rare.
     #[cold]
-    fn note(self, half_edge: HalfEdge) -> u32 {
-        let beyond = match self.space.twin(half_edge) {
-            FreeTwin::HalfEdge(other) if self.agree(half_edge, other) => other.0,
-            FreeTwin::HalfEdge(_) => CONTRADICTORY,
-            FreeTwin::Elsewhere => ELSEWHERE,
-            FreeTwin::Outside => OUTSIDE,
-            FreeTwin::Blocked => BLOCKED,
+    fn examine(self, half_edge: HalfEdge) -> Passage {
+        let (passage, note) = match self.space.twin(half_edge) {
+            FreeTwin::HalfEdge(other) if self.agree(half_edge, other) => (Passage::HalfEdge(other), HalfEdgeNote::Open),
+            FreeTwin::HalfEdge(_) => return Passage::Contradictory,
+            FreeTwin::Elsewhere => return Passage::Elsewhere,
+            FreeTwin::Outside => return Passage::Outside,
+            FreeTwin::Blocked => (Passage::Blocked, HalfEdgeNote::Blocked),
         };
-        self.noted.half_edges[half_edge.index()].note(NoteKind::Passage, beyond)
+        self.noted.note(half_edge, note);
+        passage
     }
 
     /// Returns whether two half-edges have the same ends, and the triangle of `other` is
@@ -142,13 +118,19 @@ impl<'t> Passages<'t> {
         is_same(from, from_there) && is_same(to, to_there) && orient2d(a, b, c) == Orientation::CounterClockwise
     }
 
-    /// Counts the visit of a search to the tile. Returns whether the dead ends of the tile are
-    /// known from now on.
-    pub(crate) fn visit(self) -> bool {
+    /// Counts the triangles of the tile that a search passed.
+    pub(crate) fn count_passed(self, triangles: u32) {
+        self.noted.count_passed(triangles);
+    }
+
+    /// Returns whether the dead ends of the tile are known from now on. Finds them if searches have
+    /// passed so many triangles that it is time.
+    pub(crate) fn knows_dead_ends(self) -> bool {
         if self.noted.knows_dead_ends.load(Ordering::Acquire) {
             return true;
         }
-        let is_time = self.noted.visits.fetch_add(1, Ordering::Relaxed) + 1 == LOOKS_FOR_DEAD_ENDS;
+        let triangles = u64::from(self.space.tile.triangle_count());
+        let is_time = self.noted.is_time_for_dead_ends(triangles);
         if is_time {
             self.find_dead_ends();
         }
@@ -158,7 +140,7 @@ impl<'t> Passages<'t> {
     /// Marks dead ends. Only one search may call this.
     fn find_dead_ends(self) {
         // Without blocked edges there are no dead ends.
-        if self.space.may_block() && self.may_mark() {
+        if self.space.may_block() {
             self.mark_dead_ends();
         }
         self.noted.knows_dead_ends.store(true, Ordering::Release);
@@ -190,32 +172,25 @@ impl<'t> Passages<'t> {
 
     /// Removes triangles with one exit, then those with one exit left, and so on.
     fn mark_dead_ends(self) {
-        let is_site: Vec<bool> = self.space.site_marks();
-        let ways = |triangle: TriangleId| -> u8 {
-            let half_edges = HalfEdge::of_triangle(triangle);
-            // A half-edge that is not blocked and has no twin in the tile is an exit that stays.
-            let count = half_edges.map(|half_edge| match self.twin(half_edge) {
-                Passage::Blocked => 0,
-                Passage::HalfEdge(_) | Passage::DeadEnd(_) => 1,
-                Passage::Elsewhere | Passage::Outside | Passage::Contradictory => 2,
-            });
-            count.into_iter().sum()
-        };
         let core = self.space.tile.core_triangle_count() as usize;
-        let core = self.space.tile.triangle_ids().take(core);
-        let mut left: Vec<u8> = core
-            .clone()
-            .map(|triangle| {
-                let mut corners = HalfEdge::of_triangle(triangle)
-                    .into_iter()
-                    .map(|half_edge| self.corner(half_edge));
-                let stays = !self.space.is_free(triangle) || corners.any(|corner| is_site[corner.index()]);
-                if stays { u8::MAX } else { ways(triangle) }
-            })
-            .collect();
-        let mut ends: Vec<TriangleId> = core.filter(|triangle| left[triangle.index()] <= 1).collect();
+        let is_site: Vec<bool> = self.space.site_marks();
+        // The exits that each triangle has left, `None` until one of them is examined.
+        let mut left: Vec<Option<u8>> = vec![None; core];
+        let mut ends = Vec::new();
+        for triangle in self.space.tile.triangle_ids().take(core) {
+            let half_edges = HalfEdge::of_triangle(triangle).into_iter();
+            // Only constraints block.
+            let blocked = half_edges.filter(|&half_edge| self.space.tile.is_constraint(half_edge));
+            if blocked.count() >= 2 {
+                let exits = self.exits(triangle, &is_site);
+                left[triangle.index()] = Some(exits);
+                if exits <= 1 {
+                    ends.push(triangle);
+                }
+            }
+        }
         while let Some(triangle) = ends.pop() {
-            left[triangle.index()] = u8::MAX;
+            left[triangle.index()] = Some(STAYS);
             let mut half_edges = HalfEdge::of_triangle(triangle).into_iter();
             let out = half_edges.find_map(|half_edge| match self.twin(half_edge) {
                 Passage::HalfEdge(out) => Some(out),
@@ -225,14 +200,35 @@ impl<'t> Passages<'t> {
             if !matches!(self.twin(out), Passage::HalfEdge(_) | Passage::DeadEnd(_)) {
                 continue;
             }
-            self.noted.half_edges[out.index()].set_bits(NoteKind::Passage, DEAD_END);
-            if let Some(left) = left.get_mut(out.triangle().index()).filter(|left| **left < u8::MAX) {
-                *left = left.saturating_sub(1);
-                if *left == 1 {
+            self.noted.note(out, HalfEdgeNote::DeadEnd);
+            let Some(left) = left.get_mut(out.triangle().index()) else {
+                continue;
+            };
+            let exits = left.get_or_insert_with(|| self.exits(out.triangle(), &is_site));
+            if *exits < STAYS {
+                *exits = exits.saturating_sub(1);
+                if *exits == 1 {
                     ends.push(out.triangle());
                 }
             }
         }
+    }
+
+    /// Returns the number of exits of a triangle, including those that are marked as dead ends, or
+    /// [`STAYS`].
+    fn exits(self, triangle: TriangleId, is_site: &[bool]) -> u8 {
+        let half_edges = HalfEdge::of_triangle(triangle);
+        let has_site = |half_edge| is_site[self.corner(half_edge).index()];
+        if !self.space.is_free(triangle) || half_edges.into_iter().any(has_site) {
+            return STAYS;
+        }
+        // A half-edge that is not blocked and has no twin in the tile is an exit that stays.
+        let count = half_edges.map(|half_edge| match self.twin(half_edge) {
+            Passage::Blocked => 0,
+            Passage::HalfEdge(_) | Passage::DeadEnd(_) => 1,
+            Passage::Elsewhere | Passage::Outside | Passage::Contradictory => 2,
+        });
+        count.into_iter().sum()
     }
 }
 

@@ -35,7 +35,7 @@ pub(crate) enum Wedge {
 }
 
 impl<'t> FreeSpace<'t> {
-    fn is_free_wedge(self, wedge: Wedge) -> bool {
+    pub(super) fn is_free_wedge(self, wedge: Wedge) -> bool {
         match wedge {
             Wedge::Triangle(half_edge) => self.is_free(half_edge.triangle()),
             Wedge::Outside => self.outside_is_free,

@@ -43,7 +43,7 @@ impl Reached {
     pub(crate) fn new(space: FreeSpace<'_>, goals: impl Iterator<Item = TriangleId>) -> Self {
         let (tile, passages) = (space.tile, space.passages());
         let goals = goals.filter(|&triangle| triangle.0 < tile.triangle_count());
-        let open_dead_ends = passages.visit().then(|| {
+        let open_dead_ends = passages.knows_dead_ends().then(|| {
             let mut open_dead_ends: Vec<TriangleId> = goals.flat_map(|triangle| passages.way_in(triangle)).collect();
             open_dead_ends.sort_unstable();
             open_dead_ends

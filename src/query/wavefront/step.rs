@@ -41,6 +41,13 @@ impl Wavefront {
             outside_is_free: self.outside_is_free,
         };
         self.enter_tile(space);
+        let step = self.advance(space);
+        space.passages().count_passed(PAUSE - self.pause);
+        step
+    }
+
+    /// Runs tasks in the current tile until it is time for the next step.
+    fn advance(&mut self, space: FreeSpace<'_>) -> Result<WavefrontStep, Contradiction> {
         loop {
             let front = self.queue.front();
             let is_next = |ready: &Reverse<Ready>| f64::from_bits(ready.0.key.0) < front;

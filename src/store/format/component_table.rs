@@ -104,16 +104,25 @@ pub(crate) fn encode(tile: TileId, records: &[ComponentRecord]) -> Vec<u8> {
 
 /// Decodes the table of a tile. The error says what is wrong.
 pub(crate) fn decode(tile: TileId, bytes: &[u8]) -> Result<Vec<ComponentRecord>, Damage> {
+    decode_with(tile, bytes, |record| record)
+}
+
+/// Decodes the table of a tile, and returns what `keep` makes of each record.
+pub(crate) fn decode_with<T>(
+    tile: TileId,
+    bytes: &[u8],
+    keep: impl Fn(ComponentRecord) -> T,
+) -> Result<Vec<T>, Damage> {
     let wrong = || Damage::new("its component table is malformed");
     let mut rest = Rest(bytes);
     let count = rest.number().filter(|&count| count <= (bytes.len() / MIN_BYTES) as u64);
     let count = count.filter(|&count| count > 0).ok_or_else(wrong)?;
-    let mut records = Vec::with_capacity(count as usize);
+    let mut kept = Vec::with_capacity(count as usize);
     for _ in 0..count {
-        records.push(rest.record(tile).ok_or_else(wrong)?);
+        kept.push(keep(rest.record(tile).ok_or_else(wrong)?));
     }
     match rest.0.is_empty() {
-        true => Ok(records),
+        true => Ok(kept),
         false => Err(wrong()),
     }
 }

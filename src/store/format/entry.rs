@@ -15,6 +15,9 @@ const VERTEX_BYTES: u64 = 16;
 /// The minimum number of bytes per triangle: corners and neighbours.
 const TRIANGLE_BYTES: u64 = 6;
 
+/// The number of bytes that a tile takes in a cache besides its content, at most.
+const CACHED_BYTES: u64 = 2 << 10;
+
 /// The entry of a tile in the directory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TileEntry {
@@ -75,6 +78,14 @@ impl TileEntry {
     #[must_use]
     pub fn decoded_bytes(&self) -> u64 {
         u64::from(self.core.decoded) + u64::from(self.border.decoded)
+    }
+
+    /// Returns about how many bytes the tile takes in a cache at most: 1.3 times those of core, border
+    /// and component table, decoded.
+    #[must_use]
+    pub fn cached_bytes(&self) -> u64 {
+        let bytes = self.decoded_bytes() + self.table.byte_size();
+        bytes + bytes / 10 * 3 + CACHED_BYTES
     }
 
     /// Returns the lengths of core and border together, as they are stored, in bytes.

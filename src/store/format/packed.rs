@@ -3,7 +3,7 @@
 //! Layout: `width` bytes per integer, little-endian, then 8 − `width` bytes of padding. Because of
 //! the padding, reading an integer is a load of eight bytes and a mask.
 
-use std::ops::Range;
+use std::ops::RangeInclusive;
 
 use bytes::Bytes;
 use flatbuffers::FlatBufferBuilder;
@@ -75,7 +75,7 @@ impl Packed {
 
     /// Returns a value within `range`, if there is one. If there is none, the search takes no
     /// longer than reading the array.
-    pub(crate) fn find_within(&self, range: Range<u64>) -> Option<u64> {
+    pub(crate) fn find_within(&self, range: RangeInclusive<u64>) -> Option<u64> {
         // No early exit, and one loop per width, so that the compiler can vectorise the
         // comparisons.
         let bytes = &self.data[..self.len * self.width];
@@ -97,16 +97,16 @@ impl Packed {
 /// Returns whether any value of `WIDTH` bytes is within `range`.
 fn any_within<const WIDTH: usize, T: Copy + PartialOrd + TryFrom<u64>>(
     bytes: &[u8],
-    range: &Range<u64>,
+    range: &RangeInclusive<u64>,
     read: impl Fn([u8; WIDTH]) -> T,
 ) -> bool {
     // A start beyond the largest value of the type: no value is in the range.
-    let (Ok(first), false) = (T::try_from(range.start), range.is_empty()) else {
+    let (Ok(first), false) = (T::try_from(*range.start()), range.is_empty()) else {
         return false;
     };
     let values = bytes.as_chunks().0.iter().map(|&value| read(value));
-    match T::try_from(range.end) {
-        Ok(end) => values.fold(false, |found, value| found | ((value >= first) & (value < end))),
+    match T::try_from(*range.end()) {
+        Ok(last) => values.fold(false, |found, value| found | ((value >= first) & (value <= last))),
         Err(_) => values.fold(false, |found, value| found | (value >= first)),
     }
 }
@@ -210,7 +210,7 @@ mod tests {
                 packed.largest(),
                 u64::MAX,
             ];
-            for range in ends.iter().flat_map(|&start| ends.map(|end| start..end)) {
+            for range in ends.iter().flat_map(|&start| ends.map(|end| start..=end)) {
                 let within = packed.iter().find(|value| range.contains(value));
                 assert_eq!(packed.find_within(range.clone()), within, "{largest} {range:?}");
             }

@@ -54,6 +54,15 @@ impl TablePlace {
         }
     }
 
+    /// Returns the length of the table in bytes.
+    pub(crate) fn byte_size(&self) -> u64 {
+        match self {
+            Self::Nowhere => 0,
+            Self::InPage(table) => table.length.into(),
+            Self::Apart(extent) => extent.decoded.into(),
+        }
+    }
+
     /// Returns the checksum of the table.
     pub(crate) fn crc(&self) -> u32 {
         match self {

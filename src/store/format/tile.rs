@@ -23,7 +23,7 @@ use crate::store::format::packed::Packed;
 use edge_bits::{EdgeSources, HalfEdgeBits};
 pub use edges::TileEdge;
 use notes::Notes;
-pub(crate) use notes::{HalfEdgeNote, HalfEdgeNotes, NoteKind, VertexNotes};
+pub(crate) use notes::{HalfEdgeNote, HalfEdgeNotes, VertexNotes};
 use regions::Regions;
 
 pub use sites::Site;
@@ -168,7 +168,8 @@ impl Tile {
             + self.regions.byte_size()
             + self.sites.as_ref().map_or(0, Sites::byte_size)
             + packed.iter().map(|p| p.byte_size()).sum::<usize>();
-        let noted = Notes::byte_size(self.records.len(), 3 * self.triangle_count() as usize);
+        let has_constraints = self.half_edge_bits.iter().any(HalfEdgeBits::any);
+        let noted = Notes::byte_size(self.records.len(), 3 * self.triangle_count() as usize, has_constraints);
         size_of::<Self>() + memory_of(of_file) + noted
     }
 

@@ -344,6 +344,38 @@ fn many_tasks_get_right_answers_from_a_reader_with_a_tiny_cache() {
     });
 }
 
+/// A cache of the size that the directory names holds the whole file, with the notes of queries; and
+/// a tile of some hundred vertices takes at most 1.3 times its bytes in the file.
+#[test]
+fn a_cache_of_the_named_size_holds_all_tiles() {
+    for (kind, tile_vertices) in [(Kind::Uniform, 1000), (Kind::Clusters, 300), (Kind::Grid, 16)] {
+        let points = points_of(kind, 4000, 7);
+        runtime().block_on(async {
+            let (scratch, reader) = built(&points, options(tile_vertices)).await;
+            let directory = reader.directory().await.unwrap();
+            let used = directory.tiles.iter().filter(|entry| !entry.is_unused());
+            let (named, stored) = used.fold((0, 0), |(named, stored), entry| {
+                (named + entry.cached_bytes(), stored + entry.stored_bytes())
+            });
+            let cache = Cache::new(named as usize);
+            let reader = TileReader::open(&scratch.path, OpenOptions::default().cache(&cache))
+                .await
+                .unwrap();
+            for _ in 0..3 {
+                for p in &points {
+                    reader.locate(p.x, p.y).await.unwrap();
+                }
+            }
+            let statistics = cache.statistics();
+            assert_eq!(statistics.evictions, 0, "{kind}: {statistics:?}");
+            if tile_vertices >= 300 {
+                let bytes = statistics.bytes as u64;
+                assert!(10 * bytes <= 13 * stored, "{kind}: {bytes} for {stored}");
+            }
+        });
+    }
+}
+
 impl Whole {
     fn bounds_middle(&self) -> Point {
         let b = self.bounds;

@@ -141,12 +141,8 @@ impl Tile {
         let core_half_edges = 3 * core as u64;
         let half_edges = core_half_edges + 3 * border as u64;
         let below = |what: &str, values: &Packed, limit: u64, marks: u64| {
-            let first_mark = if marks == 0 {
-                u64::MAX
-            } else {
-                values.largest() - (marks - 1)
-            };
-            match values.find_within(limit..first_mark) {
+            // Marks are the largest values.
+            match values.find_within(limit..=values.largest() - marks) {
                 Some(value) => Err(Damage::new(format!("{what} {value} is not below {limit}"))),
                 None => Ok(()),
             }

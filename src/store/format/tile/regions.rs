@@ -2,7 +2,7 @@
 
 use bytes::Bytes;
 
-use crate::store::format::component_table::{Component, ComponentRecord, decode};
+use crate::store::format::component_table::{Component, ComponentRecord, decode, decode_with};
 use crate::store::format::damage::Damage;
 use crate::store::format::generated::tile as schema;
 use crate::store::format::ids::TileId;
@@ -34,7 +34,7 @@ impl Regions {
         let open = |buffer: &Bytes, table: Option<_>| table.map(|table| Packed::open(buffer, table)).transpose();
         let components = match table.is_empty() {
             true => vec![Component::default()],
-            false => decode(tile, &table)?.iter().map(|record| record.component).collect(),
+            false => decode_with(tile, &table, |record| record.component)?,
         };
         let this = Self {
             core_triangles: triangles[0],
@@ -59,7 +59,7 @@ impl Regions {
                 )));
             }
             let count = self.count() as u64;
-            if let Some(component) = components.iter().find(|&component| component >= count) {
+            if let Some(component) = components.find_within(count..=u64::MAX) {
                 return Err(Damage::new(format!("component {component} is not below {count}")));
             }
         }

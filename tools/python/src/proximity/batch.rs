@@ -2,11 +2,13 @@
 
 use std::pin::Pin;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::task::{Context, Poll, ready};
 use std::thread::available_parallelism;
 use std::time::Duration;
 
 use delaunay_tiles::Point;
+use delaunay_tiles::geometry::curve_order;
 use delaunay_tiles::query::{Mode, QueryOptions};
 use futures::{StreamExt, TryStreamExt, stream};
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
@@ -20,9 +22,11 @@ use crate::error::{Failure, Outcome};
 /// The most questions of one task.
 const LONGEST: usize = 32;
 
-/// Number of tasks that are started for each processor. Answers are collected in order, so a slow
-/// one must not keep the processors from the next.
+/// Number of tasks that are started for each processor.
 const STARTED: usize = 16;
+
+/// The most questions that are sorted together. Their answers wait for each other.
+const SORTED: usize = 1 << 13;
 
 /// Points as rows of an array.
 pub type Rows<'py> = PyReadonlyArray2<'py, f64>;
@@ -98,12 +102,14 @@ pub fn space<T>(count: usize) -> Outcome<Vec<T>> {
 }
 
 /// Answers questions, and passes the answers to `take`, in order. As many questions run at once as
-/// there are processors.
+/// there are processors. Near ones are asked one after the other, so that they share the tiles in
+/// the cache; `place` returns where a question is asked.
 ///
 /// # Errors
-/// Returns the first error of an answer; the other questions are dropped.
+/// Returns the error of the first question that has one; those after it are dropped.
 pub async fn in_order<Q, A, F>(
     mut questions: impl ExactSizeIterator<Item = Q> + Send + 'static,
+    place: impl Fn(&Q) -> Point,
     ask: impl Fn(Q) -> F + Clone + Send + 'static,
     mut take: impl FnMut(A),
 ) -> Outcome<()>
@@ -122,39 +128,79 @@ where
     let at_once = available_parallelism().map_or(1, usize::from);
     let length = (questions.len() / (STARTED * at_once)).clamp(1, LONGEST);
     let slots = Arc::new(Semaphore::new(at_once));
-    let parts = std::iter::from_fn(move || {
-        let part: Vec<Q> = questions.by_ref().take(length).collect();
-        (!part.is_empty()).then_some(part)
-    });
-    let tasks = stream::iter(parts).map(move |part| {
-        let (ask, slots) = (ask.clone(), Arc::clone(&slots));
-        Owned(tokio::spawn(async move {
-            let _slot = slots.acquire().await;
-            let mut answers = Vec::with_capacity(part.len());
-            for question in part {
-                answers.push(ask(question).await?);
-                // A task can be stopped here, too, when all tiles are in the cache.
-                yield_now().await;
+    loop {
+        let sorted: Vec<Q> = questions.by_ref().take(SORTED).collect();
+        if sorted.is_empty() {
+            return Ok(());
+        }
+        let failed = Arc::new(AtomicUsize::new(usize::MAX));
+        let mut answers: Vec<Option<Outcome<A>>> = sorted.iter().map(|_| None).collect();
+        let parts = stream::iter(parts(sorted, &place, length));
+        let tasks = parts.map(|part| {
+            let (ask, slots, failed) = (ask.clone(), Arc::clone(&slots), Arc::clone(&failed));
+            Owned(tokio::spawn(async move {
+                let _slot = slots.acquire().await;
+                answered(part, ask, &failed).await
+            }))
+        });
+        let mut tasks = tasks.buffer_unordered(STARTED * at_once);
+        while let Some(part) = tasks.try_next().await? {
+            for (number, answer) in part {
+                answers[number] = Some(answer);
             }
-            Ok(answers)
-        }))
-    });
-    let mut tasks = tasks.buffered(STARTED * at_once);
-    while let Some(part) = tasks.try_next().await? {
-        part.into_iter().for_each(&mut take);
+        }
+        for answer in answers.into_iter().flatten() {
+            take(answer?);
+        }
     }
-    Ok(())
+}
+
+/// Divides questions into parts of `length`, each of questions near each other, with their numbers.
+fn parts<Q>(questions: Vec<Q>, place: impl Fn(&Q) -> Point, length: usize) -> Vec<Vec<(usize, Q)>> {
+    let places: Vec<Point> = questions.iter().map(place).collect();
+    let mut questions: Vec<Option<Q>> = questions.into_iter().map(Some).collect();
+    let order = curve_order(&places);
+    let part = |numbers: &[usize]| {
+        let taken = numbers.iter().map(|&number| Some((number, questions[number].take()?)));
+        taken.flatten().collect()
+    };
+    order.chunks(length).map(part).collect()
+}
+
+/// Answers the questions of a part, but none after a question that `failed`.
+async fn answered<Q, A, F>(
+    part: Vec<(usize, Q)>,
+    ask: impl Fn(Q) -> F,
+    failed: &AtomicUsize,
+) -> Vec<(usize, Outcome<A>)>
+where
+    F: Future<Output = Outcome<A>>,
+{
+    let mut answers = Vec::with_capacity(part.len());
+    for (number, question) in part {
+        if number > failed.load(Ordering::Relaxed) {
+            continue;
+        }
+        let answer = ask(question).await;
+        if answer.is_err() {
+            failed.fetch_min(number, Ordering::Relaxed);
+        }
+        answers.push((number, answer));
+        // A task can be stopped here, too, when all tiles are in the cache.
+        yield_now().await;
+    }
+    answers
 }
 
 /// A task that is stopped on drop.
-struct Owned<T>(JoinHandle<Outcome<T>>);
+struct Owned<T>(JoinHandle<T>);
 
 impl<T> Future for Owned<T> {
     type Output = Outcome<T>;
 
     fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
         let joined = ready!(Pin::new(&mut self.0).poll(context));
-        Poll::Ready(joined.unwrap_or_else(|error| Err(Failure::other(format!("internal error: {error}")))))
+        Poll::Ready(joined.map_err(|error| Failure::other(format!("internal error: {error}"))))
     }
 }
 

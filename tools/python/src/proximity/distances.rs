@@ -96,7 +96,7 @@ async fn by_pairs(reader: TileReader, from: Vec<Point>, to: Vec<Point>, options:
             Ok((status, path.map(|path| path.distance)))
         }
     };
-    in_order(pairs, question, |answer| cells.push(answer)).await?;
+    in_order(pairs, |pair| pair.0, question, |answer| cells.push(answer)).await?;
     Ok(cells)
 }
 
@@ -124,7 +124,13 @@ pub fn edge_distances<'py>(
                 }
             }
         };
-        in_order(from.into_iter().zip(to), question, |answer| cells.push(answer)).await?;
+        in_order(
+            from.into_iter().zip(to),
+            |pair| pair.0,
+            question,
+            |answer| cells.push(answer),
+        )
+        .await?;
         Ok(cells.into_columns())
     })
 }

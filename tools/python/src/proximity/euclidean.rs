@@ -33,19 +33,24 @@ pub fn nearest<'py>(
         let (mut offsets, mut distances, mut places) = (vec![0], Vec::new(), Vec::new());
         let (mut vertices, mut numbers) = (Vec::new(), Vec::new());
         let question = move |at| nearest_to(reader.clone(), at, most, of_sites, options.clone());
-        in_order(at.into_iter(), question, |(status, found)| {
-            ends.push(status);
-            for near in found {
-                distances.push(near.distance);
-                places.extend([near.vertex.point.x, near.vertex.point.y]);
-                vertices.extend(pair(&near.vertex));
-                numbers.push(near.site.map_or(-1, |number| number as i64));
-                if let Some(number) = near.site {
-                    names.push(number, near.id);
+        in_order(
+            at.into_iter(),
+            |&at| at,
+            question,
+            |(status, found)| {
+                ends.push(status);
+                for near in found {
+                    distances.push(near.distance);
+                    places.extend([near.vertex.point.x, near.vertex.point.y]);
+                    vertices.extend(pair(&near.vertex));
+                    numbers.push(near.site.map_or(-1, |number| number as i64));
+                    if let Some(number) = near.site {
+                        names.push(number, near.id);
+                    }
                 }
-            }
-            offsets.push(distances.len() as i64);
-        })
+                offsets.push(distances.len() as i64);
+            },
+        )
         .await?;
         let mut columns = ends.into_columns();
         columns.extend([

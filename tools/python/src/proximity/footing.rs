@@ -33,7 +33,7 @@ pub fn footing<'py>(
             }
         };
         let mut ends = Ends::default();
-        in_order(at.into_iter(), question, |end| ends.push(end)).await?;
+        in_order(at.into_iter(), |&at| at, question, |end| ends.push(end)).await?;
         Ok(Columns(ends.into_columns()))
     })
 }

@@ -30,11 +30,16 @@ pub fn paths<'py>(
             let (reader, options) = (reader.clone(), options.clone());
             async move { ended(reader.shortest_path(from, to, options).await) }
         };
-        in_order(from.into_iter().zip(to), question, |(status, path)| {
-            ends.push(status);
-            distances.push(path.as_ref().map_or_else(|| missing(status), |path| path.distance));
-            ways.push(path.as_ref());
-        })
+        in_order(
+            from.into_iter().zip(to),
+            |pair| pair.0,
+            question,
+            |(status, path)| {
+                ends.push(status);
+                distances.push(path.as_ref().map_or_else(|| missing(status), |path| path.distance));
+                ways.push(path.as_ref());
+            },
+        )
         .await?;
         let mut columns = ends.into_columns();
         columns.extend(distances.into_columns());

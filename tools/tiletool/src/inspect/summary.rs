@@ -64,6 +64,7 @@ struct PartSizes {
     border_bytes: u64,
     raw_core_bytes: u64,
     raw_border_bytes: u64,
+    cached_bytes: u64,
     directory_bytes: u64,
     other_bytes: u64,
     core_bytes_share: f64,
@@ -144,6 +145,7 @@ impl PartSizes {
             border_bytes,
             raw_core_bytes: sum(|t| t.core.decoded),
             raw_border_bytes: sum(|t| t.border.decoded),
+            cached_bytes: tiles.iter().map(TileEntry::cached_bytes).sum(),
             directory_bytes,
             other_bytes,
             core_bytes_share: share(core_bytes, file_bytes),
@@ -353,6 +355,8 @@ impl Summary {
         ];
         let shares = shares.map(|(name, share)| format!("{name} {}", percent(share)));
         lines.push(("bytes", shares.join(", ")));
+        let cached = bytes(self.parts.cached_bytes);
+        lines.push(("cache", format!("{cached} hold all tiles")));
         lines
     }
 }

@@ -79,6 +79,22 @@ pub struct Answer {
     pub area: Option<Area>,
 }
 
+impl Answer {
+    /// Returns about how many points the answer has.
+    pub fn weight(&self) -> usize {
+        let of_path = |path: &Option<Path>| path.as_ref().map_or(0, |path| path.points.len());
+        let found = match &self.found {
+            QueryResult::Location(_) => 1,
+            QueryResult::Near(near) => near.len(),
+            QueryResult::Sites(sites) => sites.iter().map(|site| 1 + of_path(&site.path)).sum(),
+            QueryResult::Path(path) => of_path(path),
+            QueryResult::Along(intervals) => intervals.len(),
+        };
+        let rings = self.area.iter().flat_map(|area| area.polygons.iter().flatten());
+        1 + found + rings.map(Vec::len).sum::<usize>()
+    }
+}
+
 /// The location of a point, with heights.
 #[derive(Clone, Debug)]
 pub struct Located {

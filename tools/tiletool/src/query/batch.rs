@@ -16,6 +16,15 @@ pub enum Question {
     Way(Point, Point),
 }
 
+impl Question {
+    /// Returns the point where the search begins.
+    pub const fn place(&self) -> Point {
+        match *self {
+            Self::At(at) | Self::Way(at, _) => at,
+        }
+    }
+}
+
 /// Parses a point, written as `X,Y`.
 pub fn point(text: &str) -> anyhow::Result<Point> {
     match numbers(text).as_deref() {

@@ -18,6 +18,7 @@ mod run;
 mod stage;
 mod terrain;
 mod text;
+pub mod turns;
 mod values;
 
 pub use run::{QueryArgs, answer, run};

@@ -8,7 +8,6 @@ use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
 use delaunay_tiles::query::{Explored, QueryOptions};
 use delaunay_tiles::store::TileReader;
-use futures::{StreamExt, TryStreamExt, stream};
 use tokio::sync::Semaphore;
 
 use super::answer::Answer;
@@ -20,7 +19,7 @@ use super::command::QueryCommand;
 use super::picture::Picture;
 use super::print::Printer;
 use super::terrain::{profile, volume, z};
-use super::{matrix, progress};
+use super::{matrix, progress, turns};
 use crate::common;
 use crate::plot;
 use crate::units::unit;
@@ -59,8 +58,9 @@ Examples:
   tiletool query profile survey.tiles --line road.geojson --csv
   tiletool query volume survey.tiles --level 420 --polygon pit.geojson";
 
-/// Number of queries that are started for each one that may run.
-const STARTED_PER_SLOT: usize = 16;
+/// Number of queries that are started for each one that may run, so that the next one need not wait
+/// until an answer is printed.
+const STARTED_PER_SLOT: usize = 4;
 
 /// Runs a query command.
 pub fn run(args: QueryArgs) -> anyhow::Result<()> {
@@ -146,20 +146,17 @@ where
     }
     let available = std::thread::available_parallelism().map_or(1, usize::from);
     let at_once = args.threads.map_or(available, usize::from);
-    // Answers are printed in order. So that a slow one does not delay others, more queries are
-    // started than may run at once.
     let slots = Arc::new(Semaphore::new(at_once));
-    let answers = stream::iter(questions).map(|question| {
+    let mut picture = args.plot.as_ref().map(|_| Picture::new());
+    let started = |&question: &Question| {
         let (answer, slots) = (by(ask, reader.clone(), question, options.clone()), Arc::clone(&slots));
         let task = tokio::spawn(async move {
             let _slot = slots.acquire().await;
             answer.await
         });
         async move { task.await.context("a query task failed")? }
-    });
-    let mut answers = answers.buffered(STARTED_PER_SLOT * at_once);
-    let mut picture = args.plot.as_ref().map(|_| Picture::new());
-    while let Some(answer) = answers.try_next().await? {
+    };
+    let print = |answer: Answer| {
         printer.print(&answer)?;
         if let (Some(cost), true) = (&answer.cost, format != Format::Json) {
             common::say(&cost.line);
@@ -167,7 +164,10 @@ where
         if let Some(picture) = &mut picture {
             picture.take(ask, asked.unit, &answer);
         }
-    }
+        Ok(())
+    };
+    let most = STARTED_PER_SLOT * at_once;
+    turns::in_order(&questions, most, Question::place, Answer::weight, started, print).await?;
     printer.finish()?;
     if let (Some(picture), Some(file)) = (picture, &args.plot) {
         plot::draw_query(&reader, file, &picture.finish(&explored)).await?;

@@ -97,7 +97,7 @@ fn the_first_missing_point_does_not_depend_on_the_memory() {
 #[test]
 fn peak_memory_stays_near_the_limit() {
     const MEMORY: u64 = 32 * MEBIBYTE;
-    let scratch = scratch(1_200_000, 65_536);
+    let scratch = scratch(1_200_000, 32_768);
     let folder = scratch.path();
     assert!(fs::metadata(folder.join("p.tiles")).unwrap().len() > 64 * MEBIBYTE);
     for args in [
