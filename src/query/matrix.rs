@@ -271,15 +271,17 @@ impl<T> Drop for Owned<T> {
 impl TileReader {
     /// Returns the walking distances between all points of `from` and all points of `to`.
     ///
-    /// One wavefront starts at each point of the shorter list. (It is the first list if both are
-    /// equally long, or if the options request paths.) As many wavefronts run at once as there are
-    /// processors, each in its own task. The pairs come wavefront by wavefront, in the order of the
-    /// shorter list, and within a wavefront in the order of the other list. So the memory needed is
-    /// that of a few wavefronts, not that of all pairs. Which list is shorter can change only the
-    /// last bits of a distance: the sum of the same legs is rounded in another order.
+    /// One search starts at each point of the shorter list. (It is the first list if both are
+    /// equally long, or if the options request paths.) As many searches run at once as there are
+    /// processors, each in its own task. The pairs come search by search, in the order of the
+    /// shorter list, and within a search in the order of the other list. So the memory needed is
+    /// that of a few searches, not that of all pairs. If both lists are the same, have at most 1,024
+    /// points, and no paths are requested, half of the pairs are kept, and are the distances of
+    /// their mirror images too. The direction can change only the last bits of a distance: the sum
+    /// of the same legs is rounded in another order.
     ///
-    /// Each wavefront is a query with these options. Locating the points comes before and does not
-    /// count towards the limits. A wavefront that reached a limit returns
+    /// Each search is a query with these options. Locating the points comes before and does not
+    /// count towards the limits. A search that reached a limit returns
     /// [`DistanceOutcome::OutOfBudget`] for the goals that it did not reach. Otherwise the stream
     /// ends as [`nearest_sites`](Self::nearest_sites).
     ///

@@ -7,6 +7,7 @@
 //!   walking · matrix · along · area    sites and paths; many to many; along a line; within reach
 //!       │
 //!       ├──▶ funnel ──▶ edges          answers with bounds: a path along edges, then shortened
+//!       ├──▶ aimed                     wavefronts directed towards groups of targets
 //!       ├──▶ wavefront ──▶ route       exact search, nearest first; the path, and its proof
 //!       │
 //!       └──▶ free_space ──▶ locating   where a query starts and ends, and which space is free
@@ -23,7 +24,7 @@
 //!
 //! ```
 //! use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
-//! use delaunay_tiles::query::{DistanceOutcome, Footing, PathOutcome, Progress, QueryOptions};
+//! use delaunay_tiles::query::{DistanceOutcome, Footing, PathOutcome, Progress, QueryOptions, Search};
 //! use delaunay_tiles::store::LineKind;
 //! use delaunay_tiles::{BuildOptions, Builder, OpenOptions, Point, TileReader};
 //! use futures::TryStreamExt;
@@ -50,6 +51,8 @@
 //! // The nearest sites, by walking distance and by Euclidean distance.
 //! let sites: Vec<_> = town.nearest_sites(home, options()).try_collect().await?;
 //! let near: Vec<_> = town.sites_by_euclidean_distance(home, options()).try_collect().await?;
+//! let aimed = options().first(1).search("aimed".parse::<Search>()?);
+//! assert_eq!(town.nearest_sites(home, aimed).try_collect::<Vec<_>>().await?, sites[..1]);
 //! assert_eq!([sites[1].number, near[1].site.unwrap()], [1, 1]);
 //! assert!(near[1].distance == 9.5 && sites[1].distance.lower > 16.0);
 //!

@@ -130,7 +130,7 @@ impl Measure {
     ) -> anyhow::Result<Answer> {
         let (method, given) = (self.method, options.clone());
         let measured = match (ask, question) {
-            (Ask::Knn { k }, Question::At(at)) => {
+            (Ask::Knn { k, .. }, Question::At(at)) => {
                 let found = reader.nearest_sites_by(method, at, k as usize, given).await;
                 found.map(sites)
             }

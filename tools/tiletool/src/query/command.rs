@@ -3,7 +3,7 @@
 use clap::{Args, Subcommand};
 use delaunay_tiles::query::Mode;
 
-use super::args::{AtArgs, CommonArgs, ModeArgs, ProgressArgs, WayArgs};
+use super::args::{AtArgs, CommonArgs, ModeArgs, ProgressArgs, SearchArgs, WayArgs};
 use super::ask::Ask;
 use super::batch::{self, Question};
 
