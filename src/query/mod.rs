@@ -105,7 +105,7 @@ mod wavefront;
 
 pub use along::{AlongInterval, SiteAlong};
 pub use answer::{Bend, Distance, Path, PathOutcome, SiteFound, VertexFound};
-pub use area::AreaPiece;
+pub use area::{AreaCover, AreaPiece};
 pub use edges::{CdtPath, CdtVertex};
 pub use euclidean::Near;
 pub use free_space::Footing;

@@ -106,7 +106,7 @@ impl Walk {
             .map_or(0.0, |corner| distance(corner.point, context.source.point));
         let tiles = context.lend_tiles();
         let run = if corners.is_empty() {
-            EdgeRun::start(tiles, context.source.clone(), f64::INFINITY).await?
+            EdgeRun::start(tiles, context.source.clone()).await?
         } else {
             EdgeRun::from_corners(tiles, context.source.clone(), &corners).await?
         };

@@ -95,15 +95,10 @@ pub(crate) struct SitesAlongEdges {
 }
 
 impl SitesAlongEdges {
-    /// Starts at `at`, for sites that are at most `limit` away.
-    pub(crate) async fn start(
-        reader: &TileReader,
-        at: Point,
-        limit: f64,
-        options: &QueryOptions,
-    ) -> Result<Self, QueryError> {
+    /// Starts at `at`.
+    pub(crate) async fn start(reader: &TileReader, at: Point, options: &QueryOptions) -> Result<Self, QueryError> {
         Ok(Self {
-            vertices: VertexStream::start(reader, at, limit, options).await?,
+            vertices: VertexStream::start(reader, at, options).await?,
             met: HashSet::default(),
             ready: BinaryHeap::new(),
         })
@@ -143,9 +138,9 @@ impl SitesAlongEdges {
 }
 
 impl VertexStream {
-    async fn start(reader: &TileReader, at: Point, limit: f64, options: &QueryOptions) -> Result<Self, QueryError> {
+    async fn start(reader: &TileReader, at: Point, options: &QueryOptions) -> Result<Self, QueryError> {
         Ok(Self {
-            run: EdgeRun::from_point(reader, at, limit, options).await?,
+            run: EdgeRun::from_point(reader, at, options).await?,
             legs: Vec::new(),
             inserted: 0,
         })
@@ -208,7 +203,7 @@ impl TileReader {
     ) -> impl Stream<Item = Result<CdtVertex, QueryError>> + Send + Unpin + 'static + use<> {
         let reader = self.clone();
         let start = async move {
-            let mut vertices = VertexStream::start(&reader, from, f64::INFINITY, &options).await?;
+            let mut vertices = VertexStream::start(&reader, from, &options).await?;
             vertices.run.refuse_break_lines()?;
             Ok(vertices)
         };
@@ -230,7 +225,7 @@ impl TileReader {
     ) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
         let reader = self.clone();
         let start = async move {
-            let mut sites = SitesAlongEdges::start(&reader, from, f64::INFINITY, &options).await?;
+            let mut sites = SitesAlongEdges::start(&reader, from, &options).await?;
             sites.vertices.run.refuse_break_lines()?;
             Ok(sites)
         };

@@ -51,9 +51,9 @@ impl BreakLines {
 }
 
 impl EdgeRun {
-    /// Starts at a free point, for all nodes that are at most `limit` away, nearest first.
-    pub(crate) async fn start(tiles: Tiles, source: QueryPoint, limit: f64) -> Result<Self, QueryError> {
-        Ok(Self::begin(tiles, source, None, limit).await?.0)
+    /// Starts at a free point, for all nodes, nearest first.
+    pub(crate) async fn start(tiles: Tiles, source: QueryPoint) -> Result<Self, QueryError> {
+        Ok(Self::begin(tiles, source, None).await?.0)
     }
 
     /// Starts at a free point, towards `target`. Returns the vertex of the target. The path to it
@@ -64,7 +64,7 @@ impl EdgeRun {
         target: &QueryPoint,
         weight: f64,
     ) -> Result<(Self, GraphVertex), QueryError> {
-        Self::begin(tiles, source, Some((target, weight)), f64::INFINITY).await
+        Self::begin(tiles, source, Some((target, weight))).await
     }
 
     /// Starts at a vertex in some of its wedges, instead of a point near it.
@@ -90,7 +90,6 @@ impl EdgeRun {
         mut tiles: Tiles,
         source: QueryPoint,
         target: Option<(&QueryPoint, f64)>,
-        limit: f64,
     ) -> Result<(Self, GraphVertex), QueryError> {
         let mut overlay = Overlay::default();
         let start = overlay.insert_point(&mut tiles, &source).await?;
@@ -102,7 +101,7 @@ impl EdgeRun {
             end = overlay.insert_point(&mut tiles, target).await?;
         }
         let outside_is_free = tiles.outside_is_free();
-        let search = EdgeSearch::new((start, source.point), overlay, limit, goal, outside_is_free);
+        let search = EdgeSearch::new((start, source.point), overlay, goal, outside_is_free);
         let tile = tiles.last().await?;
         let this = Self {
             tiles,
@@ -116,15 +115,10 @@ impl EdgeRun {
     }
 
     /// Starts at `at`, which must be free.
-    pub(crate) async fn from_point(
-        reader: &TileReader,
-        at: Point,
-        limit: f64,
-        options: &QueryOptions,
-    ) -> Result<Self, QueryError> {
+    pub(crate) async fn from_point(reader: &TileReader, at: Point, options: &QueryOptions) -> Result<Self, QueryError> {
         let mut tiles = Tiles::new(reader, options);
         let source = QueryPoint::find_free(&mut tiles, at).await?;
-        Self::start(tiles, source, limit).await
+        Self::start(tiles, source).await
     }
 
     /// Fails if the file has break lines. From now on also fails at a tile with break lines. The

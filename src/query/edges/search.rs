@@ -104,12 +104,10 @@ pub(crate) struct EdgeSearch {
 }
 
 impl EdgeSearch {
-    /// Creates a search from a vertex or an inserted point to all nodes that are at most `limit`
-    /// away.
+    /// Creates a search from a vertex or an inserted point to all nodes.
     pub(crate) fn new(
         (source, point): (GraphVertex, Point),
         overlay: Overlay,
-        limit: f64,
         towards: Option<Heuristic>,
         outside_is_free: bool,
     ) -> Self {
@@ -117,7 +115,7 @@ impl EdgeSearch {
             outside_is_free,
             links: overlay.links(),
             overlay,
-            limit,
+            limit: f64::INFINITY,
             towards,
             queue: BinaryHeap::new(),
             nodes: Vec::new(),
@@ -155,7 +153,7 @@ impl EdgeSearch {
             .map_or((GraphVertex::inserted(0), Point::default()), |corner| {
                 (corner.vertex, corner.point)
             });
-        let mut this = Self::new(source, Overlay::default(), f64::INFINITY, None, outside_is_free);
+        let mut this = Self::new(source, Overlay::default(), None, outside_is_free);
         this.queue.clear();
         this.queue
             .extend(corners.iter().zip(0..).map(|(corner, rank)| QueueEntry {

@@ -24,7 +24,7 @@ pub enum Mode {
     /// is the value, and not less than the true distance. The lower bound is the straight line, or,
     /// if that is more and the file states that it has no break lines, a lower bound of all paths
     /// along edges, divided by 2.42 (Bose and Keil 2006). The path along edges to a site is a
-    /// shortest one; to a point it is at most 1/8 longer.
+    /// shortest one; to a point it is at most 1/8 longer. Sites within a radius are exact.
     Fast,
 }
 

@@ -150,42 +150,35 @@ pub(crate) async fn path(
 /// Sites in the order of their distance along edges, each with its shortened path.
 struct FastSites {
     sites: SitesAlongEdges,
-    radius: f64,
     options: QueryOptions,
 }
 
 impl FastSites {
+    /// Starts a search at a free point.
+    async fn start(reader: &TileReader, at: Point, options: QueryOptions) -> Result<Self, QueryError> {
+        let sites = SitesAlongEdges::start(reader, at, &options).await?;
+        Ok(Self { sites, options })
+    }
+
     async fn next(&mut self) -> Result<Option<SiteFound>, QueryError> {
-        loop {
-            let found = self.sites.next().await;
-            let run = &mut self.sites.vertices.run;
-            let bound = |along_edges| by_edges(&run.tiles, along_edges);
-            let Some((mut site, node)) = found.map_err(|error| error.bounded(bound))? else {
-                return Ok(None);
-            };
-            let nodes = run.search.way(node);
-            let may_be_near = nodes
-                .first()
-                .is_some_and(|from| distance(from.point, site.vertex.point) <= self.radius);
-            if !may_be_near {
-                continue;
-            }
-            let known = by_edges(&run.tiles, site.distance.lower);
-            let way = shortened(&mut run.tiles, &nodes, 1.0)
-                .await
-                .map_err(|error| error.lower_bound(known))?;
-            let is_near = way.distance.value <= self.radius;
-            if !is_near {
-                continue;
-            }
-            site.distance = way.distance;
-            if self.options.paths {
-                let (source, to) = (run.source().clone(), QueryPoint::at(site.vertex));
-                let path = path_of(&mut run.tiles, &way, [&source, &to], self.options.certify).await;
-                site.path = Some(path.map_err(|error| error.lower_bound(known))?);
-            }
-            return Ok(Some(site));
+        let found = self.sites.next().await;
+        let run = &mut self.sites.vertices.run;
+        let bound = |along_edges| by_edges(&run.tiles, along_edges);
+        let Some((mut site, node)) = found.map_err(|error| error.bounded(bound))? else {
+            return Ok(None);
+        };
+        let nodes = run.search.way(node);
+        let known = by_edges(&run.tiles, site.distance.lower);
+        let way = shortened(&mut run.tiles, &nodes, 1.0)
+            .await
+            .map_err(|error| error.lower_bound(known))?;
+        site.distance = way.distance;
+        if self.options.paths {
+            let (source, to) = (run.source().clone(), QueryPoint::at(site.vertex));
+            let path = path_of(&mut run.tiles, &way, [&source, &to], self.options.certify).await;
+            site.path = Some(path.map_err(|error| error.lower_bound(known))?);
         }
+        Ok(Some(site))
     }
 }
 
@@ -196,11 +189,7 @@ pub(crate) async fn first_sites(
     count: usize,
     options: QueryOptions,
 ) -> Result<(Vec<SiteFound>, u64), QueryError> {
-    let mut sites = FastSites {
-        sites: SitesAlongEdges::start(reader, at, f64::INFINITY, &options).await?,
-        radius: f64::INFINITY,
-        options,
-    };
+    let mut sites = FastSites::start(reader, at, options).await?;
     let mut found = Vec::new();
     while found.len() < count {
         match sites.next().await? {
@@ -211,19 +200,13 @@ pub(crate) async fn first_sites(
     Ok((found, sites.sites.vertices.run.tiles.count()))
 }
 
-/// Returns the stream of [`TileReader::sites_within`] in mode fast.
+/// Returns the stream of [`TileReader::nearest_sites`] in mode fast.
 pub(crate) fn sites(
     reader: TileReader,
     at: Point,
-    radius: f64,
     options: QueryOptions,
 ) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
-    let start = async move {
-        // A site farther along edges than this is outside the radius.
-        let limit = radius * STRETCH;
-        let sites = SitesAlongEdges::start(&reader, at, limit, &options).await?;
-        Ok(FastSites { sites, radius, options })
-    };
+    let start = async move { FastSites::start(&reader, at, options).await };
     unfold(start, |mut sites: FastSites| async move {
         Ok(sites.next().await?.map(|site| (site, sites)))
     })

@@ -107,16 +107,20 @@ impl TileReader {
         at: Point,
         options: QueryOptions,
     ) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
-        self.sites_within(at, f64::INFINITY, options)
+        let count = options.first.unwrap_or(usize::MAX);
+        let sites = fast::by_mode(
+            options.mode,
+            || fast::sites(self.clone(), at, options.clone()),
+            || self.sites_within(at, f64::INFINITY, options.clone()),
+        );
+        sites.take(count)
     }
 
     /// Returns the sites whose computed walking distance from `at` is at most `radius`, nearest
     /// first, like [`nearest_sites`](Self::nearest_sites).
     ///
-    /// In mode [`Fast`](crate::query::Mode::Fast) the stream has the sites whose path, as found, is
-    /// not longer than the radius. No site that is farther away is among them, but a site that is
-    /// only slightly nearer may be missing. Where the lower bounds hold, no site nearer than the
-    /// radius divided by 2.42 is missing.
+    /// The sites are exact in every mode: one search for all of them takes less time than a
+    /// shortened path to each.
     ///
     /// [Examples](crate::query#examples).
     pub fn sites_within(
@@ -125,20 +129,7 @@ impl TileReader {
         radius: f64,
         options: QueryOptions,
     ) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
-        let sites = fast::by_mode(
-            options.mode,
-            || fast::sites(self.clone(), at, radius, options.clone()),
-            || self.exact_sites(at, radius, options.clone()),
-        );
-        sites.take(options.first.unwrap_or(usize::MAX))
-    }
-
-    fn exact_sites(
-        &self,
-        at: Point,
-        radius: f64,
-        options: QueryOptions,
-    ) -> impl Stream<Item = Result<SiteFound, QueryError>> + Send + Unpin + 'static + use<> {
+        let count = options.first.unwrap_or(usize::MAX);
         let reader = self.clone();
         let start = async move {
             options.mode.check()?;
@@ -154,9 +145,10 @@ impl TileReader {
             let run = WavefrontRun::start(tiles, source, Goal::Sites, radius, options).await?;
             Ok(ExactSites::Wavefront(Box::new(run)))
         };
-        unfold(start, |mut sites: ExactSites| async move {
+        let sites = unfold(start, |mut sites: ExactSites| async move {
             Ok(sites.next().await?.map(|site| (site, sites)))
-        })
+        });
+        sites.take(count)
     }
 
     /// Returns all vertices that can be reached from `at`, by walking distance: the tree of

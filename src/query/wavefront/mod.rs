@@ -46,9 +46,11 @@ mod state;
 mod step;
 mod task;
 mod waiting;
+mod whole;
 mod window;
 
 pub(crate) use found::{FoundTarget, Target};
 pub(crate) use goal::{Goal, QueryPoints};
 pub(crate) use regions::{HalfPlane, RegionShape, VisibleRegion};
 pub(crate) use run::{Approach, WavefrontRun};
+pub(crate) use whole::WholeTriangle;

@@ -35,6 +35,8 @@ pub(crate) struct Reached {
     /// were unknown when the wavefront arrived here. Dead ends that become known later need not be
     /// considered.
     open_dead_ends: Option<Vec<TriangleId>>,
+    /// For each triangle up to some one, a bit: whether it is known to be within the limit.
+    whole: Vec<u64>,
 }
 
 impl Reached {
@@ -52,7 +54,23 @@ impl Reached {
             pages: vec![0; tile.corner_count().div_ceil(PAGE)],
             lengths: vec![f64::INFINITY; PAGE],
             open_dead_ends,
+            whole: Vec::new(),
         }
+    }
+
+    /// Returns whether a triangle was noted as being within the limit as a whole.
+    pub(crate) fn is_whole(&self, triangle: TriangleId) -> bool {
+        let bits = self.whole.get(triangle.index() / 64);
+        bits.is_some_and(|bits| bits >> (triangle.index() % 64) & 1 == 1)
+    }
+
+    /// Notes that a triangle is within the limit as a whole.
+    pub(crate) fn note_whole(&mut self, triangle: TriangleId) {
+        let index = triangle.index() / 64;
+        if self.whole.len() <= index {
+            self.whole.resize(index + 1, 0);
+        }
+        self.whole[index] |= 1 << (triangle.index() % 64);
     }
 
     /// Returns whether the dead end that starts with this triangle may contain a goal.
@@ -64,7 +82,7 @@ impl Reached {
 
     /// Returns an upper bound of the distance of a corner.
     #[inline]
-    fn known(&self, corner: VertexIndex) -> f64 {
+    pub(crate) fn known(&self, corner: VertexIndex) -> f64 {
         let page = self.pages[corner.index() / PAGE];
         self.lengths[page as usize * PAGE + corner.index() % PAGE]
     }

@@ -108,7 +108,7 @@ impl WavefrontRun {
     pub(crate) fn step(&mut self) -> Result<WavefrontStep, QueryError> {
         let step = self.wavefront.step(&self.tile);
         if let Some(explored) = &self.options.explored {
-            explored.add(self.wavefront.regions().iter().filter_map(VisibleRegion::triangle));
+            explored.add(self.wavefront.explored());
         }
         self.tiles.checked(self.tile.id(), step)
     }
@@ -135,14 +135,19 @@ impl WavefrontRun {
 
     /// Returns the next regions that the wavefront sees, whatever it finds; `None` at the end.
     pub(crate) async fn next_regions(&mut self) -> Result<Option<Vec<VisibleRegion>>, QueryError> {
-        let mut is_over = false;
+        let mut goes_on = true;
         loop {
             let regions = self.wavefront.take_regions();
-            if is_over || !regions.is_empty() {
+            if !goes_on || !regions.is_empty() {
                 return Ok((!regions.is_empty()).then_some(regions));
             }
-            is_over = self.advance().await?.is_some_and(|found| found.is_none());
+            goes_on = self.go_further().await?;
         }
+    }
+
+    /// Takes a step, whatever it finds. Returns whether there are more.
+    pub(crate) async fn go_further(&mut self) -> Result<bool, QueryError> {
+        Ok(!self.advance().await?.is_some_and(|found| found.is_none()))
     }
 
     /// Returns the position of a root, and the length of the path to it.

@@ -6,6 +6,7 @@ use super::regions::{HalfPlane, RegionShape};
 use super::roots::TIE;
 use super::state::Wavefront;
 use super::task::{Task, Via};
+use super::whole::Part;
 use super::window::Window;
 use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, VertexIndex, orient2d};
 use crate::query::answer::distance;
@@ -116,8 +117,13 @@ impl Wavefront {
     /// Lets a root see the query points in a closed triangle, all of which it sees.
     pub(super) fn see_points_in(&mut self, space: FreeSpace<'_>, root: u32, triangle: TriangleId) {
         if self.regions.is_some() {
-            let corners = space.tile.triangle_points(triangle);
-            self.keep(root, RegionShape::Triangle { corners, between: None });
+            let part = Part {
+                triangle,
+                vertices: HalfEdge::of_triangle(triangle).map(|half_edge| space.tile.origin(half_edge)),
+                corners: space.tile.triangle_points(triangle),
+                between: None,
+            };
+            self.keep_part(space, root, part);
         }
         let Goal::Points(points) = &self.goal else { return };
         let mut found = Vec::new();

@@ -1,10 +1,10 @@
 //! How the wavefront spreads through triangles.
 
 use super::goal::Goal;
-use super::regions::RegionShape;
 use super::state::Wavefront;
 use super::task::{Task, seam_between};
 use super::waiting::Ahead;
+use super::whole::Part;
 use super::window::Window;
 use crate::geometry::{HalfEdge, Orientation, Point, VertexIndex, orient2d};
 use crate::query::free_space::{FreeSpace, Passage, Passages};
@@ -111,8 +111,15 @@ impl Wavefront {
             let point = apex.1;
             let corners = [left.1, right.1, point];
             self.see_points_within(root, corners, &window);
-            let between = Some([window.right, window.left]);
-            self.keep(root, RegionShape::Triangle { corners, between });
+            if self.regions.is_some() {
+                let part = Part {
+                    triangle: half_edge.triangle(),
+                    vertices: [left.0, right.0, apex.0],
+                    corners,
+                    between: Some([window.right, window.left]),
+                };
+                self.keep_part(space, root, part);
+            }
             let [to_right, to_left] = exits(half_edge, right, left, apex);
             let on_right = orient2d(window.root, window.right, point);
             let best = if on_right == Orientation::Clockwise {

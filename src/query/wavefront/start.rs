@@ -44,6 +44,7 @@ impl Wavefront {
             reported: HashSet::default(),
             pause: PAUSE,
             regions: None,
+            whole: None,
             seen_half_plane: None,
         });
         this.start(source);

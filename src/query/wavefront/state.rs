@@ -13,6 +13,7 @@ use super::regions::{HalfPlane, RegionShape, VisibleRegion};
 use super::roots::{Root, SeenVertices};
 use super::task::Task;
 use super::waiting::Waiting;
+use super::whole::WholeTriangle;
 use crate::collections::mix::Mix;
 use crate::geometry::Point;
 use crate::query::free_space::Mark;
@@ -50,6 +51,8 @@ pub(crate) struct Wavefront {
     pub(super) pause: u32,
     /// The regions that were seen, if they are kept.
     pub(super) regions: Option<Vec<VisibleRegion>>,
+    /// The triangles that were found to be within the limit as a whole, if they are kept.
+    pub(super) whole: Option<Vec<WholeTriangle>>,
     /// The half-plane outside the hull that the source was found to see already.
     pub(super) seen_half_plane: Option<HalfPlane>,
 }
@@ -149,9 +152,10 @@ impl Wavefront {
         self.regions.get_or_insert_default();
     }
 
-    /// Returns the regions seen since they were last taken.
-    pub(crate) fn regions(&self) -> &[VisibleRegion] {
-        self.regions.as_deref().unwrap_or_default()
+    /// Returns the triangles of the regions seen since they were last taken.
+    pub(crate) fn explored(&self) -> impl Iterator<Item = [Point; 3]> {
+        let regions = self.regions.iter().flatten().filter_map(VisibleRegion::triangle);
+        regions.chain(self.whole.iter().flatten().map(|whole| whole.corners))
     }
 
     /// Takes the regions seen since they were last taken.

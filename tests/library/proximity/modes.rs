@@ -89,7 +89,6 @@ async fn all<T>(stream: impl Stream<Item = Result<T, QueryError>>) -> Vec<T> {
 }
 
 async fn compare_streams(reader: &TileReader, oracle: &Oracle, from: Point, scene: &Scene, targets: &[Point]) {
-    let has_break_lines = scene.lines.iter().any(|line| line.0 == LineKind::BreakLine);
     let truths = oracle.walks(from, &scene.sites);
     let reached = truths.iter().filter(|walk| matches!(walk, Walk::Length(_))).count();
     let truth = |site: &SiteFound| match truths[site.number as usize] {
@@ -107,19 +106,11 @@ async fn compare_streams(reader: &TileReader, oracle: &Oracle, from: Point, scen
             check_path(path, from, site.vertex.point);
         }
         if let Some(middle) = sites.get(sites.len() / 2) {
+            // Sites within a radius are exact in every mode.
             let radius = middle.distance.value;
-            let within = all(reader.sites_within(from, radius, options(mode))).await;
-            assert!(within.iter().all(|site| site.distance.value <= radius));
-            let surely = if has_break_lines { 0.0 } else { radius / 2.42 };
-            let near = (0..)
-                .zip(&truths)
-                .filter(|(_, walk)| matches!(walk, Walk::Length(truth) if *truth < surely));
-            for (number, _) in near {
-                assert!(
-                    within.iter().any(|site| site.number == number),
-                    "{mode:?}: {number} of {within:?}"
-                );
-            }
+            let within = all(reader.sites_within(from, radius, options(mode).certified())).await;
+            let exact = all(reader.sites_within(from, radius, options(Mode::Exact).certified())).await;
+            assert_eq!(within, exact, "{mode:?}");
         }
         let paths = all(reader.shortest_paths(from, targets.to_vec(), options(mode).certified())).await;
         assert!(paths.is_sorted_by(|a, b| a.1.distance.value <= b.1.distance.value));

@@ -114,7 +114,7 @@ class Proximity(Questions):
         r : float or array_like of shape (n,)
             The distance, at least 0.
         mode, max_tiles, max_time
-            See `Proximity`. In mode "fast" a site only slightly nearer than `r` may be missing.
+            See `Proximity`. The sites are exact in every mode.
         paths : bool
             Whether to return the paths, too.
 

@@ -5,9 +5,8 @@
 //! number is the area of the polygons.
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::QueryOptions;
+use delaunay_tiles::query::{AreaCover, QueryOptions};
 use delaunay_tiles::store::TileReader;
-use futures::TryStreamExt;
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::solver::Solver;
 use i_overlay::float::overlay::OverlayOptions;
@@ -38,15 +37,17 @@ pub async fn within(
     radius: f64,
     options: QueryOptions,
 ) -> anyhow::Result<(Status, Area)> {
-    let mut parts = reader.area_within(at, radius, options);
-    let mut outlines: Shape = Vec::new();
-    let status = loop {
-        match parts.try_next().await {
-            Ok(Some(part)) => outlines.push(part.outline(TOLERANCE).iter().map(|p| [p.x, p.y]).collect()),
-            Ok(None) => break Status::Ok,
-            Err(error) => break Status::of(error)?,
-        }
+    let mut cover = AreaCover::default();
+    let status = match reader.cover_area(at, radius, options, &mut cover).await {
+        Ok(()) => Status::Ok,
+        Err(error) => Status::of(error)?,
     };
+    let pieces = cover.pieces();
+    let rings = cover.rings();
+    let outlines = rings
+        .into_iter()
+        .chain(pieces.into_iter().map(|piece| piece.outline(TOLERANCE)));
+    let outlines: Shape = outlines.map(|ring| ring.iter().map(|p| [p.x, p.y]).collect()).collect();
     // The union leaves rounded points on straight lines. Removing them could make lines touch, so
     // the result is united once more.
     let rings = united(&outlines).into_iter().flatten();

@@ -1,21 +1,10 @@
-//! The area within a walking distance, in pieces that are bounded by straight lines and arcs.
-//!
-//! The wavefront reports the regions that each of its roots sees
-//! ([`wavefront`](crate::query::wavefront)). The part of a region within the remaining distance of
-//! its root belongs to the area, and nothing else does. Pieces of one root touch along edges, where
-//! their outlines have the same points to the last bit. Pieces of different roots may overlap, for
-//! example behind an obstacle that paths pass on both sides.
+//! The pieces of an area: what roots see of convex polygons within their reach.
 
-use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
 
-use futures::stream::Stream;
-
-use super::answer::distance;
-use super::request::{QueryError, QueryOptions, unfold};
-use super::wavefront::{Goal, HalfPlane, QueryPoints, RegionShape, VisibleRegion, WavefrontRun};
 use crate::geometry::{Orientation, Point, orient2d};
-use crate::store::TileReader;
+use crate::query::answer::distance;
+use crate::query::wavefront::{HalfPlane, RegionShape, VisibleRegion};
 
 /// A piece of the area within a walking distance: the part of a convex polygon within reach of a
 /// point that sees all of the polygon.
@@ -138,7 +127,7 @@ impl AreaPiece {
     }
 
     /// Returns the piece of a region.
-    fn of(region: VisibleRegion, root: Point, walked: f64, radius: f64) -> Option<Self> {
+    pub(super) fn of(region: VisibleRegion, root: Point, walked: f64, radius: f64) -> Option<Self> {
         let reach = radius - walked;
         let corners = match region.shape {
             RegionShape::Triangle { corners, between } => cut(corners.to_vec(), root, between),
@@ -249,57 +238,6 @@ fn region_behind_edge(root: Point, [right, left]: [Point; 2], rays: [Point; 2], 
     corners.extend([add(root, to_left, far), left]);
     corners.dedup();
     corners
-}
-
-/// The area within a walking distance.
-impl TileReader {
-    /// Returns the area within a walking distance of `at`, in pieces, roughly nearest first. A
-    /// point is in the area if and only if it is in a piece. The pieces of one root do not overlap;
-    /// those of different roots may. There are pieces outside the hull, too, if the outside is
-    /// free.
-    ///
-    /// If `radius` is negative or not a number, there are no pieces. A radius above
-    /// [`Point::MAX_MAGNITUDE`] counts as that. The stream ends, and its limits apply, as for
-    /// [`nearest_sites`](Self::nearest_sites). The pieces that come before a limit is reached are a
-    /// part of the area.
-    ///
-    /// [Examples](crate::query#examples).
-    pub fn area_within(
-        &self,
-        at: Point,
-        radius: f64,
-        options: QueryOptions,
-    ) -> impl Stream<Item = Result<AreaPiece, QueryError>> + Send + Unpin + 'static + use<> {
-        let reader = self.clone();
-        let radius = if radius > 0.0 {
-            radius.min(Point::MAX_MAGNITUDE)
-        } else {
-            0.0
-        };
-        let start = async move {
-            let goal = Goal::Points(QueryPoints::new([]));
-            let mut run = WavefrontRun::from_point(&reader, at, goal, radius, options).await?;
-            run.keep_regions();
-            Ok((run, VecDeque::new()))
-        };
-        unfold(
-            start,
-            move |(mut run, mut pieces): (WavefrontRun, VecDeque<AreaPiece>)| async move {
-                loop {
-                    if let Some(piece) = pieces.pop_front() {
-                        return Ok(Some((piece, (run, pieces))));
-                    }
-                    let Some(regions) = run.next_regions().await? else {
-                        return Ok(None);
-                    };
-                    pieces.extend(regions.into_iter().filter_map(|region| {
-                        let (root, walked) = run.root_at(region.root);
-                        AreaPiece::of(region, root, walked, radius)
-                    }));
-                }
-            },
-        )
-    }
 }
 
 #[cfg(test)]
