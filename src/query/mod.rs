@@ -24,7 +24,7 @@
 //!
 //! ```
 //! use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
-//! use delaunay_tiles::query::{DistanceOutcome, Footing, PathOutcome, Progress, QueryOptions, Search};
+//! use delaunay_tiles::query::{AreaCover, DistanceOutcome, Footing, PathOutcome, Progress, QueryOptions, Search};
 //! use delaunay_tiles::store::LineKind;
 //! use delaunay_tiles::{BuildOptions, Builder, OpenOptions, Point, TileReader};
 //! use futures::TryStreamExt;
@@ -81,6 +81,11 @@
 //! let area: Vec<_> = town.area_within(home, 5.0, options()).try_collect().await?;
 //! let is_near = |point| area.iter().any(|piece| piece.contains(point));
 //! assert!(is_near(Point::new(8.0, 4.0)) && !is_near(Point::new(11.0, 8.0)));
+//!
+//! // The same area as whole triangles, of which only the outline is needed, and pieces elsewhere.
+//! let mut cover = AreaCover::default();
+//! town.cover_area(home, 5.0, options(), &mut cover).await?;
+//! assert!(!cover.rings().is_empty() && cover.pieces().len() < area.len());
 //! # Ok(())
 //! # })
 //! # }

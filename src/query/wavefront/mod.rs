@@ -51,6 +51,5 @@ mod window;
 
 pub(crate) use found::{FoundTarget, Target};
 pub(crate) use goal::{Goal, QueryPoints};
-pub(crate) use regions::{HalfPlane, RegionShape, VisibleRegion};
+pub(crate) use regions::{HalfPlane, RegionShape, VisibleRegion, WholeTriangle};
 pub(crate) use run::{Approach, WavefrontRun};
-pub(crate) use whole::WholeTriangle;

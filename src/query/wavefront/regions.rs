@@ -49,3 +49,12 @@ pub(crate) struct HalfPlane {
     pub(crate) towards: Point,
     pub(crate) is_left: bool,
 }
+
+/// A triangle, all of which is within the limit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WholeTriangle {
+    /// The corners, counter-clockwise.
+    pub(crate) corners: [Point; 3],
+    /// Whether other tiles have the triangle, too.
+    pub(crate) is_shared: bool,
+}

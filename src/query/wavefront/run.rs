@@ -147,7 +147,7 @@ impl WavefrontRun {
 
     /// Takes a step, whatever it finds. Returns whether there are more.
     pub(crate) async fn go_further(&mut self) -> Result<bool, QueryError> {
-        Ok(!self.advance().await?.is_some_and(|found| found.is_none()))
+        Ok(self.advance().await?.is_none_or(|found| found.is_some()))
     }
 
     /// Returns the position of a root, and the length of the path to it.

@@ -3,21 +3,12 @@
 //! A point of a triangle is no farther than the path by way of a corner and straight on. So if the
 //! farthest point from a corner is near enough, which is another corner, all of the triangle is.
 
-use super::regions::RegionShape;
+use super::regions::{RegionShape, WholeTriangle};
 use super::roots::TIE;
 use super::state::Wavefront;
 use crate::geometry::{Orientation, Point, TriangleId, VertexIndex, orient2d};
 use crate::query::answer::distance;
 use crate::query::free_space::FreeSpace;
-
-/// A triangle, all of which is within the limit.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct WholeTriangle {
-    /// The corners, counter-clockwise.
-    pub(crate) corners: [Point; 3],
-    /// Whether other tiles have the triangle, too.
-    pub(crate) is_shared: bool,
-}
 
 /// What a root sees of a triangle of the current tile.
 #[derive(Clone, Copy)]

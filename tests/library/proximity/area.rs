@@ -3,8 +3,8 @@
 
 use std::f64::consts::PI;
 
-use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{AreaPiece, Explored, QueryError, QueryOptions};
+use delaunay_tiles::geometry::{Orientation, Point, orient2d};
+use delaunay_tiles::query::{AreaCover, AreaPiece, Explored, QueryError, QueryOptions};
 use delaunay_tiles::store::TileReader;
 use futures::TryStreamExt;
 use proptest::prelude::*;
@@ -91,9 +91,26 @@ fn without_obstacles_the_area_is_a_disc() {
     });
 }
 
-/// Compares points all over with their distances.
+/// Returns whether a ray to the right crosses an odd number of the rings' edges.
+fn is_within(rings: &[Vec<Point>], p: Point) -> bool {
+    let edges = rings
+        .iter()
+        .flat_map(|ring| ring.iter().zip(ring.iter().cycle().skip(1)));
+    let crossed = edges.filter(|(a, b)| {
+        let (down, up) = if a.y <= b.y { (a, b) } else { (b, a) };
+        down.y <= p.y && p.y < up.y && orient2d(**down, **up, p) == Orientation::CounterClockwise
+    });
+    crossed.count() % 2 == 1
+}
+
+/// Compares points all over with their distances, in pieces and in the cover.
 async fn check(reader: &TileReader, oracle: &Oracle, from: Point, radius: f64, random: &mut Random) {
     let pieces = pieces(reader, from, radius).await;
+    let mut cover = AreaCover::default();
+    let covered = reader.cover_area(from, radius, QueryOptions::default(), &mut cover);
+    covered.await.unwrap();
+    let (rings, rim) = (cover.rings(), cover.pieces());
+    assert!(rim.len() <= pieces.len());
     let points: Vec<Point> = (0..60)
         .map(|_| Point::new(16.0 * random.unit() - 3.0, 16.0 * random.unit() - 3.0))
         .collect();
@@ -109,6 +126,9 @@ async fn check(reader: &TileReader, oracle: &Oracle, from: Point, radius: f64, r
             is_near,
             "{from:?}, {radius}: {point:?} at {walk:?}, {within:?}"
         );
+        let is_whole = is_within(&rings, point);
+        let is_covered = is_whole || rim.iter().any(|piece| piece.contains(point));
+        assert_eq!(is_covered, is_near, "{from:?}, {radius}: {point:?} at {walk:?}");
     }
 }
 
