@@ -85,7 +85,7 @@
 //! // The same area as whole triangles, of which only the outline is needed, and pieces elsewhere.
 //! let mut cover = AreaCover::default();
 //! town.cover_area(home, 5.0, options(), &mut cover).await?;
-//! assert!(!cover.rings().is_empty() && cover.pieces().len() < area.len());
+//! assert!(!cover.rings().outlines.is_empty() && cover.pieces().len() < area.len());
 //! # Ok(())
 //! # })
 //! # }
@@ -110,7 +110,7 @@ mod wavefront;
 
 pub use along::{AlongInterval, SiteAlong};
 pub use answer::{Bend, Distance, Path, PathOutcome, SiteFound, VertexFound};
-pub use area::{AreaCover, AreaPiece};
+pub use area::{AreaCover, AreaPiece, AreaRings};
 pub use edges::{CdtPath, CdtVertex};
 pub use euclidean::Near;
 pub use free_space::Footing;

@@ -209,14 +209,23 @@ mod tests {
     }
 
     #[test]
-    fn dense_ground_is_divided_and_bare_ground_is_not() {
-        let targets = Targets::new(points(64), 0..64);
-        let count = |density: f64| {
+    fn opposite_clusters_are_apart_on_dense_ground_and_together_on_bare_ground() {
+        let is_east = |i: u32| i % 2 == 0;
+        let points: Vec<Point> = (0..16)
+            .map(|i| Point::new(if is_east(i) { 9_000.0 } else { -9_000.0 }, f64::from(i)))
+            .collect();
+        let targets = Targets::new(points, 0..16);
+        let groups = |density: f64| {
             let expectation = Expectation::new(density);
-            targets.groups(Point::new(0.0, 0.0), &[true; 64], &expectation).len()
+            targets.groups(Point::new(0.0, 0.0), &[true; 16], &expectation)
         };
-        assert_eq!(count(1e-7), 1);
-        assert!(count(0.1) > 8);
+        assert_eq!(groups(1e-7).len(), 1);
+        let on_dense_ground = groups(0.1);
+        assert!(on_dense_ground.len() >= 2);
+        for Group { members, .. } in on_dense_ground {
+            let east = members.iter().filter(|&&i| is_east(i)).count();
+            assert!(east == 0 || east == members.len(), "{members:?}");
+        }
     }
 
     #[test]

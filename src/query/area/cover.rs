@@ -3,6 +3,7 @@
 use foldhash::{HashMap, HashSet};
 
 use super::piece::AreaPiece;
+use super::rings::{AreaRings, is_clockwise, rings_of};
 use crate::geometry::Point;
 use crate::query::wavefront::WholeTriangle;
 
@@ -11,13 +12,13 @@ use crate::query::wavefront::WholeTriangle;
 const TOLERANCE: f64 = 1e-4;
 
 /// The bits of a point.
-type PointKey = [u64; 2];
+pub(super) type PointKey = [u64; 2];
 
 fn point_key(p: Point) -> PointKey {
     [p.x, p.y].map(|x| (x + 0.0).to_bits())
 }
 
-fn point_of(key: PointKey) -> Point {
+pub(super) fn point_of(key: PointKey) -> Point {
     let [x, y] = key.map(f64::from_bits);
     Point::new(x, y)
 }
@@ -43,6 +44,8 @@ pub struct AreaCover {
     /// The pieces of triangles that are not known to be whole.
     partial: HashMap<TriangleKey, Vec<AreaPiece>>,
     outside: Vec<AreaPiece>,
+    /// Whether no limit ended the query.
+    is_complete: bool,
 }
 
 impl AreaCover {
@@ -70,30 +73,27 @@ impl AreaCover {
         }
     }
 
-    /// Returns rings round the whole triangles, which are on the left of each ring. The points are
-    /// vertices, and the first one is not repeated at the end. A ring may touch itself and others.
+    /// Says that the cover has the whole area.
+    pub(super) fn complete(&mut self) {
+        self.is_complete = true;
+    }
+
+    /// Returns the rings around the whole triangles.
     #[must_use]
-    pub fn rings(&self) -> Vec<Vec<Point>> {
+    pub fn rings(&self) -> AreaRings {
         let mut edges: Vec<[PointKey; 2]> = self.boundary.iter().copied().collect();
         edges.sort_unstable();
-        let mut is_used = vec![false; edges.len()];
-        let mut rings = Vec::new();
-        for first in 0..edges.len() {
-            let mut ring = Vec::new();
-            let mut at = Some(first);
-            while let Some(edge) = at.filter(|&edge| !is_used[edge]) {
-                is_used[edge] = true;
-                let [from, to] = edges[edge];
-                ring.push(point_of(from));
-                let next = edges.partition_point(|edge| edge[0] < to);
-                let leaving = (next..edges.len()).take_while(|&edge| edges[edge][0] == to);
-                at = leaving.into_iter().find(|&edge| !is_used[edge]);
-            }
-            if !ring.is_empty() {
-                rings.push(ring);
-            }
+        let rings = rings_of(&edges);
+        // Without the whole area, nobody knows what is in a hole.
+        if !self.is_complete {
+            return AreaRings::new(&rings, |_| false);
         }
-        rings
+        let partial = self.partial.keys().flatten();
+        let outer = rings.iter().filter(|ring| !is_clockwise(ring)).flatten();
+        let met: HashSet<&PointKey> = partial.chain(outer).collect();
+        AreaRings::new(&rings, |ring| {
+            is_clockwise(ring) && !ring.iter().any(|key| met.contains(key))
+        })
     }
 
     /// Returns the pieces of the triangles that are not whole, and those outside the hull. Pieces

@@ -11,7 +11,9 @@
 
 mod cover;
 mod piece;
+mod rings;
 mod within;
 
 pub use cover::AreaCover;
 pub use piece::AreaPiece;
+pub use rings::AreaRings;

@@ -64,6 +64,7 @@ impl TileReader {
             },
         )
     }
+
     /// Adds the area within a walking distance of `at` to an empty cover, which has fewer pieces
     /// than [`area_within`](Self::area_within): triangles that lie in the area as a whole have
     /// none.
@@ -98,6 +99,7 @@ impl TileReader {
                 }
             }
             if !goes_on? {
+                cover.complete();
                 return Ok(());
             }
         }

@@ -126,8 +126,10 @@ async fn check(reader: &TileReader, oracle: &Oracle, from: Point, radius: f64, r
             is_near,
             "{from:?}, {radius}: {point:?} at {walk:?}, {within:?}"
         );
-        let is_whole = is_within(&rings, point);
-        let is_covered = is_whole || rim.iter().any(|piece| piece.contains(point));
+        // A hole has nothing of the area in it, and is within the rest.
+        let [is_whole, is_in_hole] = [&rings.outlines, &rings.holes].map(|rings| is_within(rings, point));
+        assert!(is_whole || !is_in_hole, "{from:?}, {radius}: {point:?}");
+        let is_covered = is_whole && !is_in_hole || rim.iter().any(|piece| piece.contains(point));
         assert_eq!(is_covered, is_near, "{from:?}, {radius}: {point:?} at {walk:?}");
     }
 }

@@ -2,7 +2,10 @@
 //!
 //! Crate i_overlay unites the parts that the library returns. It rounds coordinates to a grid of
 //! 2^-30 of the area's size or finer, far below the tolerance with which arcs become lines. The
-//! number is the area of the polygons.
+//! number is the area of the polygons. Holes without any part of the area in them, which most
+//! buildings are, stay as they are.
+
+mod holes;
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{AreaCover, QueryOptions};
@@ -33,7 +36,8 @@ const SOLVER: Solver = Solver {
 };
 
 /// A polygon as rings of coordinates, for crate i_overlay.
-type Shape = Vec<Vec<[f64; 2]>>;
+type Shape = Vec<ShapeRing>;
+type ShapeRing = Vec<[f64; 2]>;
 
 /// Returns the area within `radius` of `at`. If a limit ended the query, it is the area of what was
 /// found until then.
@@ -51,29 +55,38 @@ pub async fn within(
         Ok(()) => Status::Ok,
         Err(error) => Status::of(error)?,
     };
-    let pieces = cover.pieces();
     let rings = cover.rings();
+    let pieces = cover.pieces();
     let outlines = rings
-        .into_iter()
-        .chain(pieces.into_iter().map(|piece| piece.outline(TOLERANCE)));
-    let outlines: Shape = outlines.map(|ring| ring.iter().map(|p| [p.x, p.y]).collect()).collect();
+        .outlines
+        .iter()
+        .map(|ring| shape_ring(ring))
+        .chain(pieces.iter().map(|piece| shape_ring(&piece.outline(TOLERANCE))));
     // The union leaves rounded points on straight lines. Removing them could make lines touch, so
     // the result is united once more.
-    let rings = united(&outlines).into_iter().flatten();
-    let straight: Shape = rings.map(|ring| straightened(&ring, STRAIGHT * radius)).collect();
-    let shapes = united(&straight);
+    let unions = united(&outlines.collect::<Shape>());
+    let straight = unions
+        .iter()
+        .flatten()
+        .map(|ring| straightened(ring, STRAIGHT * radius));
+    let mut shapes = united(&straight.collect::<Shape>());
+    holes::cut_out(&mut shapes, rings.holes.iter().map(|ring| shape_ring(ring)));
     let sizes = shapes.iter().flatten().map(|ring| signed_area(ring, at));
     // The sum of no numbers is -0.
     let size = 0.0 + sizes.sum::<f64>();
     let point = |[x, y]: [f64; 2]| Point::new(x, y);
-    let ring = |ring: Vec<[f64; 2]>| ring.into_iter().map(point).collect();
+    let ring = |ring: ShapeRing| ring.into_iter().map(point).collect();
     let polygon = |shape: Shape| shape.into_iter().map(ring).collect();
     let polygons = shapes.into_iter().map(polygon).collect();
     Ok((status, Area { polygons, size }))
 }
 
-/// Returns the union of counter-clockwise outlines.
-fn united(outlines: &[Vec<[f64; 2]>]) -> Vec<Shape> {
+fn shape_ring(ring: &[Point]) -> ShapeRing {
+    ring.iter().map(|p| [p.x, p.y]).collect()
+}
+
+/// Returns the union of outlines, counter-clockwise except around holes.
+fn united(outlines: &[ShapeRing]) -> Vec<Shape> {
     let options = OverlayOptions {
         ogc: true,
         ..OverlayOptions::default()
@@ -94,7 +107,7 @@ fn signed_area(ring: &[[f64; 2]], near: Point) -> f64 {
 
 /// Returns a ring without the points that are at most `slack` away from the line between their
 /// neighbours.
-fn straightened(ring: &[[f64; 2]], slack: f64) -> Vec<[f64; 2]> {
+fn straightened(ring: &[[f64; 2]], slack: f64) -> ShapeRing {
     let is_straight = |[ax, ay]: [f64; 2], [bx, by]: [f64; 2], [cx, cy]: [f64; 2]| {
         let (dx, dy) = (cx - ax, cy - ay);
         let off = (dx * (by - ay) - dy * (bx - ax)).abs();
@@ -102,7 +115,7 @@ fn straightened(ring: &[[f64; 2]], slack: f64) -> Vec<[f64; 2]> {
         let square = dx * dx + dy * dy;
         off <= slack * square.sqrt() && (0.0..=square).contains(&along)
     };
-    let mut kept: Vec<[f64; 2]> = Vec::new();
+    let mut kept = ShapeRing::new();
     for &point in ring {
         while let [.., before, last] = kept[..]
             && is_straight(before, last, point)
