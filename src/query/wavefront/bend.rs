@@ -22,10 +22,13 @@ impl Wavefront {
         via: Via,
     ) -> Result<(), Contradiction> {
         let mark = space.mark(vertex).ok_or(Contradiction::NoVertex(vertex))?;
+        if mark.is_single() && self.here.is_nearer(vertex, length) {
+            return Ok(());
+        }
         let id = space.tile.vertex(vertex).id;
         let seen = self.seen.entry(id).or_default();
         seen.mark = Some(mark);
-        if length > seen.limit * TIE || mark.is_single() && self.here.is_nearer(vertex, length) {
+        if length > seen.limit * TIE {
             return Ok(());
         }
         if length < seen.reported {
@@ -57,6 +60,7 @@ impl Wavefront {
                 vertex: Some(id),
                 length,
                 parent: Some(before),
+                depth: self.roots[before as usize].depth + 1,
                 done: [0; 2],
             });
             root

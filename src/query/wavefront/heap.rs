@@ -5,6 +5,8 @@
 pub(super) struct HeapEntry {
     pub(super) length: u64,
     pub(super) slot: u32,
+    /// The root of the task.
+    pub(super) root: u32,
 }
 
 /// A heap with the least entry first. Each entry has up to four children, which are adjacent, so it

@@ -2,7 +2,7 @@
 
 use super::state::Wavefront;
 use super::task::Task;
-use super::waiting::Ahead;
+use super::waiting::{Ahead, WaitingKey};
 use super::window::Window;
 use crate::store::TileId;
 
@@ -11,7 +11,8 @@ impl Wavefront {
     /// half-edge, if there is one.
     pub(super) fn join(&mut self, tile: TileId, root: u32, ahead: &mut Ahead, window: &mut Window) {
         self.waiting.fit(self.queue.len() + 1);
-        let slot = *self.waiting.slot(tile, root, ahead.half_edge);
+        let key = WaitingKey::new(tile, root, ahead.half_edge);
+        let Some(slot) = self.waiting.hint(key) else { return };
         let Some(there) = self.queue.at(slot) else { return };
         let Task::Window {
             tile: of_tile,
@@ -41,7 +42,7 @@ impl Wavefront {
     /// Joins a window with an adjacent waiting one, and puts it in the queue.
     pub(super) fn defer(&mut self, tile: TileId, root: u32, ahead: Ahead, window: &Window) {
         let (mut ahead, mut window) = (ahead, *window);
-        if self.joins {
+        if self.joins && ahead.is_cut {
             self.join(tile, root, &mut ahead, &mut window);
         }
         self.wait(tile, root, ahead, &window);
@@ -61,8 +62,8 @@ impl Wavefront {
             length: ahead.length,
         };
         let slot = self.queue.push(ahead.length, Some(tile), task);
-        if self.joins {
-            *self.waiting.slot(tile, root, ahead.half_edge) = slot;
+        if self.joins && ahead.is_cut {
+            self.waiting.note(WaitingKey::new(tile, root, ahead.half_edge), slot);
         }
     }
 }

@@ -4,8 +4,10 @@ use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
 use super::heap::{Heap, HeapEntry};
+use super::roots::Root;
 use super::task::Task;
 use crate::collections::mix::Mix;
+use crate::collections::prefetch::prefetch;
 use crate::store::TileId;
 
 /// The number of entries of the tile heap that are examined for tiles needed soon: three levels of
@@ -88,7 +90,7 @@ impl Queue {
         let there = std::mem::replace(&mut self.here, here);
         let was = self.current_tile.replace(tile);
         if let (Some(was), Some(&HeapEntry { length, .. })) = (was, there.first()) {
-            self.tiles.push(HeapEntry { length, slot: was.0 });
+            self.tiles.push(tile_entry(length, was));
             self.elsewhere.insert(was, there);
         }
         self.settle();
@@ -97,7 +99,7 @@ impl Queue {
     /// Removes outdated entries from the top of the tile heap: those that are not the first task of
     /// a tile that still has tasks.
     fn settle(&mut self) {
-        while let Some(&HeapEntry { length, slot }) = self.tiles.first() {
+        while let Some(&HeapEntry { length, slot, .. }) = self.tiles.first() {
             let tile = TileId(slot);
             if let Some(there) = self.elsewhere.get_mut(&tile)
                 && let Some(&first) = there.first()
@@ -109,7 +111,7 @@ impl Queue {
                 there.pop();
                 self.unused.push(first.slot);
                 match there.first() {
-                    Some(&HeapEntry { length, .. }) => self.tiles.push(HeapEntry { length, slot }),
+                    Some(&HeapEntry { length, .. }) => self.tiles.push(tile_entry(length, tile)),
                     None => drop(self.elsewhere.remove(&tile)),
                 }
             }
@@ -120,6 +122,7 @@ impl Queue {
     /// Adds a task, in a tile or without one. Returns the task's slot, which is valid while the
     /// task is in the queue.
     pub(super) fn push(&mut self, length: f64, tile: Option<TileId>, task: Task) -> u32 {
+        let root = task.root();
         let slot = match self.unused.pop() {
             Some(slot) => {
                 self.tasks[slot as usize] = task;
@@ -131,14 +134,14 @@ impl Queue {
             }
         };
         let length = length.max(0.0).to_bits();
-        let entry = HeapEntry { length, slot };
+        let entry = HeapEntry { length, slot, root };
         match tile {
             None => self.anywhere.push(entry),
             _ if tile == self.current_tile => self.here.push(entry),
             Some(tile) => {
                 let there = self.elsewhere.entry(tile).or_insert(Heap::new());
                 if there.first().is_none_or(|front| length < front.length) {
-                    self.tiles.push(HeapEntry { length, slot: tile.0 });
+                    self.tiles.push(tile_entry(length, tile));
                 }
                 there.push(entry);
             }
@@ -188,7 +191,7 @@ impl Queue {
 
     /// Returns what to do next. A task of the current tile, or one without a tile, is removed from
     /// the queue.
-    pub(crate) fn next(&mut self) -> Next {
+    pub(crate) fn next(&mut self, roots: &[Root]) -> Next {
         loop {
             let (here, anywhere, tiles) = (self.here.front(), self.anywhere.front(), self.tiles.front());
             let from = if here < f64::INFINITY && here <= self.ahead() {
@@ -207,6 +210,11 @@ impl Queue {
             let Some(entry) = from.pop() else {
                 return Next::Nothing;
             };
+            // Most likely, the task that is first now is the next one.
+            if let Some(soon) = from.first() {
+                prefetch(&self.tasks, soon.slot as usize);
+                prefetch(roots, soon.root as usize);
+            }
             self.unused.push(entry.slot);
             let there = &mut self.tasks[entry.slot as usize];
             let task = *there;
@@ -215,5 +223,14 @@ impl Queue {
                 return Next::Task(task);
             }
         }
+    }
+}
+
+/// Returns the entry of a tile whose first task has this length.
+fn tile_entry(length: u64, tile: TileId) -> HeapEntry {
+    HeapEntry {
+        length,
+        slot: tile.0,
+        root: 0,
     }
 }

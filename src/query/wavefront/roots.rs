@@ -22,6 +22,8 @@ pub(crate) struct Root {
     pub(crate) length: f64,
     /// The previous root; `None` for the source.
     pub(crate) parent: Option<u32>,
+    /// The number of roots on the path, this one included.
+    pub(crate) depth: u32,
     /// The number of wedges of its sector that are processed, from the left end and from the right
     /// end.
     pub(crate) done: [u32; 2],

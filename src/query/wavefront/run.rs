@@ -165,7 +165,7 @@ impl WavefrontRun {
     }
 
     pub(crate) fn legs(&self, found: &FoundTarget) -> usize {
-        self.wavefront.way(found.root).len()
+        self.wavefront.depth(found.root)
     }
 }
 

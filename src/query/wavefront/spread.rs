@@ -3,7 +3,7 @@
 use super::goal::Goal;
 use super::state::Wavefront;
 use super::task::{Task, seam_between};
-use super::waiting::Ahead;
+use super::waiting::{Ahead, WaitingKey};
 use super::whole::Part;
 use super::window::Window;
 use crate::geometry::{HalfEdge, Orientation, Point, VertexIndex, orient2d};
@@ -141,7 +141,7 @@ impl Wavefront {
             let Some((mut ahead, exit, mut narrow)) = best else {
                 return Ok(());
             };
-            if self.joins {
+            if self.joins && ahead.is_cut {
                 self.join(tile, root, &mut ahead, &mut narrow);
             }
             if self.pause == 0 || !self.queue.would_be_next(ahead.length) {
@@ -210,7 +210,11 @@ impl Wavefront {
         {
             stride.trust -= 1;
             let length = stride.length;
-            return Ok(Some(Ahead { length, half_edge }));
+            return Ok(Some(Ahead {
+                length,
+                half_edge,
+                is_cut: false,
+            }));
         }
         stride.trust = TRUST;
         self.look(passages, root, exit, window)
@@ -242,6 +246,14 @@ impl Wavefront {
             Passage::Elsewhere => None,
             Passage::Contradictory => return Err(Contradiction::NotBeside(exit.half_edge.triangle())),
         };
+        let is_cut = window.right != right || window.left != left;
+        if let Some(half_edge) = entered
+            && self.joins
+            && is_cut
+        {
+            let tile = passages.space().tile.id();
+            self.waiting.expect(WaitingKey::new(tile, root, half_edge));
+        }
         let crossing = window.crossing(right, left);
         let way = self.roots[root as usize].length;
         if self.here.beats(way, &crossing, [right_corner, left_corner]) {
@@ -252,7 +264,11 @@ impl Wavefront {
             return Ok(None);
         }
         if let Some(half_edge) = entered {
-            return Ok(Some(Ahead { length, half_edge }));
+            return Ok(Some(Ahead {
+                length,
+                half_edge,
+                is_cut,
+            }));
         }
         // The twin runs from the end to the start.
         let [from, to] = passages.space().tile.ends(exit.half_edge).map(|end| end.id);

@@ -58,6 +58,7 @@ impl Wavefront {
             vertex: source.vertex(),
             length: 0.0,
             parent: None,
+            depth: 1,
             done: [0; 2],
         });
         let mut push = |tile, task| _ = self.queue.push(0.0, Some(tile), task);

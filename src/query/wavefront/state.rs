@@ -74,6 +74,11 @@ impl Wavefront {
         self.roots.len()
     }
 
+    /// Returns the number of roots on the path to a root.
+    pub(crate) fn depth(&self, root: u32) -> usize {
+        self.roots[root as usize].depth as usize
+    }
+
     /// Returns the points on the path to a root, the source first, with their vertices.
     pub(crate) fn way(&self, root: u32) -> Vec<(Point, Option<VertexId>)> {
         let mut way = Vec::new();

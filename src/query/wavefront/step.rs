@@ -66,7 +66,7 @@ impl Wavefront {
             if self.pause == 0 {
                 return Ok(WavefrontStep::Pause);
             }
-            let task = match self.queue.next() {
+            let task = match self.queue.next(&self.roots) {
                 Next::Task(task) => task,
                 Next::In(tile) => return Ok(WavefrontStep::Need(tile)),
                 Next::Nothing => return Ok(WavefrontStep::Done),

@@ -57,6 +57,23 @@ pub(super) enum Task {
     Nothing,
 }
 
+impl Task {
+    /// Returns the root from which the task continues; 0 if it is a source.
+    pub(super) fn root(&self) -> u32 {
+        match *self {
+            Self::Window { root, .. }
+            | Self::IncomingWindow { root, .. }
+            | Self::Vertex { root, .. }
+            | Self::Goal { root, .. } => root,
+            Self::Start { .. }
+            | Self::StartOnEdge { .. }
+            | Self::StartVertex { .. }
+            | Self::StartOnHull { .. }
+            | Self::Nothing => 0,
+        }
+    }
+}
+
 /// The queue copies tasks, so a task fits in a cache line.
 const _: () = assert!(size_of::<Task>() <= 64);
 
