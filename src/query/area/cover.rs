@@ -3,25 +3,13 @@
 use foldhash::{HashMap, HashSet};
 
 use super::piece::AreaPiece;
-use super::rings::{AreaRings, is_clockwise, rings_of};
+use super::rings::{AreaRings, PointKey, is_clockwise, point_key, rings_of};
 use crate::geometry::Point;
 use crate::query::wavefront::WholeTriangle;
 
 /// The deviation with which outlines are compared. Only pieces whose difference is smaller may be
 /// left out.
 const TOLERANCE: f64 = 1e-4;
-
-/// The bits of a point.
-pub(super) type PointKey = [u64; 2];
-
-fn point_key(p: Point) -> PointKey {
-    [p.x, p.y].map(|x| (x + 0.0).to_bits())
-}
-
-pub(super) fn point_of(key: PointKey) -> Point {
-    let [x, y] = key.map(f64::from_bits);
-    Point::new(x, y)
-}
 
 /// The corners of a triangle, in an order that does not depend on which of them comes first.
 type TriangleKey = [PointKey; 3];

@@ -2,8 +2,19 @@
 
 use foldhash::{HashMap, HashMapExt};
 
-use super::cover::{PointKey, point_of};
 use crate::geometry::{Orientation, Point, orient2d};
+
+/// The bits of a point.
+pub(super) type PointKey = [u64; 2];
+
+pub(super) fn point_key(p: Point) -> PointKey {
+    [p.x, p.y].map(|x| (x + 0.0).to_bits())
+}
+
+fn point_of(key: PointKey) -> Point {
+    let [x, y] = key.map(f64::from_bits);
+    Point::new(x, y)
+}
 
 /// The rings around the whole triangles of an [`AreaCover`](super::AreaCover).
 ///

@@ -1,6 +1,6 @@
 //! Holes of polygons.
 
-use super::{Shape, ShapeRing};
+use super::shape::{Shape, ShapeRing};
 
 /// Adds holes to the disjoint shapes in which they lie. Each hole lies in one shape.
 pub(super) fn cut_out(shapes: &mut [Shape], holes: impl Iterator<Item = ShapeRing>) {
@@ -31,9 +31,9 @@ impl Bounds {
             greatest: [f64::NEG_INFINITY; 2],
         };
         for point in shape.first().into_iter().flatten() {
-            for axis in 0..2 {
-                this.least[axis] = this.least[axis].min(point[axis]);
-                this.greatest[axis] = this.greatest[axis].max(point[axis]);
+            for (axis, &x) in point.iter().enumerate() {
+                this.least[axis] = this.least[axis].min(x);
+                this.greatest[axis] = this.greatest[axis].max(x);
             }
         }
         this

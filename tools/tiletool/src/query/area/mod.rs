@@ -6,6 +6,7 @@
 //! buildings are, stay as they are.
 
 mod holes;
+mod shape;
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{AreaCover, QueryOptions};
@@ -16,6 +17,7 @@ use i_overlay::float::overlay::OverlayOptions;
 use i_overlay::float::simplify::SimplifyShape;
 use serde_json::{Value, json};
 
+use self::shape::{Shape, ShapeRing, signed_area, straightened};
 use super::answer::{Area, Polygon, Status};
 use super::values::position;
 
@@ -39,10 +41,6 @@ const SOLVER: Solver = Solver {
     },
     multithreading: None,
 };
-
-/// A polygon as rings of coordinates, for crate i_overlay.
-type Shape = Vec<ShapeRing>;
-type ShapeRing = Vec<[f64; 2]>;
 
 /// Returns the area within `radius` of `at`. If a limit ended the query, it is the area of what was
 /// found until then.
@@ -99,39 +97,6 @@ fn united(outlines: &[ShapeRing]) -> Vec<Shape> {
     SimplifyShape::simplify_shape_custom(&outlines, FillRule::NonZero, options, SOLVER)
 }
 
-/// Returns the area of a ring, negative if it is clockwise. `near` is a point near the ring, because
-/// products of large coordinates are rounded more.
-fn signed_area(ring: &[[f64; 2]], near: Point) -> f64 {
-    let next = ring.iter().cycle().skip(1);
-    let doubled = ring.iter().zip(next).map(|([ax, ay], [bx, by])| {
-        let ([ax, bx], [ay, by]) = ([ax, bx].map(|x| x - near.x), [ay, by].map(|y| y - near.y));
-        ax * by - bx * ay
-    });
-    0.5 * doubled.sum::<f64>()
-}
-
-/// Returns a ring without the points that are at most `slack` away from the line between their
-/// neighbours.
-fn straightened(ring: &[[f64; 2]], slack: f64) -> ShapeRing {
-    let is_straight = |[ax, ay]: [f64; 2], [bx, by]: [f64; 2], [cx, cy]: [f64; 2]| {
-        let (dx, dy) = (cx - ax, cy - ay);
-        let off = (dx * (by - ay) - dy * (bx - ax)).abs();
-        let along = dx * (bx - ax) + dy * (by - ay);
-        let square = dx * dx + dy * dy;
-        off <= slack * square.sqrt() && (0.0..=square).contains(&along)
-    };
-    let mut kept = ShapeRing::new();
-    for &point in ring {
-        while let [.., before, last] = kept[..]
-            && is_straight(before, last, point)
-        {
-            kept.pop();
-        }
-        kept.push(point);
-    }
-    kept
-}
-
 /// Returns the GeoJSON geometry of the polygons.
 pub fn geometry(polygons: &[Polygon]) -> Value {
     let ring = |ring: &Vec<Point>| {
@@ -140,35 +105,4 @@ pub fn geometry(polygons: &[Polygon]) -> Value {
     };
     let polygon = |rings: &Polygon| rings.iter().map(ring).collect::<Vec<_>>();
     json!({"type": "MultiPolygon", "coordinates": polygons.iter().map(polygon).collect::<Vec<_>>()})
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_area_of_rings_far_from_the_origin_is_exact() {
-        let [x, y] = [4_500_123.25, 5_400_321.75];
-        let ring = [[0.0, 0.0], [0.5, 0.0], [0.5, 0.25], [0.0, 0.25]].map(|[u, v]| [x + u, y + v]);
-        assert_eq!(signed_area(&ring, Point::new(x, y)), 0.125);
-        let reversed: Vec<_> = ring.into_iter().rev().collect();
-        assert_eq!(signed_area(&reversed, Point::new(x, y)), -0.125);
-        assert_eq!(signed_area(&[], Point::new(x, y)), 0.0);
-    }
-
-    #[test]
-    fn points_on_straight_lines_are_removed() {
-        let ring = [
-            [0.0, 0.0],
-            [1.0, 1e-10],
-            [2.0, 0.0],
-            [3.0, 0.0],
-            [3.0, 1.0],
-            [3.0, 0.5],
-            [0.0, 0.5],
-        ];
-        let kept = [[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [3.0, 0.5], [0.0, 0.5]];
-        assert_eq!(straightened(&ring, 1e-8), kept);
-        assert_eq!(straightened(&ring[..2], 1e-8), ring[..2]);
-    }
 }
