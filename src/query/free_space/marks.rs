@@ -4,7 +4,7 @@
 use super::space::FreeSpace;
 use super::wedges::Wedge;
 use crate::geometry::{HalfEdge, Orientation, Point, VertexIndex, orient2d};
-use crate::mesh::Twin;
+use crate::mesh::{StarEnd, Topology, Twin};
 use crate::query::request::Contradiction;
 use crate::store::VertexNotes;
 
@@ -102,6 +102,12 @@ impl<'t> FreeSpace<'t> {
 
     /// Returns the sectors of a vertex. A vertex at which nothing blocks has one, and turns in none.
     fn sectors(self, vertex: VertexIndex) -> Result<Sectors, Contradiction> {
+        if self.is_inside_without_constraints(vertex)? {
+            return Ok(Sectors {
+                count: 1,
+                turning: None,
+            });
+        }
         let mut wedges = self.wedges(vertex)?;
         if !wedges.iter().any(|&wedge| self.is_beside_blocked(wedge)) {
             return Ok(Sectors {
@@ -125,6 +131,14 @@ impl<'t> FreeSpace<'t> {
             }
         }
         Ok(sectors)
+    }
+
+    /// Returns whether triangles lie all round a vertex, and none of its edges is a constraint.
+    fn is_inside_without_constraints(self, vertex: VertexIndex) -> Result<bool, Contradiction> {
+        let mut star = self.tile.star(self.leaving(vertex)?);
+        let is_constraint = |half_edge: HalfEdge| self.tile.is_constraint(half_edge);
+        let has_constraint = star.any(|half_edge| is_constraint(half_edge) || is_constraint(half_edge.prev()));
+        Ok(!has_constraint && star.end() == Some(StarEnd::Closed))
     }
 
     /// Returns whether an edge blocks that bounds the wedge of a triangle.

@@ -142,7 +142,7 @@ impl<'t> FreeSpace<'t> {
         }
     }
 
-    fn leaving(self, vertex: VertexIndex) -> Result<HalfEdge, Contradiction> {
+    pub(super) fn leaving(self, vertex: VertexIndex) -> Result<HalfEdge, Contradiction> {
         if !self.tile.has_vertex(vertex) {
             return Err(Contradiction::NoVertex(vertex));
         }

@@ -23,6 +23,20 @@ fn scene() -> Scene {
     Scene::on_grid(11, 11, lines)
 }
 
+/// Returns some points, two of them equal, in the scene, and others on vertices, in obstacles and
+/// outside.
+fn points(scene: &Scene, random: &mut Random, count: usize) -> Vec<Point> {
+    let mut points = scene.targets(random, count);
+    points.extend([
+        at(0, 0),
+        at(0, 0),
+        Point::new(2.5, 2.0),
+        at(7, 7),
+        Point::new(-3.0, 4.0),
+    ]);
+    points
+}
+
 async fn matrix(reader: &TileReader, from: &[Point], to: &[Point]) -> Vec<PairDistance> {
     let pairs = reader.distance_matrix(from.to_vec(), to.to_vec(), QueryOptions::default());
     pairs.try_collect().await.unwrap()
@@ -43,15 +57,7 @@ fn as_walk(outcome: DistanceOutcome) -> Walk {
 #[test]
 fn every_pair_agrees_with_the_oracle_in_the_promised_order() {
     let scene = scene();
-    let mut random = Random(3);
-    let mut points = scene.targets(&mut random, 24);
-    points.extend([
-        at(0, 0),
-        at(0, 0),
-        Point::new(2.5, 2.0),
-        at(7, 7),
-        Point::new(-3.0, 4.0),
-    ]);
+    let points = points(&scene, &mut Random(3), 24);
     runtime().block_on(async {
         for tile_vertices in [5, 1 << 16] {
             let (_scratch, reader) = scene.build(tile_vertices).await;
@@ -81,14 +87,7 @@ fn every_pair_agrees_with_the_oracle_in_the_promised_order() {
 #[test]
 fn a_matrix_of_a_list_with_itself_is_symmetric_and_agrees_with_the_oracle() {
     let scene = scene();
-    let mut points = scene.targets(&mut Random(8), 30);
-    points.extend([
-        at(0, 0),
-        at(0, 0),
-        Point::new(2.0, 2.25),
-        at(7, 7),
-        Point::new(-3.0, 4.0),
-    ]);
+    let points = points(&scene, &mut Random(8), 30);
     runtime().block_on(async {
         for tile_vertices in [5, 1 << 16] {
             let (_scratch, reader) = scene.build(tile_vertices).await;

@@ -175,6 +175,18 @@ fn town() -> Scene {
     Scene::town_with_sites(6, 60, &mut Random(9))
 }
 
+/// Returns the nearest sites, and the error after them.
+async fn until_error(reader: &TileReader, from: Point, options: QueryOptions) -> (Vec<SiteFound>, Option<QueryError>) {
+    let mut sites = reader.nearest_sites(from, options);
+    let mut found = Vec::new();
+    loop {
+        match sites.next().await {
+            Some(Ok(site)) => found.push(site),
+            end => return (found, end.and_then(Result::err)),
+        }
+    }
+}
+
 /// The sites found before the budget's end are valid, and the others are as far away as the error
 /// says.
 #[test]
@@ -190,17 +202,10 @@ fn sites_found_before_a_budget_ended_are_valid() {
         assert_eq!(whole.len(), 60);
         let mut counts = Vec::new();
         for tiles in [0, 1, 2, 4, 8, 16, 1000] {
-            let mut sites = reader.nearest_sites(from, QueryOptions::default().max_tiles(tiles));
-            let mut found = Vec::new();
-            let end = loop {
-                match sites.next().await {
-                    Some(Ok(site)) => found.push(site),
-                    end => break end,
-                }
-            };
+            let (found, end) = until_error(&reader, from, QueryOptions::default().max_tiles(tiles)).await;
             assert_eq!(found, whole[..found.len()]);
             if tiles < 1000 {
-                let Some(Err(QueryError::OutOfBudget { lower_bound })) = end else {
+                let Some(QueryError::OutOfBudget { lower_bound }) = end else {
                     panic!("{tiles}: {end:?}")
                 };
                 assert!(
@@ -223,18 +228,11 @@ fn sites_found_before_a_budget_ended_are_valid() {
         let mut most = 0;
         for tiles in [0, 1, 2, 4, 8, 16, 1000] {
             let options = QueryOptions::default().first(20).search(Search::Aimed).max_tiles(tiles);
-            let mut sites = reader.nearest_sites(from, options);
-            let mut found = Vec::new();
-            let end = loop {
-                match sites.next().await {
-                    Some(Ok(site)) => found.push(site),
-                    end => break end,
-                }
-            };
+            let (found, end) = until_error(&reader, from, options).await;
             assert_eq!(found, whole[..found.len()]);
             match end {
                 None => assert_eq!(found.len(), 20),
-                Some(Err(QueryError::OutOfBudget { lower_bound })) => {
+                Some(QueryError::OutOfBudget { lower_bound }) => {
                     let rest = &whole[found.len()..];
                     assert!(tiles < 1000 && rest.iter().all(|site| site.distance.value >= lower_bound));
                 }
