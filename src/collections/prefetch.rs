@@ -1,17 +1,18 @@
 //! Hints to the processor.
 
-/// Asks the processor to load an element that will soon be used. It does not wait for the element.
+/// Asks the processor to load an element that will soon be used, without waiting for it. Does
+/// nothing if there is no such element.
 #[inline]
+#[allow(
+    unsafe_code,
+    reason = "a search of 10 million triangles takes a third less time if it waits less for memory"
+)]
 pub(crate) fn prefetch<T>(elements: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     if let Some(element) = elements.get(index) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: Prefetching does not access memory, as far as the program can see, and the
-        // address is that of a valid reference.
-        #[allow(unsafe_code)]
-        unsafe {
-            _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(element).cast());
-        }
+        // SAFETY: A hint never faults, and changes nothing that a program can observe but time.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(element).cast()) };
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (elements, index);
