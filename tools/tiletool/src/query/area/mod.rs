@@ -12,7 +12,7 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{AreaCover, QueryOptions};
 use delaunay_tiles::store::TileReader;
 use i_overlay::core::fill_rule::FillRule;
-use i_overlay::core::solver::{Precision, Solver, Strategy};
+use i_overlay::core::solver::Solver;
 use i_overlay::float::overlay::OverlayOptions;
 use i_overlay::float::simplify::SimplifyShape;
 use serde_json::{Value, json};
@@ -27,16 +27,6 @@ pub const TOLERANCE: f64 = 1e-4;
 
 /// Points that are at most this fraction of the radius away from a straight line are removed.
 const STRAIGHT: f64 = 1e-8;
-
-/// Crossings are rounded, which makes new ones, the fewer the greater the distance at which ends are
-/// snapped to edges. With the default solver, the union took seconds for a thousand pieces, and
-/// lost a building among 36 000. With a distance that grows faster than this one, it took an eighth
-/// of the time, but did not end for some areas.
-const SOLVER: Solver = Solver {
-    strategy: Strategy::Frag,
-    precision: Precision::LOW,
-    multithreading: None,
-};
 
 /// Returns the area within `radius` of `at`. If a limit ended the query, it is the area of what was
 /// found until then.
@@ -90,7 +80,8 @@ fn united(outlines: &[ShapeRing]) -> Vec<Shape> {
         ogc: true,
         ..OverlayOptions::default()
     };
-    SimplifyShape::simplify_shape_custom(&outlines, FillRule::NonZero, options, SOLVER)
+    // Solvers with less precision are faster, but do not end for some outlines.
+    SimplifyShape::simplify_shape_custom(&outlines, FillRule::NonZero, options, Solver::default())
 }
 
 /// Returns the GeoJSON geometry of the polygons.
