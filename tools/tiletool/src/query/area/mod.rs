@@ -12,7 +12,7 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{AreaCover, QueryOptions};
 use delaunay_tiles::store::TileReader;
 use i_overlay::core::fill_rule::FillRule;
-use i_overlay::core::solver::Solver;
+use i_overlay::core::solver::{Precision, Solver, Strategy};
 use i_overlay::float::overlay::OverlayOptions;
 use i_overlay::float::simplify::SimplifyShape;
 use serde_json::{Value, json};
@@ -27,6 +27,19 @@ pub const TOLERANCE: f64 = 1e-4;
 
 /// Points that are at most this fraction of the radius away from a straight line are removed.
 const STRAIGHT: f64 = 1e-8;
+
+/// Crossings are rounded, which makes new ones, the fewer the greater the distance at which ends are
+/// snapped to edges. It begins with 2^4 units of the grid, and grows by a factor of eight. With the
+/// default solver, a union took seconds for a thousand pieces. With strategy `Frag`, one did not
+/// end for a rectangle and a wall, and one lost a building among 36 000.
+const SOLVER: Solver = Solver {
+    strategy: Strategy::Tree,
+    precision: Precision {
+        start: 8,
+        progression: 6,
+    },
+    multithreading: None,
+};
 
 /// Returns the area within `radius` of `at`. If a limit ended the query, it is the area of what was
 /// found until then.
@@ -80,8 +93,7 @@ fn united(outlines: &[ShapeRing]) -> Vec<Shape> {
         ogc: true,
         ..OverlayOptions::default()
     };
-    // Solvers with less precision are faster, but do not end for some outlines.
-    SimplifyShape::simplify_shape_custom(&outlines, FillRule::NonZero, options, Solver::default())
+    SimplifyShape::simplify_shape_custom(&outlines, FillRule::NonZero, options, SOLVER)
 }
 
 /// Returns the GeoJSON geometry of the polygons.
