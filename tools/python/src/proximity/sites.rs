@@ -1,6 +1,7 @@
 //! The nearest sites, and those within a distance.
 
 use delaunay_tiles::query::SiteFound;
+use futures::future::Either;
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use tiletool::query::answer::Status;
@@ -31,7 +32,14 @@ pub fn sites<'py>(
     let options = options.into_query()?;
     ask(py, is_awaited, async move {
         let mut found = Found::new(wants_paths);
-        let question = move |(at, radius)| first(reader.sites_within(at, radius, options.clone().first(most)), most);
+        let question = move |(at, radius)| {
+            let options = options.clone().first(most);
+            match radius == f64::INFINITY {
+                // Not each mode is exact.
+                true => Either::Left(first(reader.nearest_sites(at, options), most)),
+                false => Either::Right(first(reader.sites_within(at, radius, options), most)),
+            }
+        };
         in_order(
             at.into_iter().zip(radii),
             |question| question.0,
