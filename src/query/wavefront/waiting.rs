@@ -30,8 +30,8 @@ const ROOM: usize = 256;
 
 /// The queue slots of windows that wait at half-edges, by a hash of root and half-edge, each with
 /// the other half of the hash. Other windows overwrite entries, and windows that no longer wait
-/// leave theirs behind, so an entry is only a hint. Nearly all hints are false that the other half
-/// does not exclude, so nearly no window is looked up in vain.
+/// leave theirs behind, so an entry is only a hint. The other half of the hash excludes nearly all
+/// false hints before a window is looked up in vain.
 #[derive(Debug)]
 pub(crate) struct Waiting(Vec<Hint>);
 

@@ -35,7 +35,7 @@ pub fn sites<'py>(
         let question = move |(at, radius)| {
             let options = options.clone().first(most);
             match radius == f64::INFINITY {
-                // Not each mode is exact.
+                // In mode fast, these are other sites than those of an exact range.
                 true => Either::Left(first(reader.nearest_sites(at, options), most)),
                 false => Either::Right(first(reader.sites_within(at, radius, options), most)),
             }
