@@ -24,6 +24,8 @@
 //!
 //! ```
 //! use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
+//! use std::f64::consts::PI;
+//!
 //! use delaunay_tiles::query::{AreaCover, DistanceOutcome, Footing, PathOutcome, Progress, QueryOptions, Search};
 //! use delaunay_tiles::store::LineKind;
 //! use delaunay_tiles::{BuildOptions, Builder, OpenOptions, Point, TileReader};
@@ -82,10 +84,11 @@
 //! let is_near = |point| area.iter().any(|piece| piece.contains(point));
 //! assert!(is_near(Point::new(8.0, 4.0)) && !is_near(Point::new(11.0, 8.0)));
 //!
-//! // The same area as whole triangles, of which only the outline is needed, and pieces elsewhere.
+//! // The same area as polygons. Their edges are at most 1e-4 of the radius away from arcs.
 //! let mut cover = AreaCover::default();
 //! town.cover_area(home, 5.0, options(), &mut cover).await?;
-//! assert!(!cover.rings().outlines.is_empty() && cover.pieces().len() < area.len());
+//! let polygons = cover.polygons(1e-4);
+//! assert!(polygons.len() == 1 && polygons[0].area() < PI * 5.0 * 5.0);
 //! # Ok(())
 //! # })
 //! # }
@@ -110,7 +113,7 @@ mod wavefront;
 
 pub use along::{AlongInterval, SiteAlong};
 pub use answer::{Bend, Distance, Path, PathOutcome, SiteFound, VertexFound};
-pub use area::{AreaCover, AreaPiece, AreaRings};
+pub use area::{AreaCover, AreaPiece, AreaPolygon};
 pub use edges::{CdtPath, CdtVertex};
 pub use euclidean::Near;
 pub use free_space::Footing;

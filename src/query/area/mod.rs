@@ -7,13 +7,16 @@
 //! example behind an obstacle that paths pass on both sides.
 //!
 //! Most triangles of a large area lie in it as a whole. Each of them can replace all of its pieces,
-//! and two that share an edge need no union: the edge is not part of the outline.
+//! and two that share an edge need no union: the edge is not part of the outline. The union of the
+//! rings around them and of the other pieces gives the area as polygons.
 
 mod cover;
 mod piece;
+mod polygon;
 mod rings;
+mod union;
 mod within;
 
 pub use cover::AreaCover;
 pub use piece::AreaPiece;
-pub use rings::AreaRings;
+pub use polygon::AreaPolygon;

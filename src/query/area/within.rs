@@ -86,6 +86,7 @@ impl TileReader {
         let mut run = WavefrontRun::from_point(self, at, goal, radius, options).await?;
         run.keep_regions();
         run.wavefront.keep_whole();
+        cover.set_radius(radius);
         loop {
             let goes_on = run.go_further().await;
             for triangle in run.wavefront.take_whole() {

@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
-use delaunay_tiles::query::{AreaCover, AreaPiece, Explored, QueryError, QueryOptions};
+use delaunay_tiles::query::{AreaCover, AreaPiece, AreaPolygon, Explored, QueryError, QueryOptions};
 use delaunay_tiles::store::TileReader;
 use futures::TryStreamExt;
 use proptest::prelude::*;
@@ -91,11 +91,10 @@ fn without_obstacles_the_area_is_a_disc() {
     });
 }
 
-/// Returns whether a ray to the right crosses an odd number of the rings' edges.
-fn is_within(rings: &[Vec<Point>], p: Point) -> bool {
-    let edges = rings
-        .iter()
-        .flat_map(|ring| ring.iter().zip(ring.iter().cycle().skip(1)));
+/// Returns whether a ray to the right crosses an odd number of the polygons' edges.
+fn is_within(polygons: &[AreaPolygon], p: Point) -> bool {
+    let rings = polygons.iter().flat_map(AreaPolygon::rings);
+    let edges = rings.flat_map(|ring| ring.iter().zip(ring.iter().cycle().skip(1)));
     let crossed = edges.filter(|(a, b)| {
         let (down, up) = if a.y <= b.y { (a, b) } else { (b, a) };
         down.y <= p.y && p.y < up.y && orient2d(**down, **up, p) == Orientation::CounterClockwise
@@ -103,14 +102,14 @@ fn is_within(rings: &[Vec<Point>], p: Point) -> bool {
     crossed.count() % 2 == 1
 }
 
-/// Compares points all over with their distances, in pieces and in the cover.
+/// Compares points all over with their distances, in pieces and in polygons.
 async fn check(reader: &TileReader, oracle: &Oracle, from: Point, radius: f64, random: &mut Random) {
     let pieces = pieces(reader, from, radius).await;
     let mut cover = AreaCover::default();
     let covered = reader.cover_area(from, radius, QueryOptions::default(), &mut cover);
     covered.await.unwrap();
-    let (rings, rim) = (cover.rings(), cover.pieces());
-    assert!(rim.len() <= pieces.len());
+    let tolerance = 1e-7;
+    let polygons = cover.polygons(tolerance);
     let points: Vec<Point> = (0..60)
         .map(|_| Point::new(16.0 * random.unit() - 3.0, 16.0 * random.unit() - 3.0))
         .collect();
@@ -126,11 +125,12 @@ async fn check(reader: &TileReader, oracle: &Oracle, from: Point, radius: f64, r
             is_near,
             "{from:?}, {radius}: {point:?} at {walk:?}, {within:?}"
         );
-        // A hole has nothing of the area in it, and is within the rest.
-        let [is_whole, is_in_hole] = [&rings.outlines, &rings.holes].map(|rings| is_within(rings, point));
-        assert!(is_whole || !is_in_hole, "{from:?}, {radius}: {point:?}");
-        let is_covered = is_whole && !is_in_hole || rim.iter().any(|piece| piece.contains(point));
-        assert_eq!(is_covered, is_near, "{from:?}, {radius}: {point:?} at {walk:?}");
+        // Chords are inside of their arcs.
+        let is_at_the_rim = matches!(walk, Walk::Length(length) if (length - radius).abs() < tolerance * radius);
+        assert!(
+            is_at_the_rim || is_within(&polygons, point) == is_near,
+            "{from:?}, {radius}: {point:?} at {walk:?}"
+        );
     }
 }
 
@@ -208,6 +208,24 @@ fn extreme_radii_obstacles_and_budgets_give_exact_areas_or_errors() {
             count += 1;
         };
         assert!(count > 0 && matches!(error, QueryError::OutOfBudget { .. }), "{error}");
+
+        // So are the polygons.
+        let [mut part, mut whole] = [AreaCover::default(), AreaCover::default()];
+        let options = QueryOptions::default();
+        reader
+            .cover_area(at(1, 1), 8.0, options.clone(), &mut whole)
+            .await
+            .unwrap();
+        let limited = reader.cover_area(at(1, 1), 8.0, options.max_tiles(2), &mut part).await;
+        assert!(matches!(limited, Err(QueryError::OutOfBudget { .. })));
+        let [part, whole] = [part, whole].map(|cover| cover.polygons(1e-6));
+        let [small, large] = [&part, &whole].map(|polygons| polygons.iter().map(AreaPolygon::area).sum::<f64>());
+        assert!(small > 1.0 && small < 0.9 * large, "{small} of {large}");
+        let mut random = Random(4);
+        for _ in 0..200 {
+            let point = Point::new(9.0 * random.unit(), 9.0 * random.unit());
+            assert!(is_within(&whole, point) || !is_within(&part, point), "{point:?}");
+        }
     });
 }
 

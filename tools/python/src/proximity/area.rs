@@ -45,7 +45,7 @@ fn columns(status: Status, area: &Area) -> Columns {
     ends.push(status);
     let (mut corners, mut rings, mut polygons) = (Vec::new(), vec![0], vec![0]);
     for polygon in &area.polygons {
-        for ring in polygon {
+        for ring in polygon.rings() {
             corners.extend(ring);
             rings.push(corners.len() as i64);
         }

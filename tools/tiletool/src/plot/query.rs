@@ -44,8 +44,8 @@ pub struct Overlay {
     pub sites: Vec<Point>,
     /// The paths found.
     pub paths: Vec<Vec<Point>>,
-    /// The polygons of areas. Each is a list of rings, the outer one first.
-    pub areas: Vec<Vec<Vec<Point>>>,
+    /// The rings of areas.
+    pub areas: Vec<Vec<Point>>,
     /// Intervals of lines, each with its number, or `None` inside an obstacle.
     pub intervals: Vec<([Point; 2], Option<usize>)>,
     /// The triangles that were searched.
@@ -57,7 +57,7 @@ impl Overlay {
     /// file.
     pub fn window(&self, whole: Rect) -> Rect {
         let lines = self.intervals.iter().flat_map(|(ends, _)| ends);
-        let rings = self.areas.iter().flatten().flatten();
+        let rings = self.areas.iter().flatten();
         let points = [&self.starts, &self.ends, &self.sites].into_iter().flatten();
         let all = points.chain(lines).chain(rings).chain(self.paths.iter().flatten());
         let seen = Rect::around(all.copied());
@@ -213,7 +213,7 @@ fn draw_base_map(svg: &mut Svg, legend: &mut Legend, base_map: &BaseMap, overlay
 
 fn draw_found(svg: &mut Svg, legend: &mut Legend, overlay: &Overlay, page: &Page) {
     let pixel = |&point: &Point| page.pixel(point);
-    let areas = overlay.areas.iter().flatten();
+    let areas = overlay.areas.iter();
     let areas = Path::polygons(areas.map(|ring| ring.iter().map(pixel)));
     if !areas.is_empty() {
         let style = format!(

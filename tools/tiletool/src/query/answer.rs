@@ -1,7 +1,7 @@
 //! Answers to queries, in the form in which they are printed.
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::{AlongInterval, Location, Near, Path, QueryError, SiteFound, TriangleRef};
+use delaunay_tiles::query::{AlongInterval, AreaPolygon, Location, Near, Path, QueryError, SiteFound, TriangleRef};
 use delaunay_tiles::shown;
 use delaunay_tiles::store::{TileReader, Vertex};
 use delaunay_tiles::terrain::Surface;
@@ -45,15 +45,11 @@ impl Status {
     }
 }
 
-/// A polygon as rings: the outer ring first, counter-clockwise, then the others, clockwise. First
-/// points are not repeated at the end.
-pub type Polygon = Vec<Vec<Point>>;
-
 /// The area within a walking distance.
 #[derive(Clone, Debug)]
 pub struct Area {
     /// Polygons inside the true area.
-    pub polygons: Vec<Polygon>,
+    pub polygons: Vec<AreaPolygon>,
     /// The size of the polygons.
     pub size: f64,
 }
@@ -90,8 +86,9 @@ impl Answer {
             QueryResult::Path(path) => of_path(path),
             QueryResult::Along(intervals) => intervals.len(),
         };
-        let rings = self.area.iter().flat_map(|area| area.polygons.iter().flatten());
-        1 + found + rings.map(Vec::len).sum::<usize>()
+        let polygons = self.area.iter().flat_map(|area| &area.polygons);
+        let rings = polygons.flat_map(AreaPolygon::rings);
+        1 + found + rings.map(<[Point]>::len).sum::<usize>()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Pictures of answers.
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::Explored;
+use delaunay_tiles::query::{AreaPolygon, Explored};
 
 use super::answer::{Answer, QueryResult, Status};
 use super::ask::Ask;
@@ -63,7 +63,8 @@ impl Picture {
             }
         }
         let polygons = answer.area.iter().flat_map(|area| &area.polygons);
-        overlay.areas.extend(polygons.cloned());
+        let rings = polygons.flat_map(AreaPolygon::rings);
+        overlay.areas.extend(rings.map(<[Point]>::to_vec));
         self.last = title(ask, unit, answer);
     }
 
