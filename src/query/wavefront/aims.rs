@@ -25,6 +25,11 @@ impl Aims {
         self.goals.is_empty()
     }
 
+    /// Returns whether the wavefront is directed towards one goal.
+    pub(super) fn is_one(&self) -> bool {
+        self.goals.len() == 1
+    }
+
     /// Directs the wavefront towards the other goals only, if there are others.
     pub(super) fn forget(&mut self, found: u32) {
         if self.goals.len() > 1 {

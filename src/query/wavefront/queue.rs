@@ -16,6 +16,10 @@ const TOP: usize = 21;
 /// A task may run before another if its length is at most this factor longer. A much lower factor
 /// makes more tasks wait; a much higher one does more work in vain.
 const AHEAD: f64 = 1.0 + 1.0 / 128.0;
+/// The same for a wavefront that is directed towards one goal. Its lengths include the rest of the
+/// way, and grow by a per cent or less on the whole way: with 1/128, a path of 33 km through a city
+/// took 2.4 times as long.
+const DIRECTED_AHEAD: f64 = 1.0 + 1.0 / 8192.0;
 /// The initial capacity, in tasks.
 const ROOM: usize = 32;
 
@@ -43,7 +47,9 @@ pub(crate) struct Queue {
     unused: Vec<u32>,
     /// The length by which tasks of the current tile may be ahead, in addition to the factor.
     lead: f64,
-    /// [`AHEAD`], or 1 if no task may run before a nearer one of the same tile.
+    /// The factor by which tasks of the current tile may be ahead of those of others.
+    ahead: f64,
+    /// The factor by which they may be ahead of each other.
     slack: f64,
 }
 
@@ -57,7 +63,9 @@ pub(crate) enum Next {
 }
 
 impl Queue {
-    pub(crate) fn new() -> Self {
+    /// Creates a queue, for a wavefront that is directed towards one goal or not.
+    pub(crate) fn new(is_directed: bool) -> Self {
+        let ahead = if is_directed { DIRECTED_AHEAD } else { AHEAD };
         Self {
             here: Heap::with_capacity(ROOM),
             current_tile: None,
@@ -67,12 +75,14 @@ impl Queue {
             tasks: Vec::with_capacity(ROOM),
             unused: Vec::with_capacity(ROOM),
             lead: 0.0,
-            slack: AHEAD,
+            ahead,
+            slack: ahead,
         }
     }
 
     /// Raises the length by which the current tile may be ahead, to at most `most`.
     pub(crate) fn lead(&mut self, most: f64) {
+        self.ahead = AHEAD;
         self.lead = (2.0 * self.lead).max(most / 64.0).min(most);
     }
 
@@ -169,7 +179,7 @@ impl Queue {
     #[inline]
     fn ahead(&self) -> f64 {
         // Being ahead of tasks that need no tile saves nothing.
-        (self.tiles.front() * AHEAD + self.lead).min(self.anywhere.front())
+        (self.tiles.front() * self.ahead + self.lead).min(self.anywhere.front())
     }
 
     /// Returns whether a task of this length in the current tile may run next.

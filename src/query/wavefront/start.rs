@@ -30,7 +30,7 @@ impl Wavefront {
             outside_is_free,
             goal,
             limit,
-            queue: Queue::new(),
+            queue: Queue::new(aims.is_one()),
             waiting: Waiting::new(),
             joins: aims.is_empty(),
             aims,
