@@ -73,3 +73,29 @@ fn reading_ahead_gives_the_same_answers_with_few_more_tiles() {
         assert!(alone <= ahead && ahead <= alone + 2 * 30, "{ahead}, not {alone}");
     });
 }
+
+/// A cache of the size that the directory names holds all tiles of a town, with the notes that
+/// searches make in them.
+#[test]
+fn a_cache_of_the_named_size_holds_all_tiles_of_a_town() {
+    let mut random = Random(9);
+    let scene = Scene::town_with_sites(16, 300, &mut random);
+    runtime().block_on(async {
+        for tile_vertices in [40, 300, 1 << 16] {
+            let (scratch, reader) = scene.build(tile_vertices).await;
+            let tiles = reader.directory().await.unwrap().tiles.clone();
+            let used = tiles.iter().filter(|entry| !entry.is_unused());
+            let named: u64 = used.map(|entry| entry.cached_bytes()).sum();
+            let reader = open(&scratch, named as usize).await;
+            for _ in 0..40 {
+                // In a lane between two columns of blocks.
+                let mut free = || Point::new((5 * random.below(17) + 1) as f64, 82.0 * random.unit());
+                let [from, to] = [free(), free()];
+                nearest(&reader, from, QueryOptions::default()).await;
+                reader.shortest_path(from, to, QueryOptions::default()).await.unwrap();
+            }
+            let statistics = reader.cache().statistics();
+            assert_eq!(statistics.evictions, 0, "{tile_vertices}: {statistics:?}");
+        }
+    });
+}

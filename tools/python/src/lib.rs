@@ -57,7 +57,7 @@ mod _core {
         euclidean::nearest,
         footing::footing,
         paths::paths,
-        sites::sites,
+        sites::{nearest_sites, sites_within},
     };
 
     #[pymodule_export]

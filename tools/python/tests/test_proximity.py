@@ -107,6 +107,9 @@ def test_the_sites_within_a_distance_are_those_of_the_tool(tiles, ask, mode):
     reached = tiles.within(xy, 4.5, mode)
     assert_same(of_sites(reached, xy, site_names(tiles)), printed_sites(rows))
     assert reached.offsets[-1] == len(reached.site) == len(reached.xy)
+    # All sites are as exact.
+    everywhere = [tiles.within(xy, np.inf, of) for of in [mode, "exact"]]
+    assert_same(*[of_sites(reached, xy, site_names(tiles)) for reached in everywhere])
 
 
 def path_object(path) -> dict:

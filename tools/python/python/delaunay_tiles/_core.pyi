@@ -32,10 +32,11 @@ __all__ = [
     "in_polygons",
     "matrix",
     "nearest",
+    "nearest_sites",
     "open",
     "paths",
     "reach",
-    "sites",
+    "sites_within",
     "tiletool",
     "triangulate",
 ]
@@ -129,8 +130,9 @@ def footing(reader: Reader, xy: _Points, options: _Options, is_awaited: bool) ->
 def in_polygons(corners: _Points, rings: NDArray[np.int64], xy: _Points) -> NDArray[np.bool_]: ...
 def matrix(reader: Reader, starts: _Points, ends: _Points, options: _Options, is_awaited: bool) -> Any: ...
 def nearest(reader: Reader, xy: _Points, most: int, of_sites: bool, options: _Options, is_awaited: bool) -> Any: ...
+def nearest_sites(reader: Reader, xy: _Points, most: int, options: _Options, is_awaited: bool) -> Any: ...
 def paths(reader: Reader, starts: _Points, ends: _Points, options: _Options, is_awaited: bool) -> Any: ...
 def reach(reader: Reader, at: list[float], radius: float, options: _Options, is_awaited: bool) -> Any: ...
-def sites(
-    reader: Reader, xy: _Points, radii: NDArray[np.float64], most: int, options: _Options, is_awaited: bool
+def sites_within(
+    reader: Reader, xy: _Points, radii: NDArray[np.float64], options: _Options, is_awaited: bool
 ) -> Any: ...

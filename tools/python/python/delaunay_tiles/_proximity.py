@@ -89,9 +89,8 @@ class Proximity(Questions):
         at = places(xy, "xy")
         k = rank(k, len(at), lambda: self._reader.metadata()["sites"])
         asked = options(mode, max_tiles, max_time, paths=paths)
-        everywhere = np.full(len(at), np.inf)
         return self._ask(
-            lambda awaited: _core.sites(self._reader, at, everywhere, k, asked, awaited),
+            lambda awaited: _core.nearest_sites(self._reader, at, k, asked, awaited),
             lambda columns: Neighbours._of(columns, k, is_single(xy)),
         )
 
@@ -134,10 +133,8 @@ class Proximity(Questions):
         at = places(xy, "xy")
         radii = distances(r, len(at))
         asked = options(mode, max_tiles, max_time, paths=paths)
-        # No file has as many sites.
-        most = 2**63 - 1
         return self._ask(
-            lambda awaited: _core.sites(self._reader, at, radii, most, asked, awaited),
+            lambda awaited: _core.sites_within(self._reader, at, radii, asked, awaited),
             lambda columns: Reached._of(columns, is_single(xy)),
         )
 

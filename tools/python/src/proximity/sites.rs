@@ -1,7 +1,6 @@
 //! The nearest sites, and those within a distance.
 
 use delaunay_tiles::query::SiteFound;
-use futures::future::Either;
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use tiletool::query::answer::Status;
@@ -14,39 +13,46 @@ use crate::columns::{Column, Columns};
 use crate::reader::Reader;
 use crate::runtime::ask;
 
-/// Finds up to `most` sites within a walking distance of each point, nearest first. Returns the
-/// ends, offsets, numbers, distances, points, ids, and paths if the options request them.
+/// Finds the `most` nearest sites of each point, nearest first. Returns the ends, offsets, numbers,
+/// distances, points, ids, and paths if the options request them.
 #[pyfunction]
-pub fn sites<'py>(
+pub fn nearest_sites<'py>(
     py: Python<'py>,
     reader: &Reader,
     xy: Rows<'py>,
-    radii: PyReadonlyArray1<'py, f64>,
     most: usize,
     options: Options,
     is_awaited: bool,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (reader, at) = (reader.0.clone(), points(&xy)?);
+    let mut found = Found::new(options.wants_paths());
+    let options = options.into_query()?.first(most);
+    ask(py, is_awaited, async move {
+        let question = move |at| first(reader.nearest_sites(at, options.clone()), most);
+        in_order(at.into_iter(), |&at| at, question, |answer| found.push(answer)).await?;
+        Ok(found.into_columns())
+    })
+}
+
+/// Finds the sites within a walking distance of each point, nearest first. Returns the same columns
+/// as [`nearest_sites`].
+#[pyfunction]
+pub fn sites_within<'py>(
+    py: Python<'py>,
+    reader: &Reader,
+    xy: Rows<'py>,
+    radii: PyReadonlyArray1<'py, f64>,
+    options: Options,
+    is_awaited: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (reader, at) = (reader.0.clone(), points(&xy)?);
     let radii = radii.as_slice()?.to_vec();
-    let wants_paths = options.wants_paths();
+    let mut found = Found::new(options.wants_paths());
     let options = options.into_query()?;
     ask(py, is_awaited, async move {
-        let mut found = Found::new(wants_paths);
-        let question = move |(at, radius)| {
-            let options = options.clone().first(most);
-            match radius == f64::INFINITY {
-                // In mode fast, these are other sites than those of an exact range.
-                true => Either::Left(first(reader.nearest_sites(at, options), most)),
-                false => Either::Right(first(reader.sites_within(at, radius, options), most)),
-            }
-        };
-        in_order(
-            at.into_iter().zip(radii),
-            |question| question.0,
-            question,
-            |answer| found.push(answer),
-        )
-        .await?;
+        let question = move |(at, radius)| first(reader.sites_within(at, radius, options.clone()), usize::MAX);
+        let questions = at.into_iter().zip(radii);
+        in_order(questions, |question| question.0, question, |answer| found.push(answer)).await?;
         Ok(found.into_columns())
     })
 }
