@@ -3,10 +3,13 @@
 //! The tree is divided among the root, the lists of pages, and the pages. What a search does not
 //! visit is not read.
 
+use std::sync::Arc;
+
 use crate::geometry::{Point, Rect};
 use crate::store::error::ReadError;
 use crate::store::format::ids::TileId;
 use crate::store::format::kd_tree::{KdNode, KdTree};
+use crate::store::format::page::Page;
 use crate::store::reader::TileReader;
 
 /// A cell of the k-d tree.
@@ -116,14 +119,32 @@ impl TileReader {
     ///
     /// Returns an error if a part of the directory cannot be read or is damaged.
     pub async fn tile_at(&self, p: Point) -> Result<Option<TileId>, ReadError> {
+        let Some(page) = self.page_at(p).await? else {
+            return Ok(None);
+        };
+        let page = self.page(page).await?;
+        self.tile_in(&page, p).map(Some)
+    }
+
+    /// Returns the number of the directory's page whose cells contain `p`, or `None` if the file has
+    /// no tiles.
+    pub(crate) async fn page_at(&self, p: Point) -> Result<Option<u32>, ReadError> {
         let pages = self.pages();
         let Some(list) = pages.root.tree.leaf_at(p) else {
             return Ok(None);
         };
         let list = pages.page_list(list as usize).await?;
-        let page = list.tree.leaf_at(p).ok_or_else(|| self.empty_part())?;
-        let page = pages.page(page).await?;
-        page.tree.leaf_at(p).ok_or_else(|| self.empty_part()).map(Some)
+        list.tree.leaf_at(p).ok_or_else(|| self.empty_part()).map(Some)
+    }
+
+    /// Returns a page of the directory.
+    pub(crate) async fn page(&self, number: u32) -> Result<Arc<Page>, ReadError> {
+        self.pages().page(number).await
+    }
+
+    /// Returns the tile whose cell contains `p`, which is in the cells of a page.
+    pub(crate) fn tile_in(&self, page: &Page, p: Point) -> Result<TileId, ReadError> {
+        page.tree.leaf_at(p).ok_or_else(|| self.empty_part())
     }
 
     /// Returns the tiles for whose bounds `is_wanted` returns true, in the order of their numbers.

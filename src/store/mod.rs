@@ -45,7 +45,7 @@ pub use format::line_source::LineSource;
 pub use format::lists::{Lists, Source};
 pub use format::metadata::Metadata;
 pub(crate) use format::metadata::hull_edges;
-use format::page::Page;
+pub(crate) use format::page::Page;
 pub use format::polygon_lines::PolygonLine;
 pub(crate) use format::polygon_lines::in_order as polygon_lines_in_order;
 pub use format::superblock::{FORMAT_VERSION, FileId};

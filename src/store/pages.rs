@@ -123,16 +123,17 @@ impl Pages {
 
     /// Returns the page at a place in a list of pages.
     async fn page_in(self: &Arc<Self>, list: &PageList, of_list: usize, place: usize) -> Result<Arc<Page>, ReadError> {
-        let page = list.pages[place];
-        let next = list.next_tile(place, self.root.next_tile(of_list));
-        let this = Arc::clone(self);
-        let load = async move {
-            let bytes = this.read("a page of the directory", page.extent).await?;
-            let frame = this.root.frame(this.file_length());
-            let page = Page::decode(&bytes, &page, next, &frame);
-            page.map(Arc::new).map_err(|damage| this.damaged(damage))
+        let load = || {
+            let (this, page) = (Arc::clone(self), list.pages[place]);
+            let next = list.next_tile(place, self.root.next_tile(of_list));
+            async move {
+                let bytes = this.read("a page of the directory", page.extent).await?;
+                let frame = this.root.frame(this.file_length());
+                let page = Page::decode(&bytes, &page, next, &frame);
+                page.map(Arc::new).map_err(|damage| this.damaged(damage))
+            }
         };
-        self.cache.page(self.key(page.extent), || load).await
+        self.cache.page(self.key(list.pages[place].extent), load).await
     }
 
     fn key(&self, extent: Extent) -> PageKey {

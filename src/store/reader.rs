@@ -280,9 +280,14 @@ impl TileReader {
     /// Returns an error if there is no such tile, if it cannot be read, or if it is damaged.
     pub async fn tile(&self, id: TileId) -> Result<Arc<Tile>, ReadError> {
         let entry = self.entry(id).await?;
-        let inner = Arc::clone(&self.inner);
-        let key = self.inner.key(id, &entry);
-        self.inner.pages.cache.get_or_load(key, || inner.load(id, entry)).await
+        self.tile_of_entry(id, &entry).await
+    }
+
+    /// Returns the tile of an entry.
+    pub(crate) async fn tile_of_entry(&self, id: TileId, entry: &TileEntry) -> Result<Arc<Tile>, ReadError> {
+        let load = || Arc::clone(&self.inner).load(id, *entry);
+        let cache = &self.inner.pages.cache;
+        cache.get_or_load(self.inner.key(id, entry), load).await
     }
 
     /// Returns whether a tile is in the cache.

@@ -13,7 +13,7 @@ use super::options::QueryOptions;
 use super::star::half_edge_towards;
 use crate::collections::mix::Mix;
 use crate::geometry::{HalfEdge, Point, Rect};
-use crate::store::{Metadata, Tile, TileId, TileReader, VertexId};
+use crate::store::{Metadata, Page, Tile, TileId, TileReader, VertexId};
 
 /// The number of tiles that a query holds, independently of the cache.
 const HELD: usize = 2;
@@ -25,6 +25,8 @@ pub(crate) struct Tiles {
     reader: TileReader,
     /// The tiles used last, the most recent first.
     held: [Option<Arc<Tile>>; HELD],
+    /// The page of the directory that was used last, and its number. Most queries need one only.
+    page: Option<(u32, Arc<Page>)>,
     /// All tiles that were requested or prefetched, and whether each was in memory.
     asked: HashMap<TileId, bool, BuildHasherDefault<Mix>>,
     max_tiles: u64,
@@ -38,6 +40,7 @@ impl Tiles {
         Self {
             reader: reader.clone(),
             held: [const { None }; HELD],
+            page: None,
             asked: HashMap::default(),
             max_tiles: options.max_tiles.unwrap_or(u64::MAX),
             deadline: options.max_time.and_then(|time| Instant::now().checked_add(time)),
@@ -51,8 +54,15 @@ impl Tiles {
     }
 
     /// Returns the tile whose cell contains `p`, or `None` if the file has no tiles.
-    pub(crate) async fn tile_at(&self, p: Point) -> Result<Option<TileId>, QueryError> {
-        Ok(self.reader.tile_at(p).await?)
+    pub(crate) async fn tile_at(&mut self, p: Point) -> Result<Option<TileId>, QueryError> {
+        let Some(number) = self.reader.page_at(p).await? else {
+            return Ok(None);
+        };
+        let page = match &self.page {
+            Some((held, page)) if *held == number => page,
+            _ => &self.page.insert((number, self.reader.page(number).await?)).1,
+        };
+        Ok(Some(self.reader.tile_in(page, p)?))
     }
 
     /// Returns the metadata of the file.
@@ -101,7 +111,11 @@ impl Tiles {
         }
         self.held.rotate_right(1);
         self.held[0] = None;
-        let tile = self.reader.tile(id).await?;
+        let entry = self.page.as_ref().and_then(|(_, page)| page.entry(id));
+        let tile = match entry {
+            Some(entry) => self.reader.tile_of_entry(id, entry).await?,
+            None => self.reader.tile(id).await?,
+        };
         self.asked.insert(id, true);
         self.held[0] = Some(Arc::clone(&tile));
         Ok(tile)

@@ -143,7 +143,9 @@ impl<K: Key, V: Value, E: Failure> Shelf<K, V, E> {
         if let Some(value) = self.with(|inner| inner.state.get(&key)) {
             return Ok(value);
         }
-        Ok(Arc::clone(&self.pin_or_load(key, load).await?.value))
+        // Boxed: loads are rare, and their state would move with every future that gets a value.
+        let loaded = Box::pin(self.pin_or_load(key, load)).await?;
+        Ok(Arc::clone(&loaded.value))
     }
 
     /// Returns the value like [`get_or_load`](Self::get_or_load), and pins it.

@@ -10,8 +10,8 @@ pub(super) struct Buckets {
     /// A bucket has 2^`shift` pixels in each direction.
     shift: u32,
     /// The range of each bucket in `list`.
-    starts: Vec<usize>,
-    list: Vec<usize>,
+    starts: Vec<u32>,
+    list: Vec<u32>,
 }
 
 impl Buckets {
@@ -44,7 +44,7 @@ impl Buckets {
 
     /// Sorts the segments into the buckets, by counting.
     fn fill(&mut self, segments: &[Segment]) {
-        let mut ends = vec![0; self.starts.len()];
+        let mut ends = vec![0u32; self.starts.len()];
         for segment in segments {
             self.visit(segment, |bucket| ends[bucket + 1] += 1);
         }
@@ -52,10 +52,10 @@ impl Buckets {
             ends[bucket] += ends[bucket - 1];
         }
         self.starts.copy_from_slice(&ends);
-        let mut list = vec![0; ends.last().copied().unwrap_or(0)];
-        for (index, segment) in segments.iter().enumerate() {
+        let mut list = vec![0; ends.last().map_or(0, |&end| end as usize)];
+        for (segment, index) in segments.iter().zip(0..) {
             self.visit(segment, |bucket| {
-                list[ends[bucket]] = index;
+                list[ends[bucket] as usize] = index;
                 ends[bucket] += 1;
             });
         }
@@ -83,14 +83,17 @@ impl Buckets {
     }
 
     /// Returns the segments of each bucket.
-    pub(super) fn segments(&self) -> impl Iterator<Item = &[usize]> {
-        self.starts.windows(2).map(|ends| &self.list[ends[0]..ends[1]])
+    pub(super) fn segments(&self) -> impl Iterator<Item = &[u32]> {
+        (0..self.starts.len() - 1).map(|bucket| self.of(bucket))
+    }
+
+    fn of(&self, bucket: usize) -> &[u32] {
+        &self.list[self.starts[bucket] as usize..self.starts[bucket + 1] as usize]
     }
 
     /// Returns the segments of the bucket of a pixel, which is within the bounds of the segments.
-    pub(super) fn at(&self, pixel: Pixel) -> &[usize] {
+    pub(super) fn at(&self, pixel: Pixel) -> &[u32] {
         let [column, row] = [0, 1].map(|axis| ((pixel[axis] - self.origin[axis]) >> self.shift) as usize);
-        let bucket = row * self.columns + column;
-        &self.list[self.starts[bucket]..self.starts[bucket + 1]]
+        self.of(row * self.columns + column)
     }
 }

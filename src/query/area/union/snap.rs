@@ -72,13 +72,13 @@ fn merged(mut segments: Vec<Segment>) -> Vec<Segment> {
 }
 
 /// Returns the hot pixels within each segment, as sorted pairs of the segment's index and the pixel.
-fn passed(segments: &[Segment]) -> Vec<(usize, Pixel)> {
+fn passed(segments: &[Segment]) -> Vec<(u32, Pixel)> {
     let buckets = Buckets::new(segments);
     let mut hot: Vec<Pixel> = segments.iter().flat_map(|s| [s.from, s.to]).collect();
     for near in buckets.segments() {
         for (index, &first) in near.iter().enumerate() {
             let others = near[index + 1..].iter();
-            hot.extend(others.filter_map(|&other| crossing(&segments[first], &segments[other])));
+            hot.extend(others.filter_map(|&other| crossing(&segments[first as usize], &segments[other as usize])));
         }
     }
     hot.sort_unstable();
@@ -87,20 +87,18 @@ fn passed(segments: &[Segment]) -> Vec<(usize, Pixel)> {
     // A pixel is in one bucket, with all segments that pass it.
     for pixel in hot {
         let near = buckets.at(pixel).iter().copied();
-        passed.extend(
-            near.filter(|&near| segments[near].passes(pixel))
-                .map(|near| (near, pixel)),
-        );
+        let near = near.filter(|&near| segments[near as usize].passes(pixel));
+        passed.extend(near.map(|near| (near, pixel)));
     }
     passed.sort_unstable();
     passed
 }
 
 /// Divides segments at the pixels within them.
-fn divided(segments: &[Segment], passed: &[(usize, Pixel)]) -> Vec<Segment> {
+fn divided(segments: &[Segment], passed: &[(u32, Pixel)]) -> Vec<Segment> {
     let mut pieces = Vec::with_capacity(segments.len() + passed.len());
     let mut rest = passed;
-    for (index, whole) in segments.iter().enumerate() {
+    for (whole, index) in segments.iter().zip(0..) {
         let (own, others) = rest.split_at(rest.partition_point(|&(of, _)| of == index));
         rest = others;
         let mut corners: Vec<Pixel> = own.iter().map(|&(_, pixel)| pixel).collect();
