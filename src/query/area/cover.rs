@@ -89,8 +89,10 @@ impl AreaCover {
         let mut triangles: Vec<_> = self.partial.iter().collect();
         triangles.sort_unstable_by_key(|(key, _)| **key);
         let pieces = triangles.into_iter().flat_map(|(_, pieces)| pieces);
-        rings.extend(pieces.chain(&self.outside).map(|piece| piece.outline(tolerance)));
-        united(&rings, holes, STRAIGHT * self.radius)
+        rings.extend(pieces.map(|piece| piece.outline(tolerance)));
+        // Beyond the hull, each root may see the same as all others.
+        let outside = self.outside.iter().map(|piece| piece.outline(tolerance)).collect();
+        united(rings, outside, holes, STRAIGHT * self.radius)
     }
 
     /// Splits the rings around whole triangles into holes without any part of the area in them,

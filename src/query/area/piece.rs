@@ -48,6 +48,7 @@ impl AreaPiece {
         if chords.is_empty() {
             if self.contains(self.root) && self.reach > 0.0 {
                 self.arc(0.0, TAU, step, &mut outline);
+                outline.push(Point::new(self.root.x + self.reach, self.root.y));
             }
             return outline;
         }
@@ -78,11 +79,15 @@ impl AreaPiece {
         outline
     }
 
-    /// Appends the points between the ends of an arc of `turn` radians, counter-clockwise.
+    /// Appends the points of an arc of `turn` radians, counter-clockwise, at multiples of a fixed
+    /// angle of at most `step`. The arcs of all roots have these angles: parallel chords cross about
+    /// as often as the arcs, and others far more often.
     fn arc(&self, start: f64, turn: f64, step: f64, outline: &mut Vec<Point>) {
-        let steps = (turn / step).ceil().max(1.0);
-        for number in 1..steps as u32 {
-            let (sin, cos) = (start + turn * f64::from(number) / steps).sin_cos();
+        let count = (TAU / step).ceil();
+        let angle = TAU / count;
+        let (first, end) = ((start / angle).floor() as i64 + 1, start + turn);
+        for number in (first..).take_while(|&number| number as f64 * angle < end) {
+            let (sin, cos) = ((number as f64).rem_euclid(count) * angle).sin_cos();
             outline.push(Point::new(
                 self.root.x + self.reach * cos,
                 self.root.y + self.reach * sin,

@@ -21,13 +21,23 @@ use edge::Edge;
 use snap::{snap, step_for};
 use sweep::sweep;
 
+/// The number of rings, or of unions of them, that are united at once where many overlap.
+const AT_ONCE: usize = 8;
+
 /// Returns the union of rings, with the winding number rule "positive", without `holes`. The holes
-/// lie in the union and meet the boundary of the union nowhere.
+/// lie in the union and meet the boundary of the union nowhere. Many of the rings in `piled` may
+/// overlap at the same place.
 ///
 /// Points that are at most `slack` away from straight lines are removed.
-pub(super) fn united(rings: &[Vec<Point>], holes: Vec<Vec<Point>>, slack: f64) -> Vec<AreaPolygon> {
-    let step = step_for(rings.iter().map(Vec::as_slice));
-    let unions = boundary(rings, step);
+pub(super) fn united(
+    mut rings: Vec<Vec<Point>>,
+    piled: Vec<Vec<Point>>,
+    holes: Vec<Vec<Point>>,
+    slack: f64,
+) -> Vec<AreaPolygon> {
+    let step = step_for(rings.iter().chain(&piled).map(Vec::as_slice));
+    rings.extend(united_in_groups(piled, step));
+    let unions = boundary(&rings, step);
     // Without these points, lines may touch.
     let straight: Vec<_> = unions.iter().map(|ring| straightened(ring, slack)).collect();
     polygons(boundary(&straight, step), holes)
@@ -45,6 +55,18 @@ fn boundary(rings: &[Vec<Point>], step: f64) -> Vec<Vec<Point>> {
         }
     });
     rings_of(directed.collect())
+}
+
+/// Returns the boundary of the union of rings: unites some at a time, then some of these unions, and
+/// so on. If all rings cross each other, all of them at once have a crossing for each pair, and the
+/// unions have few.
+fn united_in_groups(rings: Vec<Vec<Point>>, step: f64) -> Vec<Vec<Point>> {
+    let mut unions: Vec<Vec<Vec<Point>>> = rings.into_iter().map(|ring| vec![ring]).collect();
+    while unions.len() > 1 {
+        let groups = unions.chunks(AT_ONCE);
+        unions = groups.map(|group| boundary(&group.concat(), step)).collect();
+    }
+    unions.pop().unwrap_or_default()
 }
 
 /// Returns the polygons of a boundary and of further holes in them.

@@ -121,7 +121,7 @@ proptest! {
         let [scale, offset] = [[1.0, 0.0], [1e-3, 5e6], [1e6, -1e3]][scale];
         let place = |p: &Point| Point::new(offset + scale * p.x, offset - scale * p.y);
         let rings: Vec<Vec<Point>> = rings.iter().map(|ring| ring.iter().rev().map(place).collect()).collect();
-        let polygons = united(&rings, vec![], 1e-8 * scale);
+        let polygons = united(rings.clone(), vec![], vec![], 1e-8 * scale);
         check_polygons(&polygons);
         let before = edges_of(rings.iter().map(Vec::as_slice));
         let after = edges_of(polygons.iter().flat_map(AreaPolygon::rings));
@@ -140,7 +140,9 @@ proptest! {
     fn unions_of_rectangles_are_exact(rectangles in vec([0..12i8, 0..12i8, 1..6i8, 1..6i8], 1..25)) {
         let ring = |&[x, y, w, h]: &[i8; 4]| [[x, y], [x + w, y], [x + w, y + h], [x, y + h]].map(point).to_vec();
         let rings: Vec<_> = rectangles.iter().map(ring).collect();
-        let polygons = united(&rings, vec![], 1e-8);
+        // All ways to unite them give the same area.
+        let few = rings.len() / 3;
+        let polygons = united(rings[..few].to_vec(), rings[few..].to_vec(), vec![], 1e-8);
         check_polygons(&polygons);
         let after = edges_of(polygons.iter().flat_map(AreaPolygon::rings));
         let mut cells = 0;
@@ -174,7 +176,7 @@ fn holes_go_to_the_outlines_around_them() {
         hole(8.5, 0.25),
         hole(1.5, 1.0),
     ];
-    let mut found = united(&rings, holes.clone(), 1e-8);
+    let mut found = united(rings.to_vec(), vec![], holes.clone(), 1e-8);
     found.sort_by(|a, b| a.outline[0].lex_cmp(b.outline[0]));
     let [outer, inner] = &found[..] else {
         panic!("{found:?}")
@@ -183,5 +185,5 @@ fn holes_go_to_the_outlines_around_them() {
     assert_eq!(outer.holes.len(), 5);
     assert!([0, 2, 3, 4].iter().all(|&number| outer.holes.contains(&holes[number])));
     check_polygons(&found);
-    assert_eq!(united(&[], vec![hole(1.0, 1.0)], 1e-8), []);
+    assert_eq!(united(vec![], vec![], vec![hole(1.0, 1.0)], 1e-8), []);
 }
