@@ -23,9 +23,9 @@
 //! A town with a wall, and a shop on each side of the wall:
 //!
 //! ```
-//! use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 //! use std::f64::consts::PI;
 //!
+//! use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 //! use delaunay_tiles::query::{AreaCover, DistanceOutcome, Footing, PathOutcome, Progress, QueryOptions, Search};
 //! use delaunay_tiles::store::LineKind;
 //! use delaunay_tiles::{BuildOptions, Builder, OpenOptions, Point, TileReader};

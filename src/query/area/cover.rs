@@ -85,7 +85,7 @@ impl AreaCover {
     #[must_use]
     pub fn polygons(&self, tolerance: f64) -> Vec<AreaPolygon> {
         let boundary = self.boundary.iter().map(|ends| ends.map(point_of)).collect();
-        let (holes, mut rings): (Vec<_>, Vec<_>) = self.split(rings_of(boundary));
+        let (holes, mut rings) = self.split(rings_of(boundary));
         let mut triangles: Vec<_> = self.partial.iter().collect();
         triangles.sort_unstable_by_key(|(key, _)| **key);
         let pieces = triangles.into_iter().flat_map(|(_, pieces)| pieces);
@@ -103,11 +103,12 @@ impl AreaCover {
         if !self.is_complete {
             return (Vec::new(), rings);
         }
-        let (inner, outer): (Vec<_>, Vec<_>) = rings.into_iter().partition(|ring| is_clockwise(ring));
+        let (inner, mut outer): (Vec<_>, Vec<_>) = rings.into_iter().partition(|ring| is_clockwise(ring));
         let corners = outer.iter().flatten().map(|&point| point_key(point));
         let met: HashSet<PointKey> = self.partial.keys().flatten().copied().chain(corners).collect();
         let is_hole = |ring: &Vec<Point>| !ring.iter().any(|&point| met.contains(&point_key(point)));
         let (holes, others): (Vec<_>, Vec<_>) = inner.into_iter().partition(is_hole);
-        (holes, [outer, others].concat())
+        outer.extend(others);
+        (holes, outer)
     }
 }

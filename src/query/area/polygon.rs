@@ -21,11 +21,6 @@ pub struct AreaPolygon {
 }
 
 impl AreaPolygon {
-    pub(super) fn from_outline(outline: Vec<Point>) -> Self {
-        let holes = Vec::new();
-        Self { outline, holes }
-    }
-
     /// Returns the outline and the holes.
     pub fn rings(&self) -> impl Iterator<Item = &[Point]> {
         iter::once(&self.outline).chain(&self.holes).map(Vec::as_slice)

@@ -1,5 +1,7 @@
 //! Rings of edges with an area on their left.
 
+use std::cmp::Ordering;
+
 use foldhash::{HashMap, HashMapExt};
 
 use crate::geometry::{Orientation, Point, orient2d};
@@ -56,14 +58,14 @@ pub(super) fn rings_of(mut edges: Vec<[Point; 2]>) -> Vec<Vec<Point>> {
 /// Returns whether a clockwise turn about `centre` that starts towards `start` meets the direction
 /// of `a` before that of `b`.
 fn is_earlier(centre: Point, start: Point, a: Point, b: Point) -> bool {
-    // The quarters of a turn, of which the ends count as quarters.
+    // The first half of the turn, its middle, and the second half.
     let part = |p: Point| match orient2d(centre, start, p) {
         Orientation::Clockwise => 0,
         Orientation::Collinear => 1,
         Orientation::CounterClockwise => 2,
     };
     match part(a).cmp(&part(b)) {
-        std::cmp::Ordering::Equal => orient2d(centre, a, b) == Orientation::Clockwise,
+        Ordering::Equal => orient2d(centre, a, b) == Orientation::Clockwise,
         order => order.is_lt(),
     }
 }

@@ -65,9 +65,9 @@ impl TileReader {
         )
     }
 
-    /// Adds the area within a walking distance of `at` to an empty cover, which has fewer pieces
-    /// than [`area_within`](Self::area_within): triangles that lie in the area as a whole have
-    /// none.
+    /// Adds the area within a walking distance of `at` to an empty cover, which gives it as
+    /// [polygons](AreaCover::polygons). Triangles that lie in the area as a whole have no pieces, so
+    /// this is faster than uniting those of [`area_within`](Self::area_within).
     ///
     /// # Errors
     /// As for [`area_within`](Self::area_within). If a limit is reached, the cover has what was

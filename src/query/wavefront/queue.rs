@@ -48,7 +48,7 @@ pub(crate) struct Queue {
     /// The length by which tasks of the current tile may be ahead, in addition to the factor.
     lead: f64,
     /// The factor by which tasks of the current tile may be ahead of those of others.
-    ahead: f64,
+    tile_slack: f64,
     /// The factor by which they may be ahead of each other.
     slack: f64,
 }
@@ -65,7 +65,7 @@ pub(crate) enum Next {
 impl Queue {
     /// Creates a queue, for a wavefront that is directed towards one goal or not.
     pub(crate) fn new(is_directed: bool) -> Self {
-        let ahead = if is_directed { DIRECTED_AHEAD } else { AHEAD };
+        let slack = if is_directed { DIRECTED_AHEAD } else { AHEAD };
         Self {
             here: Heap::with_capacity(ROOM),
             current_tile: None,
@@ -75,14 +75,14 @@ impl Queue {
             tasks: Vec::with_capacity(ROOM),
             unused: Vec::with_capacity(ROOM),
             lead: 0.0,
-            ahead,
-            slack: ahead,
+            tile_slack: slack,
+            slack,
         }
     }
 
     /// Raises the length by which the current tile may be ahead, to at most `most`.
     pub(crate) fn lead(&mut self, most: f64) {
-        self.ahead = AHEAD;
+        self.tile_slack = AHEAD;
         self.lead = (2.0 * self.lead).max(most / 64.0).min(most);
     }
 
@@ -179,7 +179,7 @@ impl Queue {
     #[inline]
     fn ahead(&self) -> f64 {
         // Being ahead of tasks that need no tile saves nothing.
-        (self.tiles.front() * self.ahead + self.lead).min(self.anywhere.front())
+        (self.tiles.front() * self.tile_slack + self.lead).min(self.anywhere.front())
     }
 
     /// Returns whether a task of this length in the current tile may run next.

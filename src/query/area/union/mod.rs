@@ -78,7 +78,11 @@ fn polygons(rings: Vec<Vec<Point>>, mut holes: Vec<Vec<Point>>) -> Vec<AreaPolyg
     } else {
         vec![0; holes.len()]
     };
-    let mut polygons: Vec<_> = outer.into_iter().map(AreaPolygon::from_outline).collect();
+    let whole = |outline| AreaPolygon {
+        outline,
+        holes: Vec::new(),
+    };
+    let mut polygons: Vec<_> = outer.into_iter().map(whole).collect();
     for (hole, around) in holes.into_iter().zip(around) {
         if let Some(polygon) = polygons.get_mut(around) {
             polygon.holes.push(hole);

@@ -15,7 +15,7 @@ use crate::geometry::Point;
 
 /// Returns the step of a grid for rings: a power of two, such that the products of three differences
 /// fit 128 bits, and no less than 16 units in the last place of any coordinate, because corners
-/// are rounded by a few of them.
+/// are rounded by a few of them. Its multiples are within the limits of the exact predicates.
 pub(super) fn step_for<'a>(rings: impl Iterator<Item = &'a [Point]>) -> f64 {
     let (mut least, mut greatest) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for point in rings.flatten() {
@@ -27,10 +27,8 @@ pub(super) fn step_for<'a>(rings: impl Iterator<Item = &'a [Point]>) -> f64 {
     let sizes = [0, 1].map(|axis| greatest[axis] - least[axis]);
     let magnitudes = [0, 1].map(|axis| greatest[axis].max(-least[axis]));
     let exponent = |[a, b]: [f64; 2]| a.max(b).max(f64::MIN_POSITIVE).log2().ceil();
-    (exponent(sizes) - 36.0)
-        .max(exponent(magnitudes) - 48.0)
-        .max(-1000.0)
-        .exp2()
+    let step = (exponent(sizes) - 36.0).max(exponent(magnitudes) - 48.0).exp2();
+    step.max(Point::MIN_MAGNITUDE)
 }
 
 /// Returns the edges of rings, snapped to a grid. Edges meet at their ends only, and differ.
