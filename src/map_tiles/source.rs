@@ -12,6 +12,9 @@ use crate::map_tiles::layer::Layer;
 use crate::map_tiles::projection::Projection;
 use crate::store::{Metadata, ReadError, TileReader};
 
+/// The number of the level that is the file itself.
+pub(super) const FILE: usize = 0;
+
 /// A tile file to draw. Clones share it.
 ///
 /// What is drawn depends on the file, the grid, the tile and the limits alone.
@@ -129,7 +132,7 @@ impl MapSource {
     /// Returns the reader of the file.
     #[must_use]
     pub fn reader(&self) -> &TileReader {
-        &self.inner.levels[0]
+        &self.inner.levels[FILE]
     }
 
     /// Returns a grid over the file.
@@ -161,7 +164,7 @@ impl MapSource {
     pub(super) fn level_for(&self, length: f64) -> usize {
         let bounds = self.reader().metadata().bounds;
         let fine = |level: &TileReader| spacing(level.metadata(), bounds) <= length;
-        self.inner.levels.iter().rposition(fine).unwrap_or(0)
+        self.inner.levels.iter().rposition(fine).unwrap_or(FILE)
     }
 
     /// Returns the reader of a level.
