@@ -38,7 +38,7 @@ impl MapSource {
         match layer {
             Layer::Terrarium => self.draw_terrarium(grid, at, limits).await,
             Layer::Shade => self.draw_shade(grid, at, limits).await,
-            Layer::Mesh => Ok(Drawn::NOTHING),
+            Layer::Mesh => self.draw_mesh(grid, at, limits).await,
         }
     }
 

@@ -148,6 +148,19 @@ impl Shapes {
         self.seen.iter().filter(|seen| seen.is_at_hole).map(|seen| seen.ends)
     }
 
+    /// Returns the number of segments of all lines.
+    pub(super) fn line_count(&self) -> usize {
+        self.seen.len()
+    }
+
+    pub(super) fn clear_lines(&mut self) {
+        self.seen.clear();
+    }
+
+    pub(super) fn clear_sites(&mut self) {
+        self.sites.clear();
+    }
+
     pub(super) fn sites(&self) -> &[SiteShape] {
         &self.sites
     }

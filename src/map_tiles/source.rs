@@ -162,9 +162,17 @@ impl MapSource {
     /// Returns the number of the coarsest level in which a typical edge is not longer than this, in
     /// units of the file; 0 is the file.
     pub(super) fn level_for(&self, length: f64) -> usize {
-        let bounds = self.reader().metadata().bounds;
-        let fine = |level: &TileReader| spacing(level.metadata(), bounds) <= length;
-        self.inner.levels.iter().rposition(fine).unwrap_or(FILE)
+        (0..self.level_count()).rfind(|&level| self.spacing_of(level) <= length).unwrap_or(FILE)
+    }
+
+    /// Returns the typical length of an edge of a level, in units of the file.
+    pub(super) fn spacing_of(&self, level: usize) -> f64 {
+        spacing(self.level(level).metadata(), self.reader().metadata().bounds)
+    }
+
+    /// Returns the number of levels, the file among them.
+    pub(super) fn level_count(&self) -> usize {
+        self.inner.levels.len()
     }
 
     /// Returns the reader of a level.
