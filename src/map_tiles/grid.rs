@@ -183,6 +183,14 @@ impl TileGrid {
         self.side / pixels_of(zoom)
     }
 
+    /// Returns the typical length of a degree in units of the file, at the centre of the file. The grid is
+    /// that of Web Mercator.
+    pub(super) fn degree(&self) -> f64 {
+        let lat = self.lon_lat.map_or(0.0, |bounds| middle(bounds.min_y, bounds.max_y));
+        // The mean of a degree of longitude and one of latitude, which is longer.
+        self.side / 360.0 / lat.to_radians().cos().max(1e-3).sqrt()
+    }
+
     /// Returns the typical length of an edge in pixels.
     pub(super) fn edge_pixels(&self, zoom: u8) -> f64 {
         self.spacing / self.pixel_size(zoom)
@@ -301,7 +309,7 @@ fn middle(a: f64, b: f64) -> f64 {
 }
 
 /// Returns a rectangle around the image of a rectangle; an empty one if no place has an image.
-fn around(rect: Rect, image: impl Fn(Point) -> Option<[f64; 2]>) -> Rect {
+pub(super) fn around(rect: Rect, image: impl Fn(Point) -> Option<[f64; 2]>) -> Rect {
     let (width, height) = rect.size();
     let share = |part: u32| f64::from(part) / f64::from(PARTS);
     let places = (0..=PARTS).flat_map(|row| (0..=PARTS).map(move |column| (share(column), share(row))));

@@ -40,6 +40,7 @@ mod mesh;
 mod paint;
 mod picture;
 mod projection;
+mod quantized;
 mod samples;
 mod shade;
 mod shapes;
