@@ -60,7 +60,12 @@ mod tests {
 
     #[test]
     fn all_pixels_along_a_line_are_marked_and_few_others() {
-        for (a, b) in [([0, 0], [4096, 4096]), ([100, 200], [4000, 210]), ([64, 4090], [64, -50]), ([9, 9], [9, 9])] {
+        for (a, b) in [
+            ([0, 0], [4096, 4096]),
+            ([100, 200], [4000, 210]),
+            ([64, 4090], [64, -50]),
+            ([9, 9], [9, 9]),
+        ] {
             let mut marks = Marks::new();
             marks.line([a, b]);
             let mut passed = 0;

@@ -100,7 +100,8 @@ impl Facets {
             facet.corners = first_corner(&facet.corners);
         }
         let bits = |facet: &Facet| (facet.z.map(|z| z.map(f32::to_bits)), facet.region);
-        self.triangles.sort_unstable_by(|a, b| a.corners.cmp(&b.corners).then_with(|| bits(a).cmp(&bits(b))));
+        self.triangles
+            .sort_unstable_by(|a, b| a.corners.cmp(&b.corners).then_with(|| bits(a).cmp(&bits(b))));
         for parts in self.holes.values_mut() {
             for part in parts.iter_mut() {
                 *part = first_corner(part);

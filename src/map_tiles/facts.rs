@@ -66,7 +66,11 @@ impl MapSource {
         let has_heights = self.heights().is_some();
         let mut bounds: Option<(usize, Vec<Rect>)> = None;
         for zoom in 0..TileCoord::MAX_ZOOM {
-            let level = if has_heights { self.level_for(grid.pixel_size(zoom)) } else { FILE };
+            let level = if has_heights {
+                self.level_for(grid.pixel_size(zoom))
+            } else {
+                FILE
+            };
             if self.level(level).metadata().tiles <= limits.max_tiles {
                 return Ok(zoom);
             }

@@ -206,6 +206,14 @@ impl TileGrid {
         self.projection.as_ref()
     }
 
+    /// Returns whether the points of the file at places in the grid take long to compute.
+    pub(super) fn is_slow(&self) -> bool {
+        match (self.kind, &self.projection) {
+            (GridKind::WebMercatorQuad, Some(projection)) => projection.is_slow(),
+            _ => false,
+        }
+    }
+
     /// Returns whether segments of the file are straight in the grid.
     pub(super) fn is_straight(&self) -> bool {
         match (self.kind, &self.projection) {

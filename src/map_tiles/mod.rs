@@ -35,6 +35,7 @@ mod gather;
 mod grid;
 mod heights;
 mod image;
+mod lattice;
 mod layer;
 mod mesh;
 mod paint;

@@ -56,6 +56,11 @@ impl Projection {
         self.way.is_degrees()
     }
 
+    /// Returns whether a point takes more than some arithmetic.
+    pub(super) fn is_slow(&self) -> bool {
+        matches!(self.way, Way::Through { .. })
+    }
+
     /// Returns whether the file is in Web Mercator.
     pub(super) fn is_mercator(&self) -> bool {
         matches!(self.way, Way::Mercator)

@@ -84,7 +84,10 @@ fn pixel_of(samples: &Samples, at: usize, row: usize, within: Option<std::ops::R
 /// Returns the shares of samples in holes, and on the ground or in holes.
 fn shares(samples: &[Ground]) -> (f64, f64) {
     let share = |is_it: fn(&&Ground) -> bool| samples.iter().filter(is_it).count() as f64 / samples.len() as f64;
-    (share(|ground| **ground == Ground::Hole), share(|ground| **ground != Ground::Outside))
+    (
+        share(|ground| **ground == Ground::Hole),
+        share(|ground| **ground != Ground::Outside),
+    )
 }
 
 /// Returns a colour with a share of that of holes.

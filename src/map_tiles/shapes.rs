@@ -100,7 +100,11 @@ impl Shapes {
         ends.sort_unstable_by(|a, b| a.lex_cmp(*b));
         let mut take = |mut ends: [Unit; 2]| {
             ends.sort_unstable();
-            self.seen.push(Sighting { ends, is_wall, is_at_hole });
+            self.seen.push(Sighting {
+                ends,
+                is_wall,
+                is_at_hole,
+            });
         };
         match curved {
             true => window.curve(ends, &mut take),

@@ -162,7 +162,9 @@ impl MapSource {
     /// Returns the number of the coarsest level in which a typical edge is not longer than this, in
     /// units of the file; 0 is the file.
     pub(super) fn level_for(&self, length: f64) -> usize {
-        (0..self.level_count()).rfind(|&level| self.spacing_of(level) <= length).unwrap_or(FILE)
+        (0..self.level_count())
+            .rfind(|&level| self.spacing_of(level) <= length)
+            .unwrap_or(FILE)
     }
 
     /// Returns the typical length of an edge of a level, in units of the file.

@@ -124,7 +124,12 @@ impl MapSource {
             Ok(tiles) => tiles,
             // Nothing of the file would be seen.
             Err(_) if earth.is_tiny(at) => Vec::new(),
-            Err(needed) => return Err(DrawError::OutOfBudget { needed, allowed: limits.max_tiles }),
+            Err(needed) => {
+                return Err(DrawError::OutOfBudget {
+                    needed,
+                    allowed: limits.max_tiles,
+                });
+            }
         };
         let is_blank = tiles.is_empty();
         let mut vertices = Vec::new();
@@ -132,7 +137,8 @@ impl MapSource {
             let earth = earth.clone();
             move |tile: &Tile| earth.vertices_in(tile, at)
         };
-        self.of_tiles(level, tiles, limits, of, |mut part| vertices.append(&mut part)).await?;
+        self.of_tiles(level, tiles, limits, of, |mut part| vertices.append(&mut part))
+            .await?;
         let (vertices, places) = spawn(move || places(vertices)).await?;
         let heights = match is_blank {
             true => vec![f64::NAN; places.len()],
@@ -147,11 +153,17 @@ impl MapSource {
         limits.check()?;
         let unit = self.units().z;
         let range = self.heights().map_or([0.0; 2], |range| range.all.map(|z| z * unit));
-        let sampled = places.into_iter().zip(heights).map(|(place, z)| MeshVertex { place, z });
+        let sampled = places
+            .into_iter()
+            .zip(heights)
+            .map(|(place, z)| MeshVertex { place, z });
         let mut all: Vec<MeshVertex> = vertices.into_iter().chain(sampled).collect();
         all.iter_mut().for_each(|vertex| vertex.z *= unit);
         let bytes = spawn(move || encode(at, all, range)).await?;
-        Ok(Drawn { bytes, tiles: budget.used() })
+        Ok(Drawn {
+            bytes,
+            tiles: budget.used(),
+        })
     }
 
     /// Returns how the file is on Earth.
@@ -196,7 +208,11 @@ impl Earth {
             let step = (share * f64::from(STEPS)).round();
             (step > 0.0 && step < f64::from(STEPS)).then_some(step as u16)
         };
-        let vertices = tile.vertex_indices().filter_map(|vertex| {
+        let rect = self.rect_of(at);
+        let near = tile
+            .vertex_indices()
+            .filter(|&vertex| rect.contains(tile.point(vertex)));
+        let vertices = near.filter_map(|vertex| {
             let [lon, lat] = self.projection.to_lon_lat(tile.point(vertex))?;
             Some(MeshVertex {
                 place: [place(lon + 180.0, at.x())?, place(lat + 90.0, at.y())?],
@@ -215,7 +231,9 @@ impl Earth {
         };
         let point = |&[u, v]: &[u16; 2]| {
             let lon_lat = [degrees(u, at.x(), 180.0), degrees(v, at.y(), 90.0)];
-            self.projection.of_lon_lat(lon_lat).unwrap_or(Point::new(f64::NAN, f64::NAN))
+            self.projection
+                .of_lon_lat(lon_lat)
+                .unwrap_or(Point::new(f64::NAN, f64::NAN))
         };
         places.iter().map(point).collect()
     }

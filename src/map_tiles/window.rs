@@ -205,7 +205,11 @@ fn cross(mut ends: [Far; 2], axis: usize, side: i64) -> Far {
 pub(super) fn doubled_area(corners: &[Unit]) -> i64 {
     let next = corners.iter().cycle().skip(1);
     let wide = |v: i32| i64::from(v);
-    corners.iter().zip(next).map(|(a, b)| wide(a[0]) * wide(b[1]) - wide(b[0]) * wide(a[1])).sum()
+    corners
+        .iter()
+        .zip(next)
+        .map(|(a, b)| wide(a[0]) * wide(b[1]) - wide(b[0]) * wide(a[1]))
+        .sum()
 }
 
 #[cfg(test)]
