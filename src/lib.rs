@@ -241,6 +241,7 @@ pub mod input;
 pub mod io;
 pub mod memory;
 pub mod mesh;
+pub mod overviews;
 pub mod pipeline;
 pub mod query;
 pub mod shown;

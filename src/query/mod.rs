@@ -117,6 +117,7 @@ pub use area::{AreaCover, AreaPiece, AreaPolygon};
 pub use edges::{CdtPath, CdtVertex};
 pub use euclidean::Near;
 pub use free_space::Footing;
+pub(crate) use locating::OnSurface;
 pub use locating::{BulkOptions, Location, Place, TriangleRef, triangle_meets};
 pub use matrix::{DistanceOutcome, PairDistance};
 pub use request::{Explored, Mode, QueryError, QueryOptions, Search, UnknownMode, UnknownSearch};

@@ -23,6 +23,7 @@ mod hostile;
 mod input;
 mod invariance;
 mod larger_than_memory;
+mod overviews;
 #[cfg(feature = "geojson")]
 mod polygons;
 mod proximity;

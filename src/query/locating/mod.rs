@@ -4,6 +4,7 @@ mod batch;
 mod locate;
 mod locate_many;
 mod location;
+mod on_surface;
 mod place;
 mod sorted_walk;
 mod triangles_in;
@@ -12,6 +13,7 @@ mod z_many;
 
 pub use batch::BulkOptions;
 pub use location::{Location, TriangleRef};
+pub(crate) use on_surface::OnSurface;
 pub use place::Place;
 pub use triangles_in::triangle_meets;
 pub(crate) use walk::Walked;
