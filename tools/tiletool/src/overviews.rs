@@ -69,7 +69,7 @@ pub struct OverviewRow {
 struct OverviewsReport {
     is_new: bool,
     removed: usize,
-    overviews: Vec<OverviewRow>,
+    overview_list: Vec<OverviewRow>,
     bytes_appended: u64,
     file_bytes: u64,
     seconds: f64,
@@ -177,7 +177,7 @@ pub fn run(args: OverviewsArgs) -> anyhow::Result<()> {
         let report = OverviewsReport {
             is_new: made.summary.is_new,
             removed: 0,
-            overviews: made.rows,
+            overview_list: made.rows,
             bytes_appended: after - before,
             file_bytes: after,
             seconds: made.summary.seconds,
@@ -216,7 +216,7 @@ fn remove(args: &OverviewsArgs) -> anyhow::Result<()> {
         let report = OverviewsReport {
             is_new: false,
             removed,
-            overviews: Vec::new(),
+            overview_list: Vec::new(),
             bytes_appended: after - reader.file_length(),
             file_bytes: after,
             seconds: 0.0,

@@ -133,7 +133,7 @@ impl Serialize for BuildReport<'_> {
         map.serialize_entry("waits", &WaitsOutput::new(&summary.waits))?;
         map.serialize_entry("notes", &read.notes)?;
         if let Some(made) = overviews {
-            map.serialize_entry("overviews", &made.rows)?;
+            map.serialize_entry("overview_list", &made.rows)?;
             map.serialize_entry("overviews_seconds", &made.summary.seconds)?;
         }
         if let Some(plot) = plot {

@@ -50,7 +50,7 @@ pub struct Summary {
     vertices_per_tile: Option<Distribution>,
     #[serde(flatten)]
     parts: PartSizes,
-    overviews: Vec<OverviewRow>,
+    overview_list: Vec<OverviewRow>,
     #[serde(skip)]
     rect: delaunay_tiles::geometry::Rect,
 }
@@ -164,7 +164,7 @@ impl PartSizes {
 
 impl Summary {
     /// Creates the summary from the directory and the overviews, without reading from the file.
-    pub fn new(reader: &TileReader, directory: &Directory, overviews: Vec<OverviewRow>) -> Self {
+    pub fn new(reader: &TileReader, directory: &Directory, overview_list: Vec<OverviewRow>) -> Self {
         let Directory {
             metadata: m,
             lists,
@@ -211,8 +211,8 @@ impl Summary {
             tiles: m.tiles.into(),
             tile_vertices: m.tile_vertices,
             vertices_per_tile: Distribution::of(used.map(|t| t.vertices).collect()),
-            parts: PartSizes::of(directory, file_bytes, overviews.iter().map(|row| row.bytes).sum()),
-            overviews,
+            parts: PartSizes::of(directory, file_bytes, overview_list.iter().map(|row| row.bytes).sum()),
+            overview_list,
             rect: m.bounds,
         }
     }
@@ -335,13 +335,13 @@ impl Summary {
     }
 
     fn overview_rows(&self) -> Vec<Row> {
-        let rows = self.overviews.iter().map(|row| {
+        let rows = self.overview_list.iter().map(|row| {
             let name = if row.level == 1 { "overviews" } else { "" };
             let stale = if row.is_stale { " (stale)" } else { "" };
             (name, format!("{}  {}{stale}", row.level, row.text(self.has_z)))
         });
         let mut rows: Vec<Row> = rows.collect();
-        if self.overviews.iter().any(|row| row.is_stale) {
+        if self.overview_list.iter().any(|row| row.is_stale) {
             let file = shown::text(&self.file);
             rows.push(("", format!("stale, renew with `tiletool overviews {file}`")));
         }
