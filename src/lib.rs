@@ -245,6 +245,7 @@ pub mod io;
 pub mod map_tiles;
 pub mod memory;
 pub mod mesh;
+pub mod overviews;
 pub mod pipeline;
 pub mod query;
 pub mod shown;

@@ -42,7 +42,8 @@ impl Target {
         self.open(OpenOptions::default().cache(&cache)).await
     }
 
-    async fn open(&self, options: OpenOptions) -> Result<TileReader, ReadError> {
+    /// Opens the file in its current state with these options.
+    pub(crate) async fn open(&self, options: OpenOptions) -> Result<TileReader, ReadError> {
         let name = shown::path(&self.path);
         TileReader::open_source(self.file.clone(), &name, options).await
     }

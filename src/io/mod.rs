@@ -24,6 +24,7 @@ mod object;
 mod output_file;
 mod pool;
 mod regular;
+mod section;
 mod start;
 mod threads;
 #[cfg(target_os = "linux")]
@@ -40,6 +41,7 @@ pub use output_file::{OutputFile, output_target};
 pub(crate) use output_file::{folder_of, is_named, new_output};
 pub(crate) use pool::blocking;
 pub use regular::open_regular;
+pub(crate) use section::Section;
 pub(crate) use start::start_scoped;
 pub use start::start_thread;
 pub use threads::ThreadsFile;

@@ -38,6 +38,13 @@
 //! | a pass: tiles at once, and what it keeps | the rest |
 //! | a pass with lookups: these | three quarters of what the pass leaves |
 //!
+//! | of overviews (`OverviewShares`) | while vertices are chosen or proven | while a level is built |
+//! | --- | --- | --- |
+//! | a pass over the tiles of the finer level | M/4 | |
+//! | tiles of coarser levels | M/4 | M/4, to read it back |
+//! | chosen vertices; the rest goes to the disk | M/8 | M/8 |
+//! | the build | | M/2 |
+//!
 //! | of the check of polygons (`PolygonShares`) | |
 //! | --- | --- |
 //! | segments of a polygon that is sorted in memory | M |
@@ -51,6 +58,7 @@
 mod edit;
 mod file;
 mod machine;
+mod overviews;
 mod plan;
 mod segments;
 mod shortage;
@@ -58,6 +66,7 @@ mod shortage;
 pub(crate) use edit::EditShares;
 pub(crate) use file::FileShares;
 pub use machine::{default_memory, peak_memory};
+pub(crate) use overviews::OverviewShares;
 pub(crate) use plan::{
     HELD_WORK_BYTES, Load, MemoryPlan, SEAM_BYTES, SEAM_WORK_BYTES, SEGMENT_BYTES, Shares, point_bytes,
 };

@@ -66,6 +66,9 @@ pub struct BuildOptions {
     /// Whether to resume an interrupted build, if there is one. That build must have had the same
     /// `resumable` text, tile size, rule for duplicates and work folder.
     pub resume: bool,
+    /// Whether the file is a draft that nobody relies on, so that it need not be on the medium when it
+    /// gets its name.
+    pub(crate) is_draft: bool,
     /// Progress of the build for observers, and the way to cancel it.
     pub progress: Arc<Progress>,
 }
@@ -263,6 +266,7 @@ impl Default for BuildOptions {
             work_folder: None,
             resumable: None,
             resume: false,
+            is_draft: false,
             progress: Arc::default(),
         }
     }

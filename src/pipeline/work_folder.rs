@@ -224,8 +224,9 @@ impl WorkFolder {
         self.spill.join(BORDERS)
     }
 
-    /// Gives the completed file its name. The folder is then removed on drop.
-    pub(crate) fn publish(&self) -> Result<(), BuildError> {
+    /// Gives the completed file its name, and brings the name onto the medium if `sync` is set. The
+    /// folder is then removed on drop.
+    pub(crate) fn publish(&self, sync: bool) -> Result<(), BuildError> {
         let output = &self.output;
         let folder = folder_of(output);
         let cannot = |error| BuildError::io(folder, "sync the folder", error);
@@ -237,7 +238,10 @@ impl WorkFolder {
             .map_err(|e| BuildError::io(output, "rename the finished file to", e))?;
         self.published.store(true, Ordering::Relaxed);
         self.keep(false);
-        opened.sync_all().map_err(cannot)
+        match sync {
+            true => opened.sync_all().map_err(cannot),
+            false => Ok(()),
+        }
     }
 }
 

@@ -12,15 +12,18 @@ use bytes::Bytes;
 use futures::stream;
 use futures::stream::{StreamExt, TryStreamExt};
 
-use crate::io::{OutputFile, ThreadsFile};
+use crate::io::{OutputFile, Section, ThreadsFile, WriteAt};
 use crate::shown;
-use crate::store::directory_writer::front_end_for;
+use crate::store::directory_writer::{front_end_for, front_end_of_copy};
 use crate::store::error::ReadError;
 use crate::store::format::codec::StoredPart;
 use crate::store::format::directory::Directory;
 use crate::store::format::entry::TileEntry;
 use crate::store::format::extent::Extent;
 use crate::store::format::ids::TileId;
+use crate::store::format::limits::BLOCK;
+use crate::store::format::overview::{Overview, OverviewEntry};
+use crate::store::format::superblock::Superblock;
 use crate::store::reader::TileReader;
 use crate::store::writer::TileWriter;
 
@@ -46,6 +49,19 @@ pub enum CompactError {
     },
 }
 
+/// The file that is written, for errors.
+struct Cannot<'a>(&'a Path);
+
+impl Cannot<'_> {
+    fn to(&self, what: &'static str) -> impl FnOnce(io::Error) -> CompactError {
+        move |source| CompactError::Io {
+            file: self.0.to_owned(),
+            what,
+            source,
+        }
+    }
+}
+
 /// Returns stored bytes to write again as they are.
 fn copied(bytes: Bytes, extent: Extent) -> StoredPart {
     StoredPart {
@@ -58,7 +74,8 @@ fn copied(bytes: Bytes, extent: Extent) -> StoredPart {
 impl TileReader {
     /// Writes a copy of the file to `output`, in the order of its tiles and without unused bytes. A
     /// file of that name is replaced atomically when all is written; it may be the file itself.
-    /// Returns the length of the new file in bytes.
+    /// [Overviews](Self::overviews) are copied too, unless they are stale. Returns the length of the
+    /// new file in bytes.
     ///
     /// The file must not be edited meanwhile.
     ///
@@ -68,18 +85,64 @@ impl TileReader {
     /// written.
     pub async fn compact(&self, output: impl AsRef<Path>) -> Result<u64, CompactError> {
         let output = output.as_ref();
-        let cannot = |what: &'static str| {
-            move |source| CompactError::Io {
-                file: output.to_owned(),
-                what,
-                source,
-            }
-        };
-        let partial = OutputFile::create(output).map_err(cannot("write it"))?;
-        let file = partial.file().try_clone().map_err(cannot("write"))?;
+        let cannot = Cannot(output);
+        let partial = OutputFile::create(output).map_err(cannot.to("write it"))?;
+        let file = partial.file().try_clone().map_err(cannot.to("write"))?;
+        let file = ThreadsFile::from(Arc::new(file));
+        let (tiles, overviews) = (self.metadata().tiles, self.overviews().len());
+        let mut writer = TileWriter::new(file.clone(), front_end_of_copy(tiles.into(), overviews));
+        let mut directory = self.copy_tiles(&mut writer, &cannot).await?;
+        for (level, &entry) in self.overview_entries().places.iter().enumerate() {
+            let overview = self.overview(level).await?;
+            let offset = writer.length().next_multiple_of(BLOCK);
+            let copied = overview.copy_overview(file.clone(), offset, &cannot).await?;
+            writer
+                .pass_over(offset + copied.file_length)
+                .await
+                .map_err(cannot.to("write"))?;
+            directory.overviews.push(OverviewEntry {
+                offset,
+                crc: copied.crc(),
+                overview: Overview {
+                    bytes: copied.file_length,
+                    ..entry.overview
+                },
+                ..entry
+            });
+        }
+        let finished = writer.finish_copy(&directory, self.in_force()).await;
+        let length = finished.map_err(cannot.to("write"))?.file_length;
+        if let Ok(before) = std::fs::metadata(output) {
+            // Keep the permissions of the replaced file; a new partial file is readable by its
+            // owner only.
+            let _ = partial.file().set_permissions(before.permissions());
+        }
+        partial.publish().map_err(cannot.to("replace it"))?;
+        Ok(length)
+    }
+
+    /// Copies an overview to `offset` in the copy of its file. Returns its superblock.
+    async fn copy_overview(
+        &self,
+        file: ThreadsFile,
+        offset: u64,
+        cannot: &Cannot<'_>,
+    ) -> Result<Superblock, CompactError> {
+        let front_end = front_end_for(self.metadata().tiles.into());
+        // What the whole file is synced with.
+        let mut writer = TileWriter::new(Section::from(file, offset), front_end).draft(true);
+        let directory = self.copy_tiles(&mut writer, cannot).await?;
+        let finished = writer.finish_copy(&directory, self.in_force()).await;
+        finished.map_err(cannot.to("write"))
+    }
+
+    /// Copies all tiles in their order. Returns the directory of the copy, without overviews.
+    async fn copy_tiles<W: WriteAt>(
+        &self,
+        writer: &mut TileWriter<W>,
+        cannot: &Cannot<'_>,
+    ) -> Result<Directory, CompactError> {
         let before = self.directory().await?;
-        let front_end = front_end_for(before.metadata.tiles.into());
-        let mut writer = TileWriter::new(ThreadsFile::from(Arc::new(file)), front_end);
         let mut tiles = before.tiles.clone();
         // The next extents are read while one is written.
         let used = || before.tile_ids().map(|id| (id, before.tiles[id.0 as usize]));
@@ -90,7 +153,7 @@ impl TileReader {
             let Some(core) = cores.try_next().await? else { break };
             let entry = &mut tiles[id.0 as usize];
             let core = copied(core, entry.core);
-            entry.core = writer.append_core(core).await.map_err(cannot("write"))?;
+            entry.core = writer.append_core(core).await.map_err(cannot.to("write"))?;
         }
         let borders = used().map(|(id, entry)| self.border_and_table(id, entry));
         let mut borders = stream::iter(borders).buffered(AHEAD).boxed();
@@ -100,26 +163,17 @@ impl TileReader {
             };
             let entry = &mut tiles[id.0 as usize];
             let border = copied(border, entry.border);
-            entry.border = writer.append_border(border).await.map_err(cannot("write"))?;
+            entry.border = writer.append_border(border).await.map_err(cannot.to("write"))?;
             if let Some(table) = table {
-                entry.table = writer.place_table(table.into()).await.map_err(cannot("write"))?;
+                entry.table = writer.place_table(table.into()).await.map_err(cannot.to("write"))?;
             }
         }
-        let directory = Directory::new(
+        Ok(Directory::new(
             before.metadata.clone(),
             before.lists.clone(),
             before.tree.clone(),
             tiles,
-        );
-        let finished = writer.finish_copy(&directory, self.in_force()).await;
-        let length = finished.map_err(cannot("write"))?;
-        if let Ok(before) = std::fs::metadata(output) {
-            // Keep the permissions of the replaced file; a new partial file is readable by its
-            // owner only.
-            let _ = partial.file().set_permissions(before.permissions());
-        }
-        partial.publish().map_err(cannot("replace it"))?;
-        Ok(length)
+        ))
     }
 
     /// Reads a border, and the component table if that lies apart, and checks their checksums.

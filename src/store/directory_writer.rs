@@ -32,6 +32,8 @@ const ROOT_BYTES: u64 = 1024;
 const SHORT_LISTS_BYTES: u64 = 2560;
 /// The alignment of the lists that are no lists of pages.
 const LIST_ALIGNMENT: u64 = 8;
+/// The number of bytes of a reference to an overview.
+const OVERVIEW_BYTES: u64 = 56;
 /// The number of bytes for a page in a list of pages.
 const PAGE_REF_BYTES: u64 = 34;
 
@@ -41,6 +43,13 @@ pub(crate) fn front_end_for(tiles: u64) -> u64 {
     // Subtrees fill pages at least by half, unless the tree is out of balance.
     let pages = (2 * tiles).div_ceil(PAGE_TILES.into());
     FIRST_EXTENT + (ROOT_BYTES + SHORT_LISTS_BYTES + PAGE_REF_BYTES * pages).next_multiple_of(BLOCK)
+}
+
+/// Returns where the extents of a copy of a file start, so that the directory of this many tiles and
+/// overviews has room before them.
+pub(crate) fn front_end_of_copy(tiles: u64, overviews: usize) -> u64 {
+    let room = OVERVIEW_BYTES * overviews as u64;
+    front_end_for(tiles) + room.next_multiple_of(BLOCK)
 }
 
 /// What the file is, apart from its content.
@@ -61,11 +70,11 @@ impl<W: WriteAt> TileWriter<W> {
             generation: 1,
             file_id: None,
         };
-        self.finish_as(directory, identity).await
+        Ok(self.finish_as(directory, identity).await?.file_length)
     }
 
-    /// Finishes a copy of a file like [`finish`](Self::finish).
-    pub(crate) async fn finish_copy(self, directory: &Directory, of: &InForce) -> io::Result<u64> {
+    /// Finishes a copy of a file like [`finish`](Self::finish). Returns its superblock.
+    pub(crate) async fn finish_copy(self, directory: &Directory, of: &InForce) -> io::Result<Superblock> {
         let identity = Identity {
             generation: of.superblock.generation,
             file_id: Some(of.superblock.file_id),
@@ -73,12 +82,12 @@ impl<W: WriteAt> TileWriter<W> {
         self.finish_as(directory, identity).await
     }
 
-    async fn finish_as(mut self, directory: &Directory, identity: Identity) -> io::Result<u64> {
+    async fn finish_as(mut self, directory: &Directory, identity: Identity) -> io::Result<Superblock> {
         let superblock = self.write_directory(directory, identity).await?;
         let block = superblock.encode();
         self.file.write_at(0, [&block[..], &block[..]].concat().into()).await?;
         self.sync().await?;
-        Ok(superblock.file_length)
+        Ok(superblock)
     }
 
     /// Replaces the directory of an existing file, whose superblock in force is `before`. Readers
@@ -126,6 +135,7 @@ impl<W: WriteAt> TileWriter<W> {
             lists,
             page_lists: Vec::new(),
             tree: directory.layout.top.clone(),
+            overviews: directory.overviews.clone(),
         };
         let (root, end) = self.write_root(directory, root, short, &pages, &mut hash).await?;
         self.flush().await?;

@@ -22,6 +22,7 @@ use crate::store::format::flat_buffer::{check_crc, within};
 use crate::store::format::ids::TileId;
 use crate::store::format::limits::{BLOCK, FIRST_EXTENT};
 use crate::store::format::lists::{CRS, LIST_NAMES, Lists, OfLists, SOURCES, Source, decode_crs, decode_sources};
+use crate::store::format::overview::check_apart;
 use crate::store::format::page::Page;
 use crate::store::format::page_list::PageList;
 use crate::store::format::root::Root;
@@ -67,7 +68,9 @@ impl Pages {
         };
         let of_directory = |damage: Damage| damaged(damage.of("its directory is damaged"));
         check_crc("the directory's root", &bytes, root.crc).map_err(of_directory)?;
+        let (offset, length) = (root.offset, root.length.into());
         let root = Root::decode(&bytes, file_length).map_err(of_directory)?;
+        check_apart(&root.overviews, offset, length).map_err(of_directory)?;
         let mut page_lists = Vec::with_capacity(root.page_lists.len());
         for (place, list) in root.page_lists.iter().enumerate() {
             // What is in memory anyway need not be read again.

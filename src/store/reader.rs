@@ -1,13 +1,14 @@
 //! Opens tile files and reads their tiles.
 
 use std::io;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
 use bytes::Bytes;
 use futures::future;
 
-use crate::io::{Backend, ReadAt};
+use crate::io::{Backend, ReadAt, Section};
 use crate::memory::FileShares;
 use crate::store::borders_ahead::BorderAhead;
 use crate::store::cache::{Cache, PinnedTile, TileKey};
@@ -21,6 +22,7 @@ use crate::store::format::flat_buffer::{check_crc, within};
 use crate::store::format::ids::TileId;
 use crate::store::format::lists::{Lists, Source};
 use crate::store::format::metadata::Metadata;
+use crate::store::format::overview::Overviews;
 use crate::store::format::superblock::{FileId, InForce};
 use crate::store::format::table_place::TablePlace;
 use crate::store::format::tile::Tile;
@@ -85,6 +87,7 @@ pub struct TileReader {
 struct ReaderInner {
     pages: Arc<Pages>,
     memory: Option<u64>,
+    overviews: Overviews,
 }
 
 impl TileReader {
@@ -143,12 +146,36 @@ impl TileReader {
             tiles = pages.root.metadata.tiles,
             "opened"
         );
-        Ok(Self {
+        let overviews = Overviews::of(&pages.root.overviews, pages.in_force.superblock.generation);
+        Ok(Self::of(pages, options.memory, overviews))
+    }
+
+    /// Opens a tile file that is a section of this one. It shares the cache of this reader.
+    pub(super) async fn open_section(&self, section: Range<u64>, name: &str) -> Result<Self, ReadError> {
+        let Self { inner } = self;
+        let source = Section::new(
+            Arc::clone(&inner.pages.source),
+            section.start,
+            section.end - section.start,
+        );
+        let pages = Pages::open(Arc::new(source), name.into(), inner.pages.cache.clone()).await?;
+        // An overview has none of its own, whatever its bytes say.
+        Ok(Self::of(pages, inner.memory, Overviews::default()))
+    }
+
+    fn of(pages: Pages, memory: Option<u64>, overviews: Overviews) -> Self {
+        Self {
             inner: Arc::new(ReaderInner {
                 pages: Arc::new(pages),
-                memory: options.memory,
+                memory,
+                overviews,
             }),
-        })
+        }
+    }
+
+    /// Returns what the directory says of overviews.
+    pub(super) fn overview_entries(&self) -> &Overviews {
+        &self.inner.overviews
     }
 
     /// Returns the metadata of the whole file.

@@ -86,6 +86,13 @@ impl<W: WriteAt> TileWriter<W> {
         self.written + self.pending.len() as u64
     }
 
+    /// Passes over bytes that others write, up to `length`, after it has written what is pending.
+    pub(crate) async fn pass_over(&mut self, length: u64) -> io::Result<()> {
+        self.flush().await?;
+        self.written = self.written.max(length);
+        Ok(())
+    }
+
     /// Appends a core, aligned so that it can be read with direct I/O.
     pub(crate) async fn append_core(&mut self, core: impl Into<StoredPart>) -> io::Result<Extent> {
         self.append(core.into(), BLOCK).await

@@ -25,6 +25,7 @@ mod invariance;
 mod larger_than_memory;
 #[cfg(feature = "map-tiles")]
 mod map_tiles;
+mod overviews;
 #[cfg(feature = "geojson")]
 mod polygons;
 mod proximity;

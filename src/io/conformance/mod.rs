@@ -13,6 +13,7 @@ use tempfile::TempDir;
 
 use crate::io::file::{ReadAt, WriteAt};
 use crate::io::memory::MemoryFile;
+use crate::io::section::Section;
 use crate::io::threads::ThreadsFile;
 
 /// A backend under test, and a folder for its files.
@@ -156,6 +157,47 @@ impl Subject for Object {
     }
 }
 
+/// A part of a file in memory.
+#[derive(Default)]
+struct Part;
+
+impl Subject for Part {
+    type File = Section<MemoryFile>;
+
+    fn holding(&self, bytes: &[u8]) -> Self::File {
+        Section::new(MemoryFile::new(among_others(bytes)), BEFORE, bytes.len() as u64)
+    }
+}
+
+impl Writing for Part {
+    fn create(&self) -> Self::File {
+        Section::from(MemoryFile::default(), BEFORE)
+    }
+}
+
+/// A part of a file that a ring reads.
+#[cfg(target_os = "linux")]
+#[derive(Default)]
+struct PartOnRing(Uring);
+
+#[cfg(target_os = "linux")]
+impl Subject for PartOnRing {
+    type File = Section<crate::io::uring::UringFile>;
+
+    fn holding(&self, bytes: &[u8]) -> Self::File {
+        Section::new(self.0.holding(&among_others(bytes)), BEFORE, bytes.len() as u64)
+    }
+}
+
+/// The bytes before a part.
+const BEFORE: u64 = 8192;
+
+/// Returns bytes with others before and behind them.
+fn among_others(bytes: &[u8]) -> Vec<u8> {
+    let others = [0xee; BEFORE as usize];
+    [&others, bytes, &others[..777]].concat()
+}
+
 /// Defines a test for each promise. The tests are skipped if the system has no such backend.
 macro_rules! promises {
     ($subject:ty, if $available:expr, $($part:ident: $promise:ident,)*) => {
@@ -216,6 +258,21 @@ mod threads {
 
     reading!(Threads, if true);
     writing!(Threads, if true);
+}
+
+mod part {
+    use super::*;
+
+    reading!(Part, if true);
+    writing!(Part, if true);
+}
+
+#[cfg(target_os = "linux")]
+mod part_on_ring {
+    use super::*;
+    use crate::io::uring::ring::Ring;
+
+    reading!(PartOnRing, if Ring::shared().is_ok());
 }
 
 #[cfg(target_os = "linux")]

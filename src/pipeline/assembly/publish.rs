@@ -82,7 +82,9 @@ impl Assembly {
         let core_bytes = bytes(&cores[first_tile as usize..]) + output.journal_bytes() + log_written;
         let border_bytes = bytes(&of_borders);
         let deferred = conquest.deferral.take();
-        let (mut file_bytes, finish_bytes) = output.finish(&directory, !deferred.is_empty()).await?;
+        let (mut file_bytes, finish_bytes) = output
+            .finish(&directory, self.options.is_draft || !deferred.is_empty())
+            .await?;
         let border_triangles = conquest.log.lock().triangle_count();
         let waits = Waits {
             computing_for_blocks: conquest.board.starved(),
@@ -133,7 +135,7 @@ impl Assembly {
         if !self.options.force && self.output.exists() {
             return Err(BuildError::OutputExists(self.output.clone()));
         }
-        self.folder.publish()
+        self.folder.publish(!self.options.is_draft)
     }
 
     /// Returns the summary of a build.

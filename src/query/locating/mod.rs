@@ -6,6 +6,7 @@ mod ground_many;
 mod locate;
 mod locate_many;
 mod location;
+mod on_surface;
 mod place;
 mod sorted_walk;
 mod triangles_in;
@@ -16,6 +17,7 @@ pub use batch::BulkOptions;
 #[cfg(feature = "map-tiles")]
 pub(crate) use ground_many::Ground;
 pub use location::{Location, TriangleRef};
+pub(crate) use on_surface::OnSurface;
 pub use place::Place;
 pub use triangles_in::triangle_meets;
 pub(crate) use walk::Walked;

@@ -9,6 +9,7 @@ use crate::store::format::kd_tree::{KdNode, KdTree};
 use crate::store::format::layout::{Layout, PageLayout, PageListLayout};
 use crate::store::format::lists::Lists;
 use crate::store::format::metadata::Metadata;
+use crate::store::format::overview::OverviewEntry;
 use crate::store::format::page::{Page, PageRef};
 use crate::store::format::page_list::PageList;
 use crate::store::format::root::Root;
@@ -24,6 +25,8 @@ pub struct Directory {
     pub tree: KdTree,
     /// The entry of each tile, by its number. Numbers may be unused.
     pub tiles: Vec<TileEntry>,
+    /// The overviews, from the finest to the coarsest, stale ones too.
+    pub(crate) overviews: Vec<OverviewEntry>,
     /// The division into pages.
     pub(crate) layout: Layout,
 }
@@ -40,6 +43,7 @@ impl Directory {
             lists,
             tree,
             tiles,
+            overviews: Vec::new(),
         }
     }
 
@@ -139,6 +143,7 @@ impl Directory {
             lists,
             tree,
             tiles,
+            overviews: root.overviews,
             layout,
         };
         this.check_counts(file_length)?;

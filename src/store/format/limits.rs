@@ -12,5 +12,7 @@ pub(crate) const MAX_PAGE: u64 = 16 << 10;
 pub(crate) const PAGE_TILES: u32 = 96;
 /// The maximum number of pages in a list of pages.
 pub(crate) const LIST_PAGES: u32 = 440;
+/// The maximum number of overviews.
+pub(crate) const MAX_OVERVIEWS: usize = 32;
 /// The maximum number of tiles.
 pub(crate) const MAX_TILES: u32 = 2_000_000;

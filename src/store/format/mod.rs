@@ -24,6 +24,7 @@ pub(crate) mod line_part;
 pub(super) mod line_source;
 pub(super) mod lists;
 pub(super) mod metadata;
+pub(super) mod overview;
 mod packed;
 pub(super) mod page;
 pub(super) mod page_list;

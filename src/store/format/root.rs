@@ -14,6 +14,8 @@ use crate::store::format::kd_tree::KdTree;
 use crate::store::format::limits::{MAX_FLATBUFFER, MAX_PAGE};
 use crate::store::format::lists::{LIST_NAMES, OfLists};
 use crate::store::format::metadata::Metadata;
+use crate::store::format::overview;
+use crate::store::format::overview::OverviewEntry;
 use crate::store::format::page::Frame;
 
 /// The root.
@@ -28,6 +30,8 @@ pub(crate) struct Root {
     pub(crate) page_lists: Vec<PageListRef>,
     /// The top of the k-d tree. Leaves name lists of pages.
     pub(crate) tree: KdTree<u32>,
+    /// From the finest to the coarsest.
+    pub(crate) overviews: Vec<OverviewEntry>,
 }
 
 /// Where a list of pages lies, and what it contains.
@@ -47,6 +51,8 @@ impl Root {
         let page_lists: Vec<_> = self.page_lists.iter().map(encode_ref).collect();
         let page_lists = Some(builder.create_vector(&page_lists));
         let cells = Some(cells_code::encode(&mut builder, &self.tree, 0, |list| list));
+        let overviews: Vec<_> = self.overviews.iter().map(overview::encode).collect();
+        let overviews = (!overviews.is_empty()).then(|| builder.create_vector(&overviews));
         let parts = self.lists.map(|list| list.map(encode_part));
         let [sources, crs, lines, hole_points, cell_borders, polygon_lines] = &parts;
         let [triangles, vertices, constraint_edges, holes, z, edge_sources, sites] = self.metadata.digest.to_schema();
@@ -62,6 +68,7 @@ impl Root {
             pages: self.pages,
             cells,
             page_lists,
+            overviews,
             sources: sources.as_ref(),
             crs: crs.as_ref(),
             lines: lines.as_ref(),
@@ -121,6 +128,12 @@ impl Root {
                 metadata.tiles
             )));
         }
+        let overviews = root.overviews().map(|list| list.iter().copied());
+        let overviews = overviews.map(|list| overview::decode(list, file_length));
+        let overviews = overviews.transpose()?.unwrap_or_default();
+        for list in &page_lists {
+            overview::check_apart(&overviews, list.extent.offset, list.extent.length.into())?;
+        }
         Ok(Self {
             metadata,
             next_tile,
@@ -128,6 +141,7 @@ impl Root {
             lists,
             page_lists,
             tree,
+            overviews,
         })
     }
 

@@ -55,6 +55,12 @@ impl Superblock {
         block
     }
 
+    /// Returns the checksum that it is stored with.
+    pub(crate) fn crc(&self) -> u32 {
+        let block = self.encode();
+        u32::from_le_bytes(block[4092..].try_into().expect("four bytes"))
+    }
+
     /// Decodes one superblock. The error says what is wrong with it.
     fn decode(block: &[u8]) -> Result<Self, Damage> {
         let u32_at = |at: usize| u32::from_le_bytes(block[at..at + 4].try_into().expect("four bytes"));

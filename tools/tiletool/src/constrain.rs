@@ -20,7 +20,8 @@ use crate::lines::{LineFiles, LineInput, MissingZArgs};
 ///
 /// The changes are appended to the file and become valid in one step when they are complete. Until
 /// then, and for readers that have the file open, the file is unchanged. Replaced tiles stay in the
-/// file as unused bytes until `tiletool compact` rewrites it.
+/// file as unused bytes until `tiletool compact` rewrites it. Overviews of the file become stale
+/// until `tiletool overviews` renews them.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Example:
   tiletool constrain survey.tiles --segments breaklines.geojson --walls fences.geojson")]

@@ -24,6 +24,7 @@ mod limits;
 pub mod lines;
 mod numbers;
 pub mod output;
+mod overviews;
 pub mod plot;
 pub mod points;
 mod progress;
@@ -78,6 +79,7 @@ pub enum Command {
     Build(build::BuildArgs),
     Constrain(constrain::ConstrainArgs),
     Compact(compact::CompactArgs),
+    Overviews(overviews::OverviewsArgs),
     Info(info::InfoArgs),
     Inspect(inspect::InspectArgs),
     Verify(verify::VerifyArgs),
@@ -153,6 +155,7 @@ pub fn run(command: Command) -> anyhow::Result<()> {
         Command::Build(args) => build::run(args),
         Command::Constrain(args) => constrain::run(args),
         Command::Compact(args) => compact::run(args),
+        Command::Overviews(args) => overviews::run(args),
         Command::Info(args) => info::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Verify(args) => verify::run(args),

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use delaunay_tiles::input::Reading;
 use delaunay_tiles::io::start_thread;
+use delaunay_tiles::overviews::OverviewProgress;
 use delaunay_tiles::{Phase, Progress};
 use indicatif::{FormattedDuration, ProgressBar, ProgressStyle};
 
@@ -42,6 +43,11 @@ impl Bar {
     /// if that is a terminal.
     pub fn of_reading(reading: Reading, total: Option<u64>) -> Self {
         Self::show(move |stop| follow_reading(&reading, total, stop))
+    }
+
+    /// Shows a bar of the overviews of a file on standard error, if that is a terminal.
+    pub fn of_overviews(progress: Arc<OverviewProgress>) -> Self {
+        Self::show(move |stop| follow_overviews(&progress, stop))
     }
 
     fn show(follow: impl FnOnce(&AtomicBool) + Send + 'static) -> Self {
@@ -114,6 +120,23 @@ fn follow_reading(reading: &Reading, total: Option<u64>, stop: &AtomicBool) {
     while !stop.load(Ordering::Relaxed) {
         // The beginning of a file is read twice.
         bar.set_position(total.unwrap_or(u64::MAX).min(reading.bytes()));
+        thread::sleep(Duration::from_millis(100));
+    }
+    bar.finish_and_clear();
+}
+
+fn follow_overviews(progress: &OverviewProgress, stop: &AtomicBool) {
+    let bar = ProgressBar::no_length();
+    let style = "{prefix:8} {wide_bar} {pos:>6} of {len} tiles  {elapsed}";
+    bar.set_style(ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()));
+    while !stop.load(Ordering::Relaxed) {
+        let (level, done, total) = progress.state();
+        bar.set_prefix(match level {
+            0 => "errors".to_owned(),
+            level => format!("level {level}"),
+        });
+        bar.set_length(total);
+        bar.set_position(done);
         thread::sleep(Duration::from_millis(100));
     }
     bar.finish_and_clear();

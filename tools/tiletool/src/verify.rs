@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use delaunay_tiles::peak_memory;
+use delaunay_tiles::{overviews, peak_memory};
 use serde::Serialize;
 
 use crate::against::{self, BuildInput, ComparedCounts};
@@ -16,7 +16,7 @@ use crate::unchanged::Unchanged;
 ///
 /// By default, checksums and structure are checked. --deep also proves that the file holds the
 /// Delaunay triangulation. --against and the files of lines and sites of the build prove that the
-/// file holds all of this input and nothing else.
+/// file holds all of this input and nothing else. Overviews are checked too, unless they are stale.
 ///
 /// The first fault is reported with its tile and triangle, or with its file and line, and the exit
 /// code is 1.
@@ -65,6 +65,7 @@ struct VerifyReport {
     constraint_edges: u64,
     regions: u64,
     hole_regions: u64,
+    overviews: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     input_points: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -128,6 +129,15 @@ impl VerifyReport {
                 thousands(self.hole_regions),
             );
         }
+        if self.overviews > 0 {
+            let count = counted(self.overviews, "overview", "overviews");
+            text += &match self.deep {
+                true => format!(
+                    "{count}: Delaunay triangulations of subsets of the vertices, with errors as the file says\n"
+                ),
+                false => format!("{count}: checksums and structure are correct\n"),
+            };
+        }
         if let Some(points) = self.input_points.map(thousands) {
             text += &format!("The file holds all points of the input ({points}) and no others\n");
         }
@@ -172,6 +182,7 @@ async fn check(args: &VerifyArgs, report: &mut VerifyReport) -> anyhow::Result<(
     report.constraint_edges = verified.constraint_edges;
     report.regions = verified.regions;
     report.hole_regions = verified.hole_regions;
+    report.overviews = overviews::verify(&reader, args.deep).await? as u64;
     if input.is_empty() {
         return Ok(());
     }

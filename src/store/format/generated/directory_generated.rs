@@ -1956,49 +1956,53 @@ pub mod delaunay_tiles {
             }
         }
 
-        /// Another directory over the same file.
-        // struct OtherDirectory, aligned to 8
+        /// A coarser triangulation of the same surface: a whole tile file within this one.
+        // struct Overview, aligned to 8
         #[repr(transparent)]
         #[derive(Clone, Copy, PartialEq)]
-        pub struct OtherDirectory(pub [u8; 32]);
-        impl Default for OtherDirectory {
+        pub struct Overview(pub [u8; 56]);
+        impl Default for Overview {
             fn default() -> Self {
-                Self([0; 32])
+                Self([0; 56])
             }
         }
-        impl ::core::fmt::Debug for OtherDirectory {
+        impl ::core::fmt::Debug for Overview {
             fn fmt(&self, f: &mut ::core::fmt::Formatter) -> ::core::fmt::Result {
-                f.debug_struct("OtherDirectory")
-                    .field("root", &self.root())
+                f.debug_struct("Overview")
+                    .field("offset", &self.offset())
+                    .field("length", &self.length())
                     .field("generation", &self.generation())
-                    .field("kind", &self.kind())
+                    .field("vertices", &self.vertices())
+                    .field("largest_error", &self.largest_error())
+                    .field("rms_error", &self.rms_error())
+                    .field("crc", &self.crc())
                     .field("reserved", &self.reserved())
                     .finish()
             }
         }
 
-        impl ::flatbuffers::SimpleToVerifyInSlice for OtherDirectory {}
-        impl<'a> ::flatbuffers::Follow<'a> for OtherDirectory {
-            type Inner = &'a OtherDirectory;
+        impl ::flatbuffers::SimpleToVerifyInSlice for Overview {}
+        impl<'a> ::flatbuffers::Follow<'a> for Overview {
+            type Inner = &'a Overview;
             #[inline]
             unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
-                unsafe { <&'a OtherDirectory>::follow(buf, loc) }
+                unsafe { <&'a Overview>::follow(buf, loc) }
             }
         }
-        impl<'a> ::flatbuffers::Follow<'a> for &'a OtherDirectory {
-            type Inner = &'a OtherDirectory;
+        impl<'a> ::flatbuffers::Follow<'a> for &'a Overview {
+            type Inner = &'a Overview;
             #[inline]
             unsafe fn follow(buf: &'a [u8], loc: usize) -> Self::Inner {
-                unsafe { ::flatbuffers::follow_cast_ref::<OtherDirectory>(buf, loc) }
+                unsafe { ::flatbuffers::follow_cast_ref::<Overview>(buf, loc) }
             }
         }
-        impl<'b> ::flatbuffers::Push for OtherDirectory {
-            type Output = OtherDirectory;
+        impl<'b> ::flatbuffers::Push for Overview {
+            type Output = Overview;
             #[inline]
             unsafe fn push(&self, dst: &mut [u8], _written_len: usize) {
                 let src = unsafe {
                     ::core::slice::from_raw_parts(
-                        self as *const OtherDirectory as *const u8,
+                        self as *const Overview as *const u8,
                         <Self as ::flatbuffers::Push>::size(),
                     )
                 };
@@ -2010,7 +2014,7 @@ pub mod delaunay_tiles {
             }
         }
 
-        impl<'a> ::flatbuffers::Verifiable for OtherDirectory {
+        impl<'a> ::flatbuffers::Verifiable for Overview {
             #[inline]
             fn run_verifier(
                 v: &mut ::flatbuffers::Verifier,
@@ -2020,30 +2024,90 @@ pub mod delaunay_tiles {
             }
         }
 
-        impl<'a> OtherDirectory {
+        impl<'a> Overview {
             #[allow(clippy::too_many_arguments)]
-            pub fn new(root: &PartExtent, generation: u64, kind: u32, reserved: u32) -> Self {
-                let mut s = Self([0; 32]);
-                s.set_root(root);
+            pub fn new(
+                offset: u64,
+                length: u64,
+                generation: u64,
+                vertices: u64,
+                largest_error: f64,
+                rms_error: f64,
+                crc: u32,
+                reserved: u32,
+            ) -> Self {
+                let mut s = Self([0; 56]);
+                s.set_offset(offset);
+                s.set_length(length);
                 s.set_generation(generation);
-                s.set_kind(kind);
+                s.set_vertices(vertices);
+                s.set_largest_error(largest_error);
+                s.set_rms_error(rms_error);
+                s.set_crc(crc);
                 s.set_reserved(reserved);
                 s
             }
 
-            pub fn root(&self) -> &PartExtent {
+            /// Where it starts, at a multiple of 4096, and its bytes. Offsets in it count from there.
+            pub fn offset(&self) -> u64 {
+                let mut mem = ::core::mem::MaybeUninit::<<u64 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
                 // Safety:
                 // Created from a valid Table for this object
-                // Which contains a valid struct in this slot
-                unsafe { &*(self.0[0..].as_ptr() as *const PartExtent) }
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[0..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
             }
 
-            #[allow(clippy::identity_op)]
-            pub fn set_root(&mut self, x: &PartExtent) {
-                self.0[0..0 + 16].copy_from_slice(&x.0)
+            pub fn set_offset(&mut self, x: u64) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[0..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
             }
 
-            /// The generation of the file that it was made from. It is stale in any other.
+            pub fn length(&self) -> u64 {
+                let mut mem = ::core::mem::MaybeUninit::<<u64 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[8..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_length(&mut self, x: u64) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[8..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            /// The generation of this file that it belongs to. It is stale in any other.
             pub fn generation(&self) -> u64 {
                 let mut mem = ::core::mem::MaybeUninit::<<u64 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
                 // Safety:
@@ -2073,9 +2137,8 @@ pub mod delaunay_tiles {
                 }
             }
 
-            /// 1: overviews, 2: an index.
-            pub fn kind(&self) -> u32 {
-                let mut mem = ::core::mem::MaybeUninit::<<u32 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+            pub fn vertices(&self) -> u64 {
+                let mut mem = ::core::mem::MaybeUninit::<<u64 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
                 // Safety:
                 // Created from a valid Table for this object
                 // Which contains a valid value in this slot
@@ -2083,13 +2146,13 @@ pub mod delaunay_tiles {
                     ::core::ptr::copy_nonoverlapping(
                         self.0[24..].as_ptr(),
                         mem.as_mut_ptr() as *mut u8,
-                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                     mem.assume_init()
                 })
             }
 
-            pub fn set_kind(&mut self, x: u32) {
+            pub fn set_vertices(&mut self, x: u64) {
                 let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
                 // Safety:
                 // Created from a valid Table for this object
@@ -2098,6 +2161,95 @@ pub mod delaunay_tiles {
                     ::core::ptr::copy_nonoverlapping(
                         &x_le as *const _ as *const u8,
                         self.0[24..].as_mut_ptr(),
+                        ::core::mem::size_of::<<u64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            /// The largest difference of z between it and a vertex of this file, and the root mean square of all.
+            pub fn largest_error(&self) -> f64 {
+                let mut mem = ::core::mem::MaybeUninit::<<f64 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[32..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_largest_error(&mut self, x: f64) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[32..].as_mut_ptr(),
+                        ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            pub fn rms_error(&self) -> f64 {
+                let mut mem = ::core::mem::MaybeUninit::<<f64 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[40..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_rms_error(&mut self, x: f64) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[40..].as_mut_ptr(),
+                        ::core::mem::size_of::<<f64 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                }
+            }
+
+            /// The checksum of its superblock, as that has it.
+            pub fn crc(&self) -> u32 {
+                let mut mem = ::core::mem::MaybeUninit::<<u32 as ::flatbuffers::EndianScalar>::Scalar>::uninit();
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                ::flatbuffers::EndianScalar::from_little_endian(unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        self.0[48..].as_ptr(),
+                        mem.as_mut_ptr() as *mut u8,
+                        ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
+                    );
+                    mem.assume_init()
+                })
+            }
+
+            pub fn set_crc(&mut self, x: u32) {
+                let x_le = ::flatbuffers::EndianScalar::to_little_endian(x);
+                // Safety:
+                // Created from a valid Table for this object
+                // Which contains a valid value in this slot
+                unsafe {
+                    ::core::ptr::copy_nonoverlapping(
+                        &x_le as *const _ as *const u8,
+                        self.0[48..].as_mut_ptr(),
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                 }
@@ -2110,7 +2262,7 @@ pub mod delaunay_tiles {
                 // Which contains a valid value in this slot
                 ::flatbuffers::EndianScalar::from_little_endian(unsafe {
                     ::core::ptr::copy_nonoverlapping(
-                        self.0[28..].as_ptr(),
+                        self.0[52..].as_ptr(),
                         mem.as_mut_ptr() as *mut u8,
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
@@ -2126,7 +2278,7 @@ pub mod delaunay_tiles {
                 unsafe {
                     ::core::ptr::copy_nonoverlapping(
                         &x_le as *const _ as *const u8,
-                        self.0[28..].as_mut_ptr(),
+                        self.0[52..].as_mut_ptr(),
                         ::core::mem::size_of::<<u32 as ::flatbuffers::EndianScalar>::Scalar>(),
                     );
                 }
@@ -3654,7 +3806,7 @@ pub mod delaunay_tiles {
             pub const VT_NEXT_SITE: ::flatbuffers::VOffsetT = 72;
             pub const VT_LAST_TRANSACTION: ::flatbuffers::VOffsetT = 74;
             pub const VT_FREE: ::flatbuffers::VOffsetT = 76;
-            pub const VT_OTHERS: ::flatbuffers::VOffsetT = 78;
+            pub const VT_OVERVIEWS: ::flatbuffers::VOffsetT = 78;
             pub const VT_POLYGON_LINES: ::flatbuffers::VOffsetT = 80;
             pub const VT_TRIANGLE_SUM: ::flatbuffers::VOffsetT = 82;
             pub const VT_VERTEX_SUM: ::flatbuffers::VOffsetT = 84;
@@ -3719,8 +3871,8 @@ pub mod delaunay_tiles {
                 if let Some(x) = args.polygon_lines {
                     builder.add_polygon_lines(x);
                 }
-                if let Some(x) = args.others {
-                    builder.add_others(x);
+                if let Some(x) = args.overviews {
+                    builder.add_overviews(x);
                 }
                 if let Some(x) = args.free {
                     builder.add_free(x);
@@ -4058,15 +4210,16 @@ pub mod delaunay_tiles {
                 // which contains a valid value in this slot
                 unsafe { self._tab.get::<PartExtent>(Directory::VT_FREE, None) }
             }
+            /// From the finest to the coarsest.
             #[inline]
-            pub fn others(&self) -> Option<::flatbuffers::Vector<'a, OtherDirectory>> {
+            pub fn overviews(&self) -> Option<::flatbuffers::Vector<'a, Overview>> {
                 // Safety:
                 // Created from valid Table for this object
                 // which contains a valid value in this slot
                 unsafe {
                     self._tab
-                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, OtherDirectory>>>(
-                            Directory::VT_OTHERS,
+                        .get::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'a, Overview>>>(
+                            Directory::VT_OVERVIEWS,
                             None,
                         )
                 }
@@ -4179,9 +4332,9 @@ pub mod delaunay_tiles {
                     .visit_field::<u64>("next_site", Self::VT_NEXT_SITE, false)?
                     .visit_field::<u64>("last_transaction", Self::VT_LAST_TRANSACTION, false)?
                     .visit_field::<PartExtent>("free", Self::VT_FREE, false)?
-                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, OtherDirectory>>>(
-                        "others",
-                        Self::VT_OTHERS,
+                    .visit_field::<::flatbuffers::ForwardsUOffset<::flatbuffers::Vector<'_, Overview>>>(
+                        "overviews",
+                        Self::VT_OVERVIEWS,
                         false,
                     )?
                     .visit_field::<PartExtent>("polygon_lines", Self::VT_POLYGON_LINES, false)?
@@ -4234,7 +4387,7 @@ pub mod delaunay_tiles {
             pub next_site: u64,
             pub last_transaction: u64,
             pub free: Option<&'a PartExtent>,
-            pub others: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, OtherDirectory>>>,
+            pub overviews: Option<::flatbuffers::WIPOffset<::flatbuffers::Vector<'a, Overview>>>,
             pub polygon_lines: Option<&'a PartExtent>,
             pub triangle_sum: Option<&'a Sum>,
             pub vertex_sum: Option<&'a Sum>,
@@ -4285,7 +4438,7 @@ pub mod delaunay_tiles {
                     next_site: 0,
                     last_transaction: 0,
                     free: None,
-                    others: None,
+                    overviews: None,
                     polygon_lines: None,
                     triangle_sum: None,        // required field
                     vertex_sum: None,          // required field
@@ -4467,9 +4620,9 @@ pub mod delaunay_tiles {
                 self.fbb_.push_slot_always::<&PartExtent>(Directory::VT_FREE, free);
             }
             #[inline]
-            pub fn add_others(&mut self, others: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, OtherDirectory>>) {
+            pub fn add_overviews(&mut self, overviews: ::flatbuffers::WIPOffset<::flatbuffers::Vector<'b, Overview>>) {
                 self.fbb_
-                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_OTHERS, others);
+                    .push_slot_always::<::flatbuffers::WIPOffset<_>>(Directory::VT_OVERVIEWS, overviews);
             }
             #[inline]
             pub fn add_polygon_lines(&mut self, polygon_lines: &PartExtent) {
@@ -4573,7 +4726,7 @@ pub mod delaunay_tiles {
                 ds.field("next_site", &self.next_site());
                 ds.field("last_transaction", &self.last_transaction());
                 ds.field("free", &self.free());
-                ds.field("others", &self.others());
+                ds.field("overviews", &self.overviews());
                 ds.field("polygon_lines", &self.polygon_lines());
                 ds.field("triangle_sum", &self.triangle_sum());
                 ds.field("vertex_sum", &self.vertex_sum());

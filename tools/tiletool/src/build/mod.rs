@@ -13,6 +13,7 @@ use clap::builder::{PathBufValueParser, TypedValueParser};
 use delaunay_tiles::input::{PointSource, Reading};
 use delaunay_tiles::io::output_target;
 use delaunay_tiles::mesh::EngineKind;
+use delaunay_tiles::overviews::OverviewOptions;
 use delaunay_tiles::store::{OpenOptions, TileEntry};
 use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Duplicates, Progress};
 use tokio::sync::Notify;
@@ -22,6 +23,7 @@ use crate::common;
 use crate::crs::CrsArgs;
 use crate::input_args::InputArgs;
 use crate::lines::{LineArgs, LineInput, LineRules, MissingZArgs};
+use crate::overviews::MadeOverviews;
 use crate::plot::{self, PlotFile, Plotted};
 use crate::points::is_stopped;
 use crate::progress::Bar;
@@ -45,6 +47,7 @@ use report::{BuildReport, InputCounts, report};
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
   tiletool build survey.laz -o ground.tiles --class 2
+  tiletool build survey.laz -o survey.tiles --overviews
   tiletool build survey.laz --segments breaklines.shp -o ground.tiles
   tiletool build survey.laz --segments survey.gpkg:ridges -o ground.tiles
   tiletool build --obstacles houses.geojson --walls fences.geojson --sites shops.csv -o town.tiles
@@ -92,6 +95,11 @@ pub struct BuildArgs {
     /// load
     #[arg(long)]
     compress: bool,
+    /// Make overviews when the file is complete, as `tiletool overviews` does
+    ///
+    /// The file has its name by then. If this is interrupted, it is a file without overviews.
+    #[arg(long)]
+    overviews: bool,
     /// Replace the output if it exists, and discard the work of an interrupted build
     #[arg(long)]
     force: bool,
@@ -163,7 +171,8 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     for note in read.notes.iter().filter(|_| !args.quiet) {
         common::say(format_args!("note: {note}"));
     }
-    args.print(memory, &summary, &read)
+    let overviews = args.make_overviews(memory)?;
+    args.print(memory, &summary, &read, overviews)
 }
 
 impl BuildArgs {
@@ -190,8 +199,26 @@ impl BuildArgs {
         options
     }
 
+    /// Makes the overviews of the finished file, if the options ask for them.
+    fn make_overviews(&self, memory: u64) -> anyhow::Result<Option<MadeOverviews>> {
+        if !self.overviews {
+            return Ok(None);
+        }
+        let mut options = OverviewOptions::default().memory(memory);
+        if let Some(threads) = self.threads {
+            options = options.threads(threads);
+        }
+        common::block_on(MadeOverviews::of(&self.output, options, !self.quiet && !self.json)).map(Some)
+    }
+
     /// Draws the map, and prints the summary, as the options ask for.
-    fn print(&self, memory: u64, summary: &BuildSummary, read: &InputCounts) -> anyhow::Result<()> {
+    fn print(
+        &self,
+        memory: u64,
+        summary: &BuildSummary,
+        read: &InputCounts,
+        overviews: Option<MadeOverviews>,
+    ) -> anyhow::Result<()> {
         let raw_bytes = self.raw_bytes()?;
         let plotted = self.draw(memory)?;
         if self.json {
@@ -202,15 +229,17 @@ impl BuildArgs {
                     read,
                     raw_bytes,
                     plot: plotted.as_ref(),
+                    overviews: overviews.as_ref(),
                 },
             )
         } else if self.quiet {
             Ok(())
         } else {
+            let overviews = overviews.map(|made| made.report(&self.output)).unwrap_or_default();
             let plotted = plotted.map(|plotted| plotted.report()).unwrap_or_default();
             common::print(
                 "the summary",
-                &(report(&self.output, summary, read, raw_bytes) + &plotted),
+                &(report(&self.output, summary, read, raw_bytes) + &plotted + &overviews),
             )
         }
     }

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::common::{self, bytes, counted, share, thousands};
 use crate::lines::LineInput;
+use crate::overviews::MadeOverviews;
 use crate::plot::Plotted;
 
 /// Counts of the input, known after it was read. A resumed build has them from the build that it
@@ -47,6 +48,7 @@ pub(super) struct BuildReport<'a> {
     /// Bytes of the tiles before they were compressed, if they were.
     pub(super) raw_bytes: Option<u64>,
     pub(super) plot: Option<&'a Plotted>,
+    pub(super) overviews: Option<&'a MadeOverviews>,
 }
 
 #[derive(Serialize)]
@@ -82,6 +84,7 @@ impl Serialize for BuildReport<'_> {
             read,
             raw_bytes,
             plot,
+            overviews,
         } = self;
         let counts = [
             ("records", read.records),
@@ -129,6 +132,10 @@ impl Serialize for BuildReport<'_> {
         map.serialize_entry("resumed_blocks", &summary.resumed_blocks)?;
         map.serialize_entry("waits", &WaitsOutput::new(&summary.waits))?;
         map.serialize_entry("notes", &read.notes)?;
+        if let Some(made) = overviews {
+            map.serialize_entry("overview_list", &made.rows)?;
+            map.serialize_entry("overviews_seconds", &made.summary.seconds)?;
+        }
         if let Some(plot) = plot {
             map.serialize_entry("plot", plot)?;
         }

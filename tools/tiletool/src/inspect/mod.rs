@@ -14,6 +14,7 @@ use serde::Serialize;
 
 use crate::common::{self, MemoryArgs};
 use crate::numbers::Coordinates;
+use crate::overviews::OverviewRow;
 use crate::plot::{self, PlotFile, Plotted};
 use regions::Regions;
 use summary::Summary;
@@ -76,7 +77,7 @@ struct InspectReport<'a> {
 
 /// Shows the contents of a tile file.
 pub fn run(args: InspectArgs) -> anyhow::Result<()> {
-    let (reader, directory, tile, regions, plotted) = common::block_on(async {
+    let (reader, directory, overviews, tile, regions, plotted) = common::block_on(async {
         let memory = args.memory.bytes();
         let of_pixels = args
             .plot
@@ -96,9 +97,10 @@ pub fn run(args: InspectArgs) -> anyhow::Result<()> {
             None => None,
         };
         let directory = reader.directory().await?;
-        Ok((reader, directory, tile, regions, plotted))
+        let overviews = OverviewRow::all(&reader).await?;
+        Ok((reader, directory, overviews, tile, regions, plotted))
     })?;
-    let summary = Summary::new(&reader, &directory);
+    let summary = Summary::new(&reader, &directory, overviews);
     let tile = tile.map(|tile| WholeTile::new(&directory, &tile));
     if args.json {
         let rows = || TileRow::all(&directory).collect();

@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::common::{bytes, counted, share, thousands};
 use crate::crs::{self, System};
 use crate::numbers::{self, Bounds, Coordinates, Row, percent};
+use crate::overviews::OverviewRow;
 
 /// Maximum number of input files on the screen.
 const SOURCES_SHOWN: usize = 12;
@@ -49,6 +50,7 @@ pub struct Summary {
     vertices_per_tile: Option<Distribution>,
     #[serde(flatten)]
     parts: PartSizes,
+    overview_list: Vec<OverviewRow>,
     #[serde(skip)]
     rect: delaunay_tiles::geometry::Rect,
 }
@@ -66,10 +68,12 @@ struct PartSizes {
     raw_border_bytes: u64,
     cached_bytes: u64,
     directory_bytes: u64,
+    overview_bytes: u64,
     other_bytes: u64,
     core_bytes_share: f64,
     border_bytes_share: f64,
     directory_bytes_share: f64,
+    overview_bytes_share: f64,
     other_bytes_share: f64,
 }
 
@@ -127,13 +131,13 @@ impl LineFile {
 }
 
 impl PartSizes {
-    fn of(directory: &Directory, file_bytes: u64) -> Self {
+    fn of(directory: &Directory, file_bytes: u64, overview_bytes: u64) -> Self {
         let Directory { metadata: m, tiles, .. } = directory;
         let sum = |part: fn(&TileEntry) -> u32| tiles.iter().map(|t| u64::from(part(t))).sum();
         let core_triangles: u64 = sum(|t| t.core_triangles);
         let [core_bytes, border_bytes]: [u64; 2] = [sum(|t| t.core.length), sum(|t| t.border.length)];
         let directory_bytes = directory.stored_bytes();
-        let other_bytes = file_bytes.saturating_sub(core_bytes + border_bytes + directory_bytes);
+        let other_bytes = file_bytes.saturating_sub(core_bytes + border_bytes + directory_bytes + overview_bytes);
         // A contradictory file must not cause a panic here.
         let border_triangles = m.triangles.saturating_sub(core_triangles);
         Self {
@@ -147,18 +151,20 @@ impl PartSizes {
             raw_border_bytes: sum(|t| t.border.decoded),
             cached_bytes: tiles.iter().map(TileEntry::cached_bytes).sum(),
             directory_bytes,
+            overview_bytes,
             other_bytes,
             core_bytes_share: share(core_bytes, file_bytes),
             border_bytes_share: share(border_bytes, file_bytes),
             directory_bytes_share: share(directory_bytes, file_bytes),
+            overview_bytes_share: share(overview_bytes, file_bytes),
             other_bytes_share: share(other_bytes, file_bytes),
         }
     }
 }
 
 impl Summary {
-    /// Creates the summary from the directory, without reading from the file.
-    pub fn new(reader: &TileReader, directory: &Directory) -> Self {
+    /// Creates the summary from the directory and the overviews, without reading from the file.
+    pub fn new(reader: &TileReader, directory: &Directory, overview_list: Vec<OverviewRow>) -> Self {
         let Directory {
             metadata: m,
             lists,
@@ -205,7 +211,8 @@ impl Summary {
             tiles: m.tiles.into(),
             tile_vertices: m.tile_vertices,
             vertices_per_tile: Distribution::of(used.map(|t| t.vertices).collect()),
-            parts: PartSizes::of(directory, file_bytes),
+            parts: PartSizes::of(directory, file_bytes, overview_list.iter().map(|row| row.bytes).sum()),
+            overview_list,
             rect: m.bounds,
         }
     }
@@ -217,6 +224,7 @@ impl Summary {
             self.input_rows(),
             self.mesh_rows(coordinates),
             self.tile_rows(),
+            self.overview_rows(),
         ];
         numbers::report(&shown::text(&self.file), &groups)
     }
@@ -326,6 +334,20 @@ impl Summary {
         lines
     }
 
+    fn overview_rows(&self) -> Vec<Row> {
+        let rows = self.overview_list.iter().map(|row| {
+            let name = if row.level == 1 { "overviews" } else { "" };
+            let stale = if row.is_stale { " (stale)" } else { "" };
+            (name, format!("{}  {}{stale}", row.level, row.text(self.has_z)))
+        });
+        let mut rows: Vec<Row> = rows.collect();
+        if self.overview_list.iter().any(|row| row.is_stale) {
+            let file = shown::text(&self.file);
+            rows.push(("", format!("stale, renew with `tiletool overviews {file}`")));
+        }
+        rows
+    }
+
     fn tile_rows(&self) -> Vec<Row> {
         let limit = counted(self.tile_vertices.into(), "vertex", "vertices");
         let mut lines = vec![("tiles", format!("{}, at most {limit} each", thousands(self.tiles)))];
@@ -347,13 +369,19 @@ impl Summary {
             );
             lines.push(("border triangles", format!("{border}, {of} of all")));
         }
-        let shares = [
+        let mut shares = vec![
             ("cores", self.parts.core_bytes_share),
             ("borders", self.parts.border_bytes_share),
             ("directory", self.parts.directory_bytes_share),
             ("superblocks and padding", self.parts.other_bytes_share),
         ];
-        let shares = shares.map(|(name, share)| format!("{name} {}", percent(share)));
+        if self.parts.overview_bytes > 0 {
+            shares.insert(3, ("overviews", self.parts.overview_bytes_share));
+        }
+        let shares = shares.into_iter();
+        let shares: Vec<_> = shares
+            .map(|(name, share)| format!("{name} {}", percent(share)))
+            .collect();
         lines.push(("bytes", shares.join(", ")));
         let cached = bytes(self.parts.cached_bytes);
         lines.push(("cache", format!("{cached} hold all tiles")));

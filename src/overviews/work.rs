@@ -1,0 +1,120 @@
+//! What all steps share: the options, the shares of the memory, and the work folder.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::{fs, io};
+
+use crate::io::{Backend, output_target};
+use crate::memory::OverviewShares;
+use crate::overviews::error::OverviewError;
+use crate::overviews::options::{OverviewOptions, OverviewProgress};
+use crate::pipeline::BuildOptions;
+use crate::store::{Cache, OpenOptions, ReadError, TileReader};
+
+/// What the names of all files in the folder begin with.
+const PREFIX: &str = "level-";
+
+/// The work of making overviews.
+pub(super) struct Work {
+    pub(super) shares: OverviewShares,
+    pub(super) threads: usize,
+    pub(super) progress: Arc<OverviewProgress>,
+    folder: PathBuf,
+    /// How all levels are built.
+    build: BuildOptions,
+}
+
+impl Work {
+    /// Creates the work folder for a file, which must be locked. What an earlier attempt left there is
+    /// removed.
+    pub(super) fn new(file: &Path, options: &OverviewOptions, build: BuildOptions) -> Result<Self, OverviewError> {
+        let target = output_target(file).map_err(OverviewError::io(file, "open it"))?;
+        let mut name = OsString::from(target);
+        name.push(".overviews.partial");
+        let folder = PathBuf::from(name);
+        let is_ours = is_ours(&folder).map_err(OverviewError::io(&folder, "look into the work folder"))?;
+        match is_ours {
+            Some(false) => return Err(OverviewError::NotOurs(folder)),
+            Some(true) => fs::remove_dir_all(&folder).map_err(OverviewError::io(&folder, "empty the work folder"))?,
+            None => {}
+        }
+        fs::create_dir(&folder).map_err(OverviewError::io(&folder, "make the work folder"))?;
+        let shares = OverviewShares(options.memory);
+        Ok(Self {
+            shares,
+            threads: options.threads,
+            progress: Arc::clone(&options.progress),
+            folder,
+            build: BuildOptions {
+                is_draft: true,
+                ..build
+            }
+            .memory(shares.build())
+            .threads(options.threads)
+            .progress(Arc::clone(&options.progress.builds)),
+        })
+    }
+
+    /// Returns the options of a build.
+    pub(super) fn build_options(&self) -> BuildOptions {
+        self.build.clone()
+    }
+
+    /// Returns the most vertices of a tile.
+    pub(super) fn tile_vertices(&self) -> u64 {
+        self.build.tile_vertices as u64
+    }
+
+    /// Returns the path of the file of a level after a round.
+    pub(super) fn level(&self, level: u32, round: u32) -> PathBuf {
+        self.folder.join(format!("{PREFIX}{level}-{round}"))
+    }
+
+    /// Returns the path of the candidates of a level.
+    pub(super) fn spill(&self, level: u32) -> PathBuf {
+        self.folder.join(format!("{PREFIX}{level}-candidates"))
+    }
+
+    /// Fails if that was asked for.
+    pub(super) fn check(&self) -> Result<(), OverviewError> {
+        match self.progress.is_cancelled() {
+            true => Err(OverviewError::Cancelled),
+            false => Ok(()),
+        }
+    }
+
+    /// Opens the file of a level, for passes and for lookups.
+    pub(super) async fn open(&self, path: &Path) -> Result<TileReader, ReadError> {
+        let cache = Cache::new(usize::try_from(self.shares.coarser(1)).unwrap_or(usize::MAX));
+        let options = OpenOptions::default().memory(self.shares.pass()).cache(&cache);
+        // It is in the page cache, which a ring may bypass.
+        TileReader::open(path, options.backend(Backend::Threads)).await
+    }
+}
+
+impl Drop for Work {
+    fn drop(&mut self) {
+        if let Err(error) = fs::remove_dir_all(&self.folder) {
+            tracing::warn!(folder = %self.folder.display(), %error, "the work folder could not be removed");
+        }
+    }
+}
+
+/// Returns whether a folder has nothing but the files of this work; `None` if there is none.
+fn is_ours(folder: &Path) -> io::Result<Option<bool>> {
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) if error.kind() == io::ErrorKind::NotADirectory => return Ok(Some(false)),
+        entries => entries?,
+    };
+    if fs::symlink_metadata(folder)?.is_symlink() {
+        return Ok(Some(false));
+    }
+    for entry in entries {
+        if !entry?.file_name().to_string_lossy().starts_with(PREFIX) {
+            return Ok(Some(false));
+        }
+    }
+    Ok(Some(true))
+}
