@@ -31,7 +31,6 @@ pub mod query;
 mod surface;
 mod system;
 mod unchanged;
-mod units;
 mod verify;
 
 use std::ffi::OsString;

@@ -33,18 +33,22 @@ pub fn line_string(path: &Path) -> Value {
     json!({"type": "LineString", "coordinates": points})
 }
 
+/// Returns the cells `x,y` of a point.
 pub fn pair(point: Point) -> String {
     format!("{},{}", point.x, point.y)
 }
 
+/// Returns the cells `distance,lower,upper` of a distance.
 pub fn bounds(distance: &Distance) -> String {
     format!("{},{},{}", distance.value, distance.lower, distance.upper)
 }
 
+/// Returns the position `[x, y]` of a point.
 pub fn position(point: Point) -> Value {
     json!([point.x, point.y])
 }
 
+/// Adds a distance and its bounds to an object.
 pub fn with_distance(mut value: Value, distance: &Distance) -> Value {
     value["distance"] = distance.value.into();
     value["lower"] = distance.lower.into();

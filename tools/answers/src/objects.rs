@@ -4,11 +4,11 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Near, Path, SiteFound};
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Area, QueryResult, Status, name};
-use super::asked::Asked;
-use super::batch::Question;
-use super::values::{line_string, position, with_distance};
-use super::{along, area};
+use crate::answer::{Answer, Area, QueryResult, Status, name};
+use crate::asked::Asked;
+use crate::question::Question;
+use crate::values::{line_string, position, with_distance};
+use crate::{along, area};
 
 fn path_value(path: &Path) -> Value {
     let bends = path.bends.iter().map(|bend| {

@@ -5,19 +5,43 @@ use delaunay_tiles::query::{Footing, PathOutcome, QueryError, QueryOptions, Sear
 use delaunay_tiles::store::TileReader;
 use futures::{Stream, TryStreamExt};
 
-use super::answer::{Answer, Located, QueryResult, Status};
-use super::area;
-use super::batch::Question;
+use crate::answer::{Answer, Located, QueryResult, Status};
+use crate::area;
+use crate::question::Question;
 
 /// The kind of a query, with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ask {
+    /// Where a point is.
     Locate,
-    Nearest { k: u32, vertices: bool },
-    Knn { k: u32, search: Search },
-    Range { radius: f64, area: bool },
+    /// The nearest sites, or vertices, by Euclidean distance.
+    Nearest {
+        /// How many to find.
+        k: u32,
+        /// Whether to find vertices even if the file has sites.
+        vertices: bool,
+    },
+    /// The nearest sites by walking distance.
+    Knn {
+        /// How many to find.
+        k: u32,
+        /// How sites are searched for.
+        search: Search,
+    },
+    /// All sites within a walking distance.
+    Range {
+        /// The distance.
+        radius: f64,
+        /// Whether to find the area within that distance too.
+        area: bool,
+    },
+    /// A shortest path.
     Path,
-    Along { k: u32 },
+    /// The nearest sites along a line.
+    Along {
+        /// How many sites on each interval.
+        k: u32,
+    },
 }
 
 /// Returns up to `most` items of a stream, and how the stream ended.
