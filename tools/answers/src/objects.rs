@@ -135,6 +135,22 @@ pub fn object(asked: Asked, answer: &Answer) -> Value {
     value
 }
 
+/// Returns the members of an answer's [`object`] that are no lists of found items and no path: what is
+/// not in [`features`] alone.
+pub fn members(asked: Asked, answer: &Answer) -> Value {
+    let mut value = header_object(asked, answer);
+    if let Some(area) = &answer.area {
+        value["area"] = area.size.into();
+    }
+    let found = matches!(&answer.found, QueryResult::Location(_) | QueryResult::Path(_));
+    for (item, _, _) in items(answer).into_iter().filter(|_| found) {
+        if let Value::Object(item) = item {
+            item.into_iter().for_each(|(key, item)| value[key] = item);
+        }
+    }
+    value
+}
+
 /// Returns the GeoJSON features of intervals or of an area, which have geometries of their own.
 fn shapes(asked: Asked, answer: &Answer) -> Option<Vec<Value>> {
     match (&answer.found, &answer.area) {

@@ -10,12 +10,20 @@ use serde_json::{Value, json};
 /// Returns the text before all features of GeoJSON. The member `crs` of the former standard, which
 /// GIS programs read, tells the system if that is not longitude and latitude.
 pub fn collection(crs: Option<&Crs>) -> String {
-    let named = crs.and_then(Crs::urn).map(|urn| {
+    collection_with(crs, &Value::Null)
+}
+
+/// Returns the text before all features of GeoJSON, with the members of an object before them.
+pub fn collection_with(crs: Option<&Crs>, members: &Value) -> String {
+    let mut text = r#"{"type":"FeatureCollection","#.to_owned();
+    if let Some(urn) = crs.and_then(Crs::urn) {
         let member = json!({"type": "name", "properties": {"name": urn}});
-        format!(r#""crs":{member},"#)
-    });
-    let named = named.unwrap_or_default();
-    format!(r#"{{"type":"FeatureCollection",{named}"features":["#)
+        text += &format!(r#""crs":{member},"#);
+    }
+    for (key, member) in members.as_object().into_iter().flatten() {
+        text += &format!("{}:{member},", json!(key));
+    }
+    text + r#""features":["#
 }
 
 /// The text after all features of GeoJSON.
