@@ -173,6 +173,7 @@
 //! | [`edit`] | changes of a file on disk |
 //! | [`export`] | the triangulation in other programs' formats |
 //! | [`terrain`] | the triangulation as a surface: rasters, contours, profiles, volumes |
+//! | `map_tiles` | map tiles, drawn (feature `map-tiles`) |
 //! | [`constraints`] | checks of polygons, and splitting of lines where they cross |
 //! | [`mesh`] | in-core triangulations, with and without constraints |
 //! | [`geometry`] | points, rectangles and exact predicates |
@@ -207,6 +208,7 @@
 //! | `parquet` | the reader of Parquet and GeoParquet, and the export to GeoParquet |
 //! | `geotiff` | the export of rasters to GeoTIFF |
 //! | `epsg` | the definitions of EPSG codes |
+//! | `map-tiles` | drawing of map tiles: pictures, heights, vector tiles, terrain meshes |
 //! | `object-store` | tile files on web servers and in S3 |
 //! | `serde` | `serde::Serialize` for answers and summaries |
 //! | `baselines` | other methods for the same queries, for comparison |
@@ -239,6 +241,8 @@ pub mod export;
 pub mod geometry;
 pub mod input;
 pub mod io;
+#[cfg(feature = "map-tiles")]
+pub mod map_tiles;
 pub mod memory;
 pub mod mesh;
 pub mod pipeline;

@@ -129,6 +129,20 @@ impl Crs {
         self.system.as_ref().map_or(Unit::Unknown, |system| system.unit)
     }
 
+    /// Returns the unit of heights, if the text is WKT of a compound system that names one.
+    ///
+    /// ```
+    /// # use delaunay_tiles::crs::{Crs, Unit};
+    /// let wkt = r#"COMPD_CS["a",PROJCS["b",UNIT["metre",1]],VERT_CS["c",UNIT["foot",0.3048]]]"#;
+    /// assert_eq!(Crs::new(wkt).height_unit(), Unit::Foot);
+    /// assert_eq!(Crs::new("EPSG:25832").height_unit(), Unit::Unknown);
+    /// ```
+    #[must_use]
+    pub fn height_unit(&self) -> Unit {
+        let root = Node::parse(&self.text);
+        root.as_ref().and_then(system::height_unit).unwrap_or(Unit::Unknown)
+    }
+
     /// Returns whether the coordinates are longitudes and latitudes; `None` if that is not known.
     #[must_use]
     pub fn is_geographic(&self) -> Option<bool> {

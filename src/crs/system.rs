@@ -10,6 +10,7 @@ use super::wkt::Node;
 pub const PROJECTED: [&str; 3] = ["PROJCS", "PROJCRS", "PROJECTEDCRS"];
 pub const LOCAL: [&str; 3] = ["LOCAL_CS", "ENGCRS", "ENGINEERINGCRS"];
 pub const GEOGRAPHIC: [&str; 5] = ["GEOGCS", "GEOGCRS", "GEOGRAPHICCRS", "GEODCRS", "GEODETICCRS"];
+pub const VERTICAL: [&str; 4] = ["VERT_CS", "VERTCS", "VERTCRS", "VERTICALCRS"];
 pub const COMPOUND: [&str; 3] = ["COMPD_CS", "COMPOUNDCRS", "BOUNDCRS"];
 
 /// The facts about a system of the plane.
@@ -49,6 +50,15 @@ pub fn horizontal(root: &Node) -> Option<&Node> {
         return root.children.iter().find_map(horizontal);
     }
     None
+}
+
+/// Returns the unit of the vertical system in that of a compound system.
+pub fn height_unit(root: &Node) -> Option<Unit> {
+    if VERTICAL.contains(&&*root.keyword) {
+        return factor(root, &["UNIT", "LENGTHUNIT"]).map(Unit::of_length);
+    }
+    let is_compound = root.keyword == "SOURCECRS" || COMPOUND.contains(&&*root.keyword);
+    root.children.iter().filter(|_| is_compound).find_map(height_unit)
 }
 
 /// Returns the EPSG code of a node.

@@ -117,6 +117,8 @@ pub use area::{AreaCover, AreaPiece, AreaPolygon};
 pub use edges::{CdtPath, CdtVertex};
 pub use euclidean::Near;
 pub use free_space::Footing;
+#[cfg(feature = "map-tiles")]
+pub(crate) use locating::Ground;
 pub use locating::{BulkOptions, Location, Place, TriangleRef, triangle_meets};
 pub use matrix::{DistanceOutcome, PairDistance};
 pub use request::{Explored, Mode, QueryError, QueryOptions, Search, UnknownMode, UnknownSearch};

@@ -171,6 +171,34 @@ impl TileReader {
         Ok(found)
     }
 
+    /// Returns the tiles whose bounds meet a rectangle, in the order of their numbers. It stops when it
+    /// has found more than `most`.
+    #[cfg(feature = "map-tiles")]
+    pub(crate) async fn tiles_in(&self, rect: Rect, most: usize) -> Result<Vec<TileId>, ReadError> {
+        let pages = self.pages();
+        let whole = pages.root.metadata.bounds;
+        let mut found = Vec::new();
+        for (place, list) in pages.root.page_lists.iter().enumerate() {
+            if !list.bounds.rect(whole).intersects(rect) {
+                continue;
+            }
+            let list = pages.page_list(place).await?;
+            for (page, number) in list.pages.iter().zip(list.first..) {
+                if !page.bounds.rect(whole).intersects(rect) {
+                    continue;
+                }
+                let page = pages.page(number).await?;
+                let used = page.entries.iter().zip(page.first..);
+                let meeting = used.filter(|(entry, _)| !entry.is_unused() && entry.bounds.intersects(rect));
+                found.extend(meeting.map(|(_, tile)| TileId(tile)));
+                if found.len() > most {
+                    return Ok(found);
+                }
+            }
+        }
+        Ok(found)
+    }
+
     /// Returns the error for a tree that leads to a part without cells.
     pub(super) fn empty_part(&self) -> ReadError {
         ReadError::Invalid {

@@ -1,6 +1,8 @@
 //! Point location, one point or many at once, and the triangles in a rectangle.
 
 mod batch;
+#[cfg(feature = "map-tiles")]
+mod ground_many;
 mod locate;
 mod locate_many;
 mod location;
@@ -11,6 +13,8 @@ mod walk;
 mod z_many;
 
 pub use batch::BulkOptions;
+#[cfg(feature = "map-tiles")]
+pub(crate) use ground_many::Ground;
 pub use location::{Location, TriangleRef};
 pub use place::Place;
 pub use triangles_in::triangle_meets;

@@ -1,0 +1,82 @@
+//! Draws a map tile: from the levels, the samples and the tiles of the file to bytes.
+
+use std::sync::Arc;
+
+use crate::geometry::Point;
+use crate::map_tiles::budget::Budget;
+use crate::map_tiles::coord::{GridKind, TileCoord};
+use crate::map_tiles::drawn::{DrawError, DrawLimits, Drawn};
+use crate::map_tiles::grid::{TileGrid, fractions_of};
+use crate::map_tiles::layer::Layer;
+use crate::map_tiles::samples::centres;
+use crate::map_tiles::source::MapSource;
+use crate::map_tiles::terrarium::terrarium;
+use crate::query::BulkOptions;
+use crate::store::{ReadError, spawn};
+use crate::terrain::Surface;
+
+impl MapSource {
+    /// Draws a map tile. Must be awaited within a tokio runtime.
+    ///
+    /// The result is empty where the file has nothing. Heights are those of the triangulation at the
+    /// centres of pixels; triangles in holes count, because holes say where paths go, not where the
+    /// ground is, and overviews have no holes.
+    ///
+    /// # Errors
+    /// If the file has no tiles in the grid or no such layer, if it cannot be read, or if the drawing
+    /// takes more than the limits allow.
+    pub async fn draw(
+        &self,
+        grid: GridKind,
+        layer: Layer,
+        at: TileCoord,
+        limits: DrawLimits,
+    ) -> Result<Drawn, DrawError> {
+        let grid = self.grid(grid)?;
+        if !self.layers().contains(&layer) {
+            return Err(DrawError::NoLayer(layer));
+        }
+        if !fractions_of(at, 0.0).intersects(grid.extent()) {
+            return Ok(Drawn::NOTHING);
+        }
+        limits.check()?;
+        match layer {
+            Layer::Terrarium => self.draw_terrarium(grid, at, limits).await,
+            Layer::Shade | Layer::Mesh => Ok(Drawn::NOTHING),
+        }
+    }
+
+    async fn draw_terrarium(&self, grid: &TileGrid, at: TileCoord, limits: DrawLimits) -> Result<Drawn, DrawError> {
+        let mut budget = Budget::new(limits);
+        let level = self.level_for(grid.pixel_size(at.z()));
+        budget.claim(self.level(level), grid.rect_of(at, 1.0)).await?;
+        let points = self.points(grid, move |grid| centres(grid, at, 0)).await?;
+        let heights = self.heights_at(level, points).await?;
+        limits.check()?;
+        let lowest = self.heights().map_or(0.0, |range| range.all[0]);
+        let unit = self.units().z;
+        let bytes = spawn(move || terrarium(&heights, unit, lowest)).await?;
+        Ok(Drawn {
+            bytes,
+            tiles: budget.used(),
+        })
+    }
+
+    /// Computes points on a thread of the library.
+    pub(super) async fn points(
+        &self,
+        grid: &TileGrid,
+        compute: impl FnOnce(&TileGrid) -> Arc<[Point]> + Send + 'static,
+    ) -> Result<Arc<[Point]>, ReadError> {
+        let grid = grid.clone();
+        spawn(move || compute(&grid)).await
+    }
+
+    /// Returns the heights of a level at points, NaN where it has no surface.
+    pub(super) async fn heights_at(&self, level: usize, points: Arc<[Point]>) -> Result<Vec<f64>, ReadError> {
+        let surface = Surface::default().holes(true);
+        self.level(level)
+            .surface_z_many(points, surface, BulkOptions::default())
+            .await
+    }
+}

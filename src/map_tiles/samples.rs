@@ -1,0 +1,39 @@
+//! The points of a file at the centres of pixels, and at places within them.
+
+use std::sync::Arc;
+
+use crate::geometry::Point;
+use crate::map_tiles::coord::TileCoord;
+use crate::map_tiles::grid::{PIXELS, TileGrid, pixels_of};
+
+/// The number of samples along a side of a pixel, where one does not suffice.
+pub(super) const PARTS: u32 = 4;
+
+/// Returns the points at the centres of the pixels of a tile and of a margin around it, row by row
+/// from the north. Where the grid has no point of the file, the coordinates are NaN.
+pub(super) fn centres(grid: &TileGrid, at: TileCoord, margin: u32) -> Arc<[Point]> {
+    let fractions = |number: u32| -> Vec<f64> {
+        let first = f64::from(number) * f64::from(PIXELS) - f64::from(margin) + 0.5;
+        let all = pixels_of(at.z());
+        (0..PIXELS + 2 * margin).map(|i| (first + f64::from(i)) / all).collect()
+    };
+    grid.points(&fractions(at.x()), &fractions(at.y())).into()
+}
+
+/// Returns the points at the samples of some pixels of a tile, [`PARTS`]² of each.
+pub(super) fn within(grid: &TileGrid, at: TileCoord, pixels: &[u32]) -> Arc<[Point]> {
+    let all = pixels_of(at.z());
+    let corner = [at.x(), at.y()].map(|number| f64::from(number) * f64::from(PIXELS));
+    let samples = pixels.iter().flat_map(|&pixel| {
+        (0..PARTS * PARTS).map(move |sample| {
+            let within = |part: u32| (f64::from(part) + 0.5) / f64::from(PARTS);
+            let x = corner[0] + f64::from(pixel % PIXELS) + within(sample % PARTS);
+            let y = corner[1] + f64::from(pixel / PIXELS) + within(sample / PARTS);
+            grid.point_at([x / all, y / all]).unwrap_or(NOWHERE)
+        })
+    });
+    samples.collect()
+}
+
+/// What stands for no point. It is outside of everything.
+pub(super) const NOWHERE: Point = Point::new(f64::NAN, f64::NAN);
