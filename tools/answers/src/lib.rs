@@ -14,10 +14,9 @@
 //! # use delaunay_tiles::input::PointBatch;
 //! # use delaunay_tiles::{BuildOptions, Builder, OpenOptions, Point, QueryOptions, TileReader};
 //! # fn main() -> anyhow::Result<()> {
-//! # let folder = std::env::temp_dir().join(format!("answers-{}", std::process::id()));
-//! # std::fs::create_dir_all(&folder)?;
-//! # let path = folder.join("town.tiles");
-//! # futures::executor::block_on(async {
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("town.tiles");
+//! # tokio::runtime::Runtime::new()?.block_on(async {
 //! # let mut builder = Builder::new(&path, BuildOptions::default())?;
 //! # let points = (0..100).map(|i| Point::new(f64::from(i % 10), f64::from(i / 10)));
 //! # builder.push(&PointBatch { records: (0..100).collect(), points: points.collect(), z: vec![] }).await?;
@@ -27,7 +26,6 @@
 //! let answer = Ask::Locate.answer(&town, question, QueryOptions::default()).await?;
 //! let object = objects::object(Asked::new(Ask::Locate, &town, None), &answer);
 //! assert_eq!(object["element"], "vertex");
-//! # std::fs::remove_dir_all(&folder)?;
 //! # anyhow::Ok(())
 //! # })
 //! # }

@@ -2,6 +2,7 @@
 
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use delaunay_tiles::map_tiles::{DrawError, NoGrid};
 use delaunay_tiles::query::QueryError;
 use delaunay_tiles::store::ReadError;
 use delaunay_tiles::terrain::TerrainError;
@@ -138,6 +139,28 @@ impl Problem {
     pub fn of_read(id: &str, error: &ReadError) -> Self {
         tracing::warn!(file = id, %error, "cannot read");
         Self::unavailable(id, error.to_string())
+    }
+
+    /// Returns why a map tile of the file `id` was not drawn.
+    pub fn of_drawing(id: &str, error: &DrawError) -> Self {
+        match error {
+            DrawError::Read(error) => Self::of_read(id, error),
+            DrawError::OutOfBudget { .. } => {
+                Self::missing(id, error.to_string(), "zoom in; the TileJSON says from which zoom on there are tiles")
+            }
+            DrawError::NoGrid(error) => Self::of_grid(id, error),
+            DrawError::NoLayer(_) => Self::missing(id, error.to_string(), "ask for another layer"),
+            DrawError::TimedOut => Self::busy("the drawing took longer than it may"),
+            _ => {
+                tracing::error!(file = id, %error, "unexpected");
+                Self::defect()
+            }
+        }
+    }
+
+    /// Returns why the file `id` has no tiles in a grid.
+    pub fn of_grid(id: &str, error: &NoGrid) -> Self {
+        Self::missing(id, error.to_string(), "ask for the grid native")
     }
 
     fn of_query(id: &str, error: &QueryError) -> Self {

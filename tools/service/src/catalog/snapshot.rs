@@ -7,7 +7,9 @@ use std::sync::Arc;
 use bytes::{Bytes, BytesMut};
 use delaunay_tiles::crs::Crs;
 use delaunay_tiles::io::{self, Backend, ReadAt};
+use delaunay_tiles::map_tiles::MapSource;
 use delaunay_tiles::store::{Cache, OpenOptions, ReadError, TileReader};
+use tokio::sync::OnceCell;
 
 /// The length of the two superblocks, the only bytes of a file that edits overwrite.
 const HEAD: u64 = 2 * 4096;
@@ -23,6 +25,7 @@ pub struct Snapshot {
     /// The superblocks of this state.
     head: Bytes,
     source: Arc<dyn ReadAt>,
+    maps: OnceCell<MapSource>,
 }
 
 impl Snapshot {
@@ -50,6 +53,7 @@ impl Snapshot {
                     crs,
                     head: before,
                     source,
+                    maps: OnceCell::new(),
                 });
             }
         }
@@ -69,6 +73,14 @@ impl Snapshot {
     pub fn is_same(&self, other: &Self) -> bool {
         let state = |snapshot: &Self| (snapshot.reader.file_id(), snapshot.reader.generation());
         state(self) == state(other)
+    }
+
+    /// Returns the file to draw map tiles from. It is opened on the first call.
+    ///
+    /// # Errors
+    /// Fails if it cannot be read.
+    pub async fn maps(&self) -> Result<&MapSource, ReadError> {
+        self.maps.get_or_try_init(|| MapSource::open(self.reader.clone())).await
     }
 
     /// Returns the bytes of a range of the file in this state, which must be within its

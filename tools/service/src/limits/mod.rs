@@ -4,4 +4,4 @@ mod outgoing;
 mod slots;
 
 pub use outgoing::Outgoing;
-pub use slots::{Slot, Slots};
+pub use slots::Slots;

@@ -28,6 +28,16 @@ impl AsRef<[u8]> for Held {
     }
 }
 
+/// Room for bytes that are to be read.
+pub struct Reserved(OwnedSemaphorePermit);
+
+impl Reserved {
+    /// Fills the room with bytes, which count until they are dropped.
+    pub fn fill(self, bytes: Bytes) -> Bytes {
+        Bytes::from_owner(Held { bytes, _permit: self.0 })
+    }
+}
+
 impl Outgoing {
     /// Creates a limit in bytes.
     pub fn new(bytes: usize) -> Self {
@@ -47,8 +57,17 @@ impl Outgoing {
         let units = bytes.len().div_ceil(UNIT).min(self.units);
         let permit = Arc::clone(&self.free).try_acquire_many_owned(units as u32);
         let permit = permit.map_err(|_| Problem::busy("too many answers wait to be read by their clients"))?;
-        let held = Held { bytes, _permit: permit };
-        Ok(Bytes::from_owner(held))
+        Ok(Reserved(permit).fill(bytes))
+    }
+
+    /// Waits until this many bytes may wait for a client.
+    ///
+    /// # Errors
+    /// Never, because the limit is not closed.
+    pub async fn reserve(&self, bytes: usize) -> std::io::Result<Reserved> {
+        let units = bytes.div_ceil(UNIT).min(self.units);
+        let permit = Arc::clone(&self.free).acquire_many_owned(units as u32).await;
+        permit.map(Reserved).map_err(std::io::Error::other)
     }
 
     /// Returns the number of bytes that wait.
