@@ -117,4 +117,3 @@ impl Finished {
         self.tiles.weight()
     }
 }
-

@@ -24,6 +24,9 @@ pub struct Problem {
     pub place: String,
     /// What to do about it.
     pub advice: String,
+    /// The length of the file whose range is wrong.
+    #[serde(skip)]
+    pub length: Option<u64>,
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde calls it")]
@@ -38,6 +41,7 @@ impl Problem {
             what: what.into(),
             place: place.into(),
             advice: advice.into(),
+            length: None,
         }
     }
 
@@ -53,7 +57,11 @@ impl Problem {
 
     /// Returns that a path of a URL names nothing.
     pub fn no_route() -> Self {
-        Self::missing("path", "there is nothing at this path", "see /openapi.json for all paths")
+        Self::missing(
+            "path",
+            "there is nothing at this path",
+            "see /openapi.json for all paths",
+        )
     }
 
     /// Returns that a path has no such method.
@@ -78,7 +86,12 @@ impl Problem {
 
     /// Returns that a request or its part is too large.
     pub fn too_large(status: StatusCode, place: &str, most: usize) -> Self {
-        Self::new(status, place, format!("it has more than {most} bytes"), "send less at once")
+        Self::new(
+            status,
+            place,
+            format!("it has more than {most} bytes"),
+            "send less at once",
+        )
     }
 
     /// Returns that the client was too slow.
@@ -104,7 +117,10 @@ impl Problem {
     /// Returns that a range of bytes is not in the file.
     pub fn no_range(what: impl Into<String>, length: u64) -> Self {
         let advice = format!("the file has {length} bytes; ask for one range of them");
-        Self::new(StatusCode::RANGE_NOT_SATISFIABLE, "Range", what, advice)
+        Self {
+            length: Some(length),
+            ..Self::new(StatusCode::RANGE_NOT_SATISFIABLE, "Range", what, advice)
+        }
     }
 
     /// Returns that the service has a defect.
@@ -145,9 +161,11 @@ impl Problem {
     pub fn of_drawing(id: &str, error: &DrawError) -> Self {
         match error {
             DrawError::Read(error) => Self::of_read(id, error),
-            DrawError::OutOfBudget { .. } => {
-                Self::missing(id, error.to_string(), "zoom in; the TileJSON says from which zoom on there are tiles")
-            }
+            DrawError::OutOfBudget { .. } => Self::missing(
+                id,
+                error.to_string(),
+                "zoom in; the TileJSON says from which zoom on there are tiles",
+            ),
             DrawError::NoGrid(error) => Self::of_grid(id, error),
             DrawError::NoLayer(_) => Self::missing(id, error.to_string(), "ask for another layer"),
             DrawError::TimedOut => Self::busy("the drawing took longer than it may"),
@@ -198,6 +216,12 @@ impl IntoResponse for Problem {
         let headers = response.headers_mut();
         headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
         headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+        let range = self
+            .length
+            .map(|length| HeaderValue::try_from(format!("bytes */{length}")));
+        if let Some(Ok(range)) = range {
+            headers.insert(header::CONTENT_RANGE, range);
+        }
         if self.status == StatusCode::SERVICE_UNAVAILABLE {
             headers.insert(header::RETRY_AFTER, RETRY_SECONDS.into());
         }

@@ -137,7 +137,10 @@ fn takes_gzip(headers: &HeaderMap) -> bool {
     let texts = values.filter_map(|value| value.to_str().ok());
     texts.flat_map(|text| text.split(',')).any(|coding| {
         let (name, parameter) = coding.split_once(';').unwrap_or((coding, "q=1"));
-        let quality = parameter.trim().strip_prefix("q=").and_then(|q| q.trim().parse::<f32>().ok());
+        let quality = parameter
+            .trim()
+            .strip_prefix("q=")
+            .and_then(|q| q.trim().parse::<f32>().ok());
         name.trim().eq_ignore_ascii_case("gzip") && quality.is_some_and(|quality| quality > 0.0)
     })
 }

@@ -87,7 +87,11 @@ impl Service {
         let others = Others {
             counters: [
                 ("tiles_read", "Tiles that were read from files", tiles.misses),
-                ("tile_cache_hits", "Tiles that were in the cache", tiles.hits + tiles.shared_loads),
+                (
+                    "tile_cache_hits",
+                    "Tiles that were in the cache",
+                    tiles.hits + tiles.shared_loads,
+                ),
                 ("tile_cache_evictions", "Tiles that were evicted", tiles.evictions),
                 ("map_tile_cache_hits", "Map tiles that were finished", finished.hits()),
                 ("map_tile_cache_misses", "Map tiles that were drawn", finished.misses()),
@@ -97,7 +101,11 @@ impl Service {
                 ("map_tile_cache_bytes", "Bytes of finished map tiles", finished.bytes()),
                 ("running", "Requests that compute", slots.running() as u64),
                 ("waiting", "Requests that wait to compute", slots.waiting() as u64),
-                ("outgoing_bytes", "Bytes that wait to be read", self.outgoing().bytes() as u64),
+                (
+                    "outgoing_bytes",
+                    "Bytes that wait to be read",
+                    self.outgoing().bytes() as u64,
+                ),
                 ("resident_bytes", "Memory of the process", resident()),
             ],
         };

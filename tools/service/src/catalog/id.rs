@@ -31,7 +31,15 @@ mod tests {
     #[test]
     fn ids_are_stems_that_need_no_escapes() {
         assert_eq!(of(Path::new("maps/town.v2.tiles")), Ok("town.v2".to_owned()));
-        for name in ["a b.tiles", "a%2f.tiles", "größe.tiles", ".tiles", "..", "catalog.tiles", "health"] {
+        for name in [
+            "a b.tiles",
+            "a%2f.tiles",
+            "größe.tiles",
+            ".tiles",
+            "..",
+            "catalog.tiles",
+            "health",
+        ] {
             assert!(of(Path::new(name)).is_err(), "{name}");
         }
     }

@@ -66,10 +66,7 @@ impl Catalog {
     ///
     /// # Errors
     /// Fails if a file cannot be read, if its name cannot be in a URL, or if two have the same.
-    pub async fn open(
-        files: impl IntoIterator<Item = impl AsRef<Path>>,
-        cache: &Cache,
-    ) -> Result<Self, CatalogError> {
+    pub async fn open(files: impl IntoIterator<Item = impl AsRef<Path>>, cache: &Cache) -> Result<Self, CatalogError> {
         let mut paths: Vec<(String, PathBuf)> = Vec::new();
         for path in files {
             let path = path.as_ref();

@@ -28,7 +28,10 @@ impl Stamp {
     /// Returns the error of the system.
     pub fn of(path: &Path) -> io::Result<Self> {
         let data = fs::metadata(path)?;
-        let age = data.modified().ok().and_then(|at| SystemTime::now().duration_since(at).ok());
+        let age = data
+            .modified()
+            .ok()
+            .and_then(|at| SystemTime::now().duration_since(at).ok());
         Ok(Self {
             device: data.dev(),
             inode: data.ino(),

@@ -8,6 +8,9 @@ use delaunay_tiles::query::{Mode, Search};
 use crate::problem::Problem;
 use number::number;
 
+/// The largest limit that a request may name. Limits above those of the service have no effect.
+pub const MAX_COUNT: u64 = 1_000_000_000;
+
 /// The parameters of a URL. Each is taken once; [`end`](Self::end) refuses the rest.
 pub struct Parameters {
     all: Vec<(String, String)>,
@@ -27,7 +30,10 @@ impl Parameters {
     /// # Errors
     /// Fails if it is given twice.
     pub fn text(&mut self, name: &str) -> Result<Option<String>, Problem> {
-        let mut found = self.all.extract_if(.., |(other, _)| other == name).map(|(_, text)| text);
+        let mut found = self
+            .all
+            .extract_if(.., |(other, _)| other == name)
+            .map(|(_, text)| text);
         let text = found.next();
         if found.next().is_some() {
             return Err(Problem::invalid(name, "it is given more than once", "give it once"));
@@ -68,7 +74,9 @@ impl Parameters {
     pub fn distance(&mut self, name: &str) -> Result<f64, Problem> {
         let form = "a number from 0 up to 1e50";
         let distance = self.parsed(name, form, |text| {
-            text.parse().ok().filter(|distance: &f64| (0.0..=1e50).contains(distance))
+            text.parse()
+                .ok()
+                .filter(|distance: &f64| (0.0..=1e50).contains(distance))
         })?;
         distance.ok_or_else(|| missing(name, form))
     }
@@ -79,7 +87,9 @@ impl Parameters {
     /// Fails if it is something else.
     pub fn length(&mut self, name: &str) -> Result<Option<f64>, Problem> {
         self.parsed(name, "a number above 0 and up to 1e50", |text| {
-            text.parse().ok().filter(|length: &f64| *length > 0.0 && *length <= 1e50)
+            text.parse()
+                .ok()
+                .filter(|length: &f64| *length > 0.0 && *length <= 1e50)
         })
     }
 
@@ -101,7 +111,9 @@ impl Parameters {
     /// # Errors
     /// Fails if it is something else.
     pub fn flag(&mut self, name: &str) -> Result<bool, Problem> {
-        Ok(self.parsed(name, "true or false", |text| text.parse().ok())?.unwrap_or(false))
+        Ok(self
+            .parsed(name, "true or false", |text| text.parse().ok())?
+            .unwrap_or(false))
     }
 
     /// Takes the accuracy of distances.
@@ -109,12 +121,16 @@ impl Parameters {
     /// # Errors
     /// Fails if it is something else.
     pub fn mode(&mut self) -> Result<Mode, Problem> {
-        let mode = self.parsed("mode", "exact, fast or within:TOLERANCE, such as within:0.05", |text| {
-            match text.strip_prefix("within:") {
-                Some(tolerance) => number(tolerance).filter(|tolerance| *tolerance >= 0.0).map(Mode::Within),
+        let mode = self.parsed(
+            "mode",
+            "exact, fast or within:TOLERANCE, such as within:0.05",
+            |text| match text.strip_prefix("within:") {
+                Some(tolerance) => number(tolerance)
+                    .filter(|tolerance| *tolerance >= 0.0)
+                    .map(Mode::Within),
                 None => text.parse().ok(),
-            }
-        })?;
+            },
+        )?;
         Ok(mode.unwrap_or_default())
     }
 
@@ -177,7 +193,16 @@ mod tests {
             let mut parameters = Parameters::new(Some(query));
             take(&mut parameters).and_then(|()| parameters.end()).unwrap_err().place
         };
-        for query in ["", "at=", "at=1", "at=1,2,3", "at=1,NaN", "at=a,b", "at=1,2&at=1,2", "at=1e999,0"] {
+        for query in [
+            "",
+            "at=",
+            "at=1",
+            "at=1,2,3",
+            "at=1,NaN",
+            "at=a,b",
+            "at=1,2&at=1,2",
+            "at=1e999,0",
+        ] {
             assert_eq!(wrong(query, |p| p.point("at").map(drop)), "at", "{query}");
         }
         for query in ["k=0", "k=-1", "k=1.5", "k=10", "k=+1", "k=99999999999999999999"] {

@@ -4,8 +4,7 @@
 //! texts are taken: each of them is a coordinate that the library takes.
 
 /// The pattern of a number: all numbers that programs write in full precision, from 10⁻⁴⁰ up to 10⁵⁴.
-pub const NUMBER: &str =
-    r"-?[0-9]{1,15}(\.[0-9]{1,40}|(\.[0-9]{1,20})?[eE](\+?[0-3]?[0-9]|-([01]?[0-9]|2[0-2])))?";
+pub const NUMBER: &str = r"-?[0-9]{1,15}(\.[0-9]{1,40}|(\.[0-9]{1,20})?[eE](\+?[0-3]?[0-9]|-([01]?[0-9]|2[0-2])))?";
 
 /// Parses a number of the [pattern](NUMBER).
 pub fn number(text: &str) -> Option<f64> {
@@ -56,7 +55,23 @@ mod tests {
             assert_eq!(number(text), Some(value), "{text}");
         }
         for text in [
-            "", "-", "+1", " 1", "1 ", ".5", "5.", "1e", "1e40", "1e-23", "1e999", "inf", "NaN", "0x1", "1_0", "1,2", "١",
+            "",
+            "-",
+            "+1",
+            " 1",
+            "1 ",
+            ".5",
+            "5.",
+            "1e",
+            "1e40",
+            "1e-23",
+            "1e999",
+            "inf",
+            "NaN",
+            "0x1",
+            "1_0",
+            "1,2",
+            "١",
             "1234567890123456",
         ] {
             assert_eq!(number(text), None, "{text}");

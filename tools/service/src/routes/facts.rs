@@ -10,9 +10,8 @@ use super::context::Context;
 use super::input::Input;
 use super::maps::description;
 use super::query::KINDS;
-use crate::catalog::Snapshot;
 use crate::problem::Problem;
-use crate::reply::Reply;
+use crate::reply::{JSON, Reply};
 use crate::state::Service;
 
 /// Answers with the list of all files and their layers, in the form of the server martin.
@@ -25,23 +24,25 @@ pub async fn catalog(service: Service, input: Input) -> Result<Response, Problem
     for file in service.catalog().files() {
         // What cannot be read at present is left out.
         let Ok(snapshot) = file.snapshot().await else { continue };
-        for (name, layer) in sources(&snapshot) {
-            tiles.insert(format!("{}/{name}", file.id), layer);
-        }
+        let Ok(maps) = snapshot.maps().await else { continue };
+        let about = json!({"content_type": JSON, "description": format!("What is known of the file {}", file.id)});
+        tiles.insert(file.id.clone(), about);
+        tiles.extend(sources(&file.id, maps));
     }
     let reply = Reply::json(&json!({ "tiles": tiles }));
     reply.send(&input.headers, service.outgoing()).await
 }
 
-/// Returns the paths of a file's layers within it, and what martin says of a source.
-fn sources(snapshot: &Snapshot) -> Vec<(String, Value)> {
-    let has_z = snapshot.reader.metadata().has_z;
-    let layers = Layer::ALL.into_iter().filter(|layer| has_z || *layer != Layer::Terrarium);
-    let of = |layer: Layer| {
-        let name = format!("{}/{layer}", GridKind::Native);
-        (name, json!({"content_type": layer.media_type(), "description": description(layer)}))
+/// Returns the paths of a file's layers, and what martin says of a source.
+fn sources(id: &str, maps: &MapSource) -> Vec<(String, Value)> {
+    let grids = GridKind::ALL.into_iter().filter(|grid| maps.grid(*grid).is_ok());
+    let of = |grid: GridKind, layer: Layer| {
+        let about = json!({"content_type": layer.media_type(), "description": description(layer)});
+        (format!("{id}/{grid}/{layer}"), about)
     };
-    layers.map(of).collect()
+    grids
+        .flat_map(|grid| maps.layers().iter().map(move |layer| of(grid, *layer)))
+        .collect()
 }
 
 /// Answers with what is known of a file.
@@ -57,7 +58,11 @@ pub async fn file(service: Service, input: Input) -> Result<Response, Problem> {
         return Ok(response);
     }
     let slot = context.service.slots().enter().await?;
-    let maps = context.snapshot.maps().await.map_err(|error| Problem::of_read(context.id(), &error))?;
+    let maps = context
+        .snapshot
+        .maps()
+        .await
+        .map_err(|error| Problem::of_read(context.id(), &error))?;
     let document = document(&context, maps);
     drop(slot);
     context.send(Reply::json(&document), Some(tag)).await

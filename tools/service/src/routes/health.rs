@@ -29,6 +29,8 @@ pub async fn metrics(service: Service, _: Input) -> Result<Response, Problem> {
     let media = HeaderValue::from_static("application/openmetrics-text; version=1.0.0; charset=utf-8");
     let mut response = (StatusCode::OK, service.metrics_text()).into_response();
     response.headers_mut().insert(header::CONTENT_TYPE, media);
-    response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    response
+        .headers_mut()
+        .insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     Ok(response)
 }

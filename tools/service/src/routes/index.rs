@@ -23,21 +23,38 @@ pub async fn page(service: Service, input: Input) -> Result<Response, Problem> {
         // Ids need no escapes; other texts do.
         match file.snapshot().await {
             Ok(snapshot) => push(&mut list, &file.id, &snapshot, service.options().raw),
-            Err(problem) => _ = write!(list, "<section><h2>{}</h2><p class=\"bad\">{}</p></section>", file.id, escaped(&problem.what)),
+            Err(problem) => {
+                _ = write!(
+                    list,
+                    "<section><h2>{}</h2><p class=\"bad\">{}</p></section>",
+                    file.id,
+                    escaped(&problem.what)
+                )
+            }
         }
     }
-    let page = HEAD.replace("{{files}}", &list).replace("{{version}}", env!("CARGO_PKG_VERSION"));
-    Reply::new("text/html; charset=utf-8", page).send(&input.headers, service.outgoing()).await
+    let page = HEAD
+        .replace("{{files}}", &list)
+        .replace("{{version}}", env!("CARGO_PKG_VERSION"));
+    Reply::new("text/html; charset=utf-8", page)
+        .send(&input.headers, service.outgoing())
+        .await
 }
 
 /// Appends what is known of a file.
 fn push(list: &mut String, id: &str, snapshot: &Snapshot, raw: bool) {
     let (reader, metadata) = (&snapshot.reader, snapshot.reader.metadata());
-    let crs = snapshot.crs.as_ref().map_or_else(|| "not named".to_owned(), Crs::summary);
+    let crs = snapshot
+        .crs
+        .as_ref()
+        .map_or_else(|| "not named".to_owned(), Crs::summary);
     let bounds = metadata.bounds;
     let extent = match bounds.is_empty() {
         true => "empty".to_owned(),
-        false => format!("{} … {}, {} … {}", bounds.min_x, bounds.max_x, bounds.min_y, bounds.max_y),
+        false => format!(
+            "{} … {}, {} … {}",
+            bounds.min_x, bounds.max_x, bounds.min_y, bounds.max_y
+        ),
     };
     let rows = [
         ("triangles", grouped(metadata.triangles)),

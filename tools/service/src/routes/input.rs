@@ -25,7 +25,10 @@ impl<S: Send + Sync> FromRequestParts<S> for Input {
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Infallible> {
         // A part that is not UTF-8 names nothing, like one that is missing.
         let params = RawPathParams::from_request_parts(parts, state).await.ok();
-        let named = params.iter().flatten().map(|(name, value)| (name.to_owned(), value.to_owned()));
+        let named = params
+            .iter()
+            .flatten()
+            .map(|(name, value)| (name.to_owned(), value.to_owned()));
         let OriginalUri(original) = OriginalUri::from_request_parts(parts, state).await?;
         let route = parts.extensions.get::<MatchedPath>();
         Ok(Self {
@@ -57,6 +60,11 @@ impl Input {
 
     /// Returns a text that names the resource: the path within a file and all parameters.
     pub fn resource(&self) -> String {
-        format!("{} {} {}", self.route, self.uri.path(), self.uri.query().unwrap_or_default())
+        format!(
+            "{} {} {}",
+            self.route,
+            self.uri.path(),
+            self.uri.query().unwrap_or_default()
+        )
     }
 }

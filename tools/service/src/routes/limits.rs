@@ -7,11 +7,8 @@ use delaunay_tiles::query::QueryOptions;
 use tokio::time::timeout;
 
 use crate::options::Options;
-use crate::parameters::Parameters;
+use crate::parameters::{MAX_COUNT, Parameters};
 use crate::problem::Problem;
-
-/// The largest limit that a request may name. Limits above those of the service have no effect.
-pub const MAX_COUNT: u64 = 1_000_000_000;
 
 /// The time beyond its limit after which a query that does not end is given up.
 const GRACE: Duration = Duration::from_secs(2);

@@ -12,10 +12,10 @@ use tilejson::{Bounds, TileJSON, VectorLayer, tilejson};
 use super::base::{VARIES, base};
 use super::context::Context;
 use super::input::Input;
-use super::limits::{MAX_COUNT, within};
+use super::limits::within;
 use crate::finished::{Key, What};
 use crate::options::Options;
-use crate::parameters::Parameters;
+use crate::parameters::{MAX_COUNT, Parameters};
 use crate::problem::Problem;
 use crate::reply::{JSON, Reply};
 use crate::state::Service;
@@ -35,9 +35,15 @@ pub async fn tile(service: Service, input: Input) -> Result<Response, Problem> {
         return Ok(response);
     }
     let draw = async |limits| {
-        let maps = context.snapshot.maps().await.map_err(|error| Problem::of_read(context.id(), &error))?;
+        let maps = context
+            .snapshot
+            .maps()
+            .await
+            .map_err(|error| Problem::of_read(context.id(), &error))?;
         let drawn = maps.draw(grid, layer, at, limits).await;
-        drawn.map_err(|error| Problem::of_drawing(context.id(), &error)).map(|drawn| drawn.bytes)
+        drawn
+            .map_err(|error| Problem::of_drawing(context.id(), &error))
+            .map(|drawn| drawn.bytes)
     };
     let bytes = finished(&context, What::Map(grid, layer, at), lowered, draw).await?;
     context.send(Reply::new(layer.media_type(), bytes), Some(tag)).await
@@ -86,8 +92,9 @@ pub fn lowered(parameters: &mut Parameters) -> Result<Option<u32>, Problem> {
 pub async fn tile_json(service: Service, input: Input) -> Result<Response, Problem> {
     let mut parameters = input.parameters();
     let context = Context::new(service, &input, &mut parameters).await?;
-    let name = input.part("layer").strip_suffix(".json");
-    let (grid, layer) = (grid(&input)?, layer(name.unwrap_or_default())?);
+    // martin has no ending there.
+    let name = input.part("layer");
+    let (grid, layer) = (grid(&input)?, layer(name.strip_suffix(".json").unwrap_or(name))?);
     let base = base(&input, context.service.options());
     let tag = context.tag(&format!("{base} {grid}/{layer}.json"));
     if let Some(response) = context.known(&tag) {
@@ -95,7 +102,11 @@ pub async fn tile_json(service: Service, input: Input) -> Result<Response, Probl
     }
     let options = context.service.options();
     let slot = context.service.slots().enter().await?;
-    let maps = context.snapshot.maps().await.map_err(|error| Problem::of_read(context.id(), &error))?;
+    let maps = context
+        .snapshot
+        .maps()
+        .await
+        .map_err(|error| Problem::of_read(context.id(), &error))?;
     let facts = within(options.max_time, maps.facts(grid, layer, limits(options))).await?;
     let facts = facts.map_err(|error| Problem::of_drawing(context.id(), &error))?;
     drop(slot);
@@ -136,14 +147,19 @@ fn document(context: &Context, base: &str, facts: &LayerFacts) -> TileJSON {
     let of = |bounds: delaunay_tiles::Rect| json!([bounds.min_x, bounds.min_y, bounds.max_x, bounds.max_y]);
     document.other.insert("grid".to_owned(), json!(grid.name()));
     document.other.insert("grid_bounds".to_owned(), of(facts.bounds));
-    document.other.insert("version_of_file".to_owned(), json!(context.version));
+    document
+        .other
+        .insert("version_of_file".to_owned(), json!(context.version));
     match layer {
         Layer::Terrarium => {
             document.other.insert("encoding".to_owned(), json!("terrarium"));
         }
         Layer::Mesh => {
             let layers = facts.vector_layers.iter().map(|layer| {
-                let fields = layer.fields.iter().map(|(name, kind)| ((*name).to_owned(), (*kind).to_owned()));
+                let fields = layer
+                    .fields
+                    .iter()
+                    .map(|(name, kind)| ((*name).to_owned(), (*kind).to_owned()));
                 let mut of = VectorLayer::new(layer.id.to_owned(), fields.collect::<BTreeMap<_, _>>());
                 of.description = Some(layer.description.to_owned());
                 of

@@ -68,7 +68,9 @@ async fn read(request: Request<Body>, options: &Options) -> Result<Lists, Proble
     }
     let mut points = lists.from.iter().chain(lists.to.iter().flatten());
     if let Some([x, y]) = points.find(|[x, y]| !Point::new(*x, *y).is_valid()) {
-        return Err(wrong(format!("({x}, {y}) is no point; coordinates have a magnitude up to 2^200")));
+        return Err(wrong(format!(
+            "({x}, {y}) is no point; coordinates have a magnitude up to 2^200"
+        )));
     }
     check_pairs(lists.from.len(), lists.to.as_ref().map_or(1, Vec::len), options)?;
     Ok(lists)
@@ -125,15 +127,24 @@ async fn sites(context: &Context, limits: Limits) -> Result<NamedPoints, Problem
     let (reader, options) = (&context.snapshot.reader, context.service.options());
     let metadata = reader.metadata();
     if metadata.sites == 0 {
-        return Err(Problem::missing(context.id(), "the file has no sites", "give end points as `to`"));
+        return Err(Problem::missing(
+            context.id(),
+            "the file has no sites",
+            "give end points as `to`",
+        ));
     }
     let few = metadata.sites <= options.max_pairs as u64 && u64::from(metadata.tiles) <= limits.tiles;
     if !few {
         return Err(Problem::invalid(
             "body",
-            format!("the file has {} sites in {} tiles, which are too many", metadata.sites, metadata.tiles),
+            format!(
+                "the file has {} sites in {} tiles, which are too many",
+                metadata.sites, metadata.tiles
+            ),
             "give end points as `to`",
         ));
     }
-    NamedPoints::sites(reader).await.map_err(|error| Problem::of(context.id(), &error))
+    NamedPoints::sites(reader)
+        .await
+        .map_err(|error| Problem::of(context.id(), &error))
 }

@@ -10,8 +10,8 @@ use delaunay_tiles_answers::question::Question;
 use delaunay_tiles_answers::values::collection_with;
 
 use super::context::Context;
-use super::input::Input;
 use super::features::write;
+use super::input::Input;
 use super::limits::{query_limits, within};
 use crate::options::Options;
 use crate::parameters::Parameters;

@@ -41,7 +41,11 @@ pub async fn raw(service: Service, input: Input, method: Method) -> Result<Respo
     let length = context.snapshot.reader.file_length();
     // A range of another state is no use; the client gets all.
     let is_current = tag.is_in(&input.headers, &header::IF_RANGE) != Some(false);
-    let range = match input.headers.get(header::RANGE).filter(|_| is_current && method == Method::GET) {
+    let range = match input
+        .headers
+        .get(header::RANGE)
+        .filter(|_| is_current && method == Method::GET)
+    {
         Some(value) => range(value, length)?,
         None => None,
     };
@@ -49,7 +53,10 @@ pub async fn raw(service: Service, input: Input, method: Method) -> Result<Respo
     let headers = response.headers_mut();
     context.add_to(headers, &tag);
     headers.insert(header::ACCEPT_RANGES, HeaderValue::from_static("bytes"));
-    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/octet-stream"));
+    headers.insert(
+        header::CONTENT_TYPE,
+        HeaderValue::from_static("application/octet-stream"),
+    );
     let wanted = range.clone().unwrap_or(0..length);
     headers.insert(header::CONTENT_LENGTH, (wanted.end - wanted.start).into());
     if let Some(Range { start, end }) = range {
@@ -116,7 +123,9 @@ fn range(value: &HeaderValue, length: u64) -> Result<Option<Range<u64>>, Problem
     if text.contains(',') {
         return Err(Problem::no_range("it has several ranges", length));
     }
-    let Some((first, last)) = text.trim().split_once('-') else { return Ok(None) };
+    let Some((first, last)) = text.trim().split_once('-') else {
+        return Ok(None);
+    };
     let number = |text: &str| {
         let is_number = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
         // A number that is too large is beyond any end.

@@ -3,12 +3,12 @@
 use std::any::Any;
 use std::future::Future;
 
+use axum::Router;
 use axum::extract::{Request, State};
 use axum::http::{HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{MethodRouter, get, post};
-use axum::Router;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::cors::{AllowOrigin, CorsLayer};
 
@@ -44,19 +44,22 @@ pub fn router(service: Service) -> Router {
         let answer = move |service, input| query::answer(kind, service, input);
         router = router.route(&format!("/{{id}}/query/{kind}"), to(answer));
     }
-    let cors = cors(service.options());
     let panics = CatchPanicLayer::custom({
         let service = service.clone();
         move |panic: Box<dyn Any + Send>| failed(&service, &*panic)
     });
-    router
+    let options = service.options().clone();
+    let router = router
         .fallback(async || Problem::no_route())
         .method_not_allowed_fallback(async || Problem::no_method())
         .layer(from_fn(short_uri))
         .layer(panics)
         .layer(from_fn_with_state(service.clone(), measure::measure))
-        .layer(cors)
-        .with_state(service)
+        .with_state(service);
+    match options.cors.is_empty() {
+        true => router,
+        false => router.layer(cors(&options)),
+    }
 }
 
 /// Returns the route of a function that answers GET and HEAD.
@@ -80,7 +83,9 @@ async fn pairs(State(service): State<Service>, input: Input, request: Request) -
 async fn document(service: Service, input: Input) -> Result<Response, Problem> {
     let ids: Vec<&str> = service.catalog().ids().collect();
     let document = openapi::document(&ids, service.options());
-    Reply::new(JSON, document.to_string()).send(&input.headers, service.outgoing()).await
+    Reply::new(JSON, document.to_string())
+        .send(&input.headers, service.outgoing())
+        .await
 }
 
 /// Refuses long addresses.
@@ -103,15 +108,15 @@ fn failed(service: &Service, panic: &(dyn Any + Send)) -> Response {
 
 /// Returns the layer that lets pages of other origins read answers.
 fn cors(options: &Options) -> CorsLayer {
-    let origins = options.cors.iter().filter_map(|origin| HeaderValue::from_str(origin).ok());
+    let origins = options
+        .cors
+        .iter()
+        .filter_map(|origin| HeaderValue::from_str(origin).ok());
     let origins: Vec<HeaderValue> = origins.collect();
     let origins = match origins.iter().any(|origin| origin == "*") {
         true => AllowOrigin::any(),
         false => AllowOrigin::list(origins),
     };
-    if options.cors.is_empty() {
-        return CorsLayer::new();
-    }
     let taken: [HeaderName; 5] = [
         header::CONTENT_TYPE,
         header::RANGE,

@@ -79,7 +79,14 @@ async fn find(context: &Context, line: [Point; 2], counted: Counted, tiles: u64)
     members["to"] = position(line[1]);
     members["status"] = "ok".into();
     let head = collection_with(context.snapshot.crs.as_ref(), &members);
-    write(head, profile.parts.iter().zip(0..).map(|(part, number)| feature(part, number)))
+    write(
+        head,
+        profile
+            .parts
+            .iter()
+            .zip(0..)
+            .map(|(part, number)| feature(part, number)),
+    )
 }
 
 /// Returns the body of an answer that a limit ended before its line was read.

@@ -24,12 +24,18 @@ pub async fn layer_json(service: Service, input: Input) -> Result<Response, Prob
         return Ok(response);
     }
     let slot = context.service.slots().enter().await?;
-    let maps = context.snapshot.maps().await.map_err(|error| Problem::of_read(context.id(), &error))?;
-    let facts = maps.terrain_facts().map_err(|error| Problem::of_grid(context.id(), &error))?;
+    let maps = context
+        .snapshot
+        .maps()
+        .await
+        .map_err(|error| Problem::of_read(context.id(), &error))?;
+    let facts = maps
+        .terrain_facts()
+        .map_err(|error| Problem::of_grid(context.id(), &error))?;
     drop(slot);
-    let available = facts.available.iter().map(|range| {
-        json!([{"startX": range.start_x, "startY": range.start_y, "endX": range.end_x, "endY": range.end_y}])
-    });
+    let available = facts.available.iter().map(
+        |range| json!([{"startX": range.start_x, "startY": range.start_y, "endX": range.end_x, "endY": range.end_y}]),
+    );
     let bounds = facts.bounds;
     let document = json!({
         "tilejson": "2.1.0",
@@ -65,13 +71,25 @@ pub async fn tile(service: Service, input: Input) -> Result<Response, Problem> {
         return Ok(response);
     }
     let draw = async |limits| {
-        let maps = context.snapshot.maps().await.map_err(|error| Problem::of_read(context.id(), &error))?;
+        let maps = context
+            .snapshot
+            .maps()
+            .await
+            .map_err(|error| Problem::of_read(context.id(), &error))?;
         let drawn = maps.terrain(at, limits).await;
-        drawn.map_err(|error| Problem::of_drawing(context.id(), &error)).map(|drawn| drawn.bytes)
+        drawn
+            .map_err(|error| Problem::of_drawing(context.id(), &error))
+            .map(|drawn| drawn.bytes)
     };
     let bytes = finished(&context, What::Terrain(at), lowered, draw).await?;
     if bytes.is_empty() {
-        return Err(Problem::missing(context.id(), "the file has nothing there", "see terrain/layer.json"));
+        return Err(Problem::missing(
+            context.id(),
+            "the file has nothing there",
+            "see terrain/layer.json",
+        ));
     }
-    context.send(Reply::new(TerrainFacts::MEDIA_TYPE, bytes), Some(tag)).await
+    context
+        .send(Reply::new(TerrainFacts::MEDIA_TYPE, bytes), Some(tag))
+        .await
 }

@@ -50,7 +50,10 @@ impl Patient {
                     .end
                     .get_or_insert_with(|| Box::pin(sleep_until(Instant::now() + period)));
                 ready!(end.as_mut().poll(context));
-                Poll::Ready(Err(io::Error::new(io::ErrorKind::TimedOut, "the client reads too slowly")))
+                Poll::Ready(Err(io::Error::new(
+                    io::ErrorKind::TimedOut,
+                    "the client reads too slowly",
+                )))
             }
         }
     }
