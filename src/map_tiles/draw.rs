@@ -1,8 +1,5 @@
 //! Draws a map tile: from the levels, the samples and the tiles of the file to bytes.
 
-use std::sync::Arc;
-
-use crate::geometry::Point;
 use crate::map_tiles::budget::Budget;
 use crate::map_tiles::coord::{GridKind, TileCoord};
 use crate::map_tiles::drawn::{DrawError, DrawLimits, Drawn};
@@ -11,9 +8,7 @@ use crate::map_tiles::layer::Layer;
 use crate::map_tiles::samples::centres;
 use crate::map_tiles::source::MapSource;
 use crate::map_tiles::terrarium::terrarium;
-use crate::query::BulkOptions;
-use crate::store::{ReadError, spawn};
-use crate::terrain::Surface;
+use crate::store::spawn;
 
 impl MapSource {
     /// Draws a map tile. Must be awaited within a tokio runtime.
@@ -42,7 +37,8 @@ impl MapSource {
         limits.check()?;
         match layer {
             Layer::Terrarium => self.draw_terrarium(grid, at, limits).await,
-            Layer::Shade | Layer::Mesh => Ok(Drawn::NOTHING),
+            Layer::Shade => self.draw_shade(grid, at, limits).await,
+            Layer::Mesh => self.draw_mesh(grid, at, limits).await,
         }
     }
 
@@ -60,23 +56,5 @@ impl MapSource {
             bytes,
             tiles: budget.used(),
         })
-    }
-
-    /// Computes points on a thread of the library.
-    pub(super) async fn points(
-        &self,
-        grid: &TileGrid,
-        compute: impl FnOnce(&TileGrid) -> Arc<[Point]> + Send + 'static,
-    ) -> Result<Arc<[Point]>, ReadError> {
-        let grid = grid.clone();
-        spawn(move || compute(&grid)).await
-    }
-
-    /// Returns the heights of a level at points, NaN where it has no surface.
-    pub(super) async fn heights_at(&self, level: usize, points: Arc<[Point]>) -> Result<Vec<f64>, ReadError> {
-        let surface = Surface::default().holes(true);
-        self.level(level)
-            .surface_z_many(points, surface, BulkOptions::default())
-            .await
     }
 }

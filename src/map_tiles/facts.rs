@@ -1,11 +1,17 @@
 //! What describes a layer to viewers: bounds and zooms.
 
+use std::collections::HashMap;
+
 use crate::geometry::Rect;
 use crate::map_tiles::coord::{GridKind, TileCoord};
 use crate::map_tiles::drawn::{DrawError, DrawLimits};
+use crate::map_tiles::grid::{TileGrid, around};
 use crate::map_tiles::layer::{Layer, VectorLayer};
-use crate::map_tiles::source::MapSource;
-use crate::store::TileReader;
+use crate::map_tiles::source::{FILE, MapSource};
+use crate::store::{ReadError, TileReader};
+
+/// The number of map tiles after which no more are counted.
+const MANY: usize = 1 << 20;
 
 /// What describes a layer of a file in a grid, as for TileJSON.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,7 +58,59 @@ impl MapSource {
 
     /// Returns the first zoom from which on no tile is out of budget.
     async fn min_zoom(&self, kind: GridKind, layer: Layer, limits: DrawLimits) -> Result<u8, DrawError> {
-        let _ = (kind, layer, limits, TileCoord::MAX_ZOOM, None::<TileReader>);
-        Ok(0)
+        // Vector tiles leave out what is too much.
+        if layer == Layer::Mesh {
+            return Ok(0);
+        }
+        let grid = self.grid(kind)?;
+        let has_heights = self.heights().is_some();
+        let mut bounds: Option<(usize, Vec<Rect>)> = None;
+        for zoom in 0..TileCoord::MAX_ZOOM {
+            let level = if has_heights { self.level_for(grid.pixel_size(zoom)) } else { FILE };
+            if self.level(level).metadata().tiles <= limits.max_tiles {
+                return Ok(zoom);
+            }
+            let known = match bounds.take() {
+                Some((known, bounds)) if known == level => bounds,
+                _ => bounds_of(self.level(level)).await?,
+            };
+            if most_tiles(grid, zoom, &known) <= limits.max_tiles {
+                return Ok(zoom);
+            }
+            bounds = Some((level, known));
+        }
+        Ok(TileCoord::MAX_ZOOM)
     }
+}
+
+/// Returns the bounds of all tiles of a level.
+async fn bounds_of(level: &TileReader) -> Result<Vec<Rect>, ReadError> {
+    let mut bounds = Vec::new();
+    for tile in level.tiles_in(level.metadata().bounds, usize::MAX).await? {
+        bounds.push(level.entry(tile).await?.bounds);
+    }
+    Ok(bounds)
+}
+
+/// Returns the largest number of tiles with these bounds that a tile of a zoom meets, with its margin.
+fn most_tiles(grid: &TileGrid, zoom: u8, bounds: &[Rect]) -> u32 {
+    let mut counts: HashMap<[u32; 2], u32> = HashMap::new();
+    // The margin is a small share of a tile; a tenth of it is on the safe side.
+    let margin = 0.1;
+    let last = f64::from(1u32 << zoom);
+    for rect in bounds {
+        let around = around(*rect, |p| grid.fraction(p));
+        let number = |share: f64| (share * last).clamp(0.0, last - 1.0) as u32;
+        let columns = number(around.min_x - margin / last)..=number(around.max_x + margin / last);
+        for x in columns {
+            for y in number(around.min_y - margin / last)..=number(around.max_y + margin / last) {
+                *counts.entry([x, y]).or_default() += 1;
+            }
+        }
+        // From here on, a tile of the file is larger than many map tiles, and the answer is near.
+        if counts.len() > MANY {
+            break;
+        }
+    }
+    counts.into_values().max().unwrap_or(0)
 }

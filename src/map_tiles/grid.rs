@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::geometry::{Point, Rect};
 use crate::map_tiles::coord::{GridKind, TileCoord};
 use crate::map_tiles::drawn::NoGrid;
-use crate::map_tiles::projection::Projection;
+use crate::map_tiles::projection::{Projection, lon_lat_of_fraction};
 
 /// The side of a map tile in pixels.
 pub(super) const PIXELS: u32 = 256;
@@ -183,6 +183,19 @@ impl TileGrid {
         self.side / pixels_of(zoom)
     }
 
+    /// Returns the typical length of a degree in units of the file, at the centre of the file. The grid is
+    /// that of Web Mercator.
+    pub(super) fn degree(&self) -> f64 {
+        let lat = self.lon_lat.map_or(0.0, |bounds| middle(bounds.min_y, bounds.max_y));
+        // The mean of a degree of longitude and one of latitude, which is longer.
+        self.side / 360.0 / lat.to_radians().cos().max(1e-3).sqrt()
+    }
+
+    /// Returns the typical length of an edge in pixels.
+    pub(super) fn edge_pixels(&self, zoom: u8) -> f64 {
+        self.spacing / self.pixel_size(zoom)
+    }
+
     /// Returns the bounds of the file in fractions.
     pub(super) fn extent(&self) -> Rect {
         self.extent
@@ -191,6 +204,34 @@ impl TileGrid {
     /// Returns how the file is on Earth, if it is known.
     pub(super) fn projection(&self) -> Option<&Arc<Projection>> {
         self.projection.as_ref()
+    }
+
+    /// Returns whether segments of the file are straight in the grid.
+    pub(super) fn is_straight(&self) -> bool {
+        match (self.kind, &self.projection) {
+            (GridKind::WebMercatorQuad, Some(projection)) => projection.is_mercator(),
+            _ => true,
+        }
+    }
+
+    /// Returns the size of a pixel in metres, to the east and to the north, at the fraction `y` from the
+    /// north. `plane` is the unit of the file in metres, `None` if it is a degree.
+    pub(super) fn pixel_metres(&self, zoom: u8, y: f64, plane: Option<f64>) -> [f64; 2] {
+        /// Of a degree on the sphere of Web Mercator.
+        const DEGREE: f64 = 40_075_016.685_578_49 / 360.0;
+        let share = 1.0 / pixels_of(zoom);
+        let side = self.square.max_x - self.square.min_x;
+        match (self.kind, plane) {
+            (GridKind::WebMercatorQuad, _) => {
+                let [_, lat] = lon_lat_of_fraction([0.5, y]);
+                [share * side * lat.to_radians().cos(); 2]
+            }
+            (GridKind::Native, Some(unit)) => [share * side * unit; 2],
+            (GridKind::Native, None) => {
+                let lat = (self.square.max_y - side * y).clamp(-89.9, 89.9);
+                [share * side * DEGREE * lat.to_radians().cos(), share * side * DEGREE]
+            }
+        }
     }
 
     /// Returns a rectangle of the file that contains all of its points in some tile and in a margin of
@@ -268,7 +309,7 @@ fn middle(a: f64, b: f64) -> f64 {
 }
 
 /// Returns a rectangle around the image of a rectangle; an empty one if no place has an image.
-fn around(rect: Rect, image: impl Fn(Point) -> Option<[f64; 2]>) -> Rect {
+pub(super) fn around(rect: Rect, image: impl Fn(Point) -> Option<[f64; 2]>) -> Rect {
     let (width, height) = rect.size();
     let share = |part: u32| f64::from(part) / f64::from(PARTS);
     let places = (0..=PARTS).flat_map(|row| (0..=PARTS).map(move |column| (share(column), share(row))));

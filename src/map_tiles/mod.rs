@@ -23,20 +23,32 @@
 //! [`MapSource`] has an example.
 
 mod budget;
+mod chains;
 mod colours;
 mod coord;
 mod draw;
 mod drawn;
+mod edges;
+mod facets;
 mod facts;
+mod gather;
 mod grid;
 mod heights;
 mod image;
 mod layer;
+mod mesh;
+mod paint;
+mod picture;
 mod projection;
+mod quantized;
 mod samples;
+mod shade;
+mod shapes;
 mod source;
 mod terrain;
 mod terrarium;
+mod vector;
+mod window;
 
 pub use coord::{GridKind, TerrainCoord, TileCoord, UnknownGrid};
 pub use drawn::{DrawError, DrawLimits, Drawn, NoGrid};

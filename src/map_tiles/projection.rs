@@ -56,6 +56,11 @@ impl Projection {
         self.way.is_degrees()
     }
 
+    /// Returns whether the file is in Web Mercator.
+    pub(super) fn is_mercator(&self) -> bool {
+        matches!(self.way, Way::Mercator)
+    }
+
     /// Returns the longitude and latitude of a point of the file, in degrees.
     pub(super) fn to_lon_lat(&self, p: Point) -> Option<[f64; 2]> {
         let lon_lat = match &self.way {

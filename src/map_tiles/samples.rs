@@ -6,9 +6,6 @@ use crate::geometry::Point;
 use crate::map_tiles::coord::TileCoord;
 use crate::map_tiles::grid::{PIXELS, TileGrid, pixels_of};
 
-/// The number of samples along a side of a pixel, where one does not suffice.
-pub(super) const PARTS: u32 = 4;
-
 /// Returns the points at the centres of the pixels of a tile and of a margin around it, row by row
 /// from the north. Where the grid has no point of the file, the coordinates are NaN.
 pub(super) fn centres(grid: &TileGrid, at: TileCoord, margin: u32) -> Arc<[Point]> {
@@ -20,15 +17,16 @@ pub(super) fn centres(grid: &TileGrid, at: TileCoord, margin: u32) -> Arc<[Point
     grid.points(&fractions(at.x()), &fractions(at.y())).into()
 }
 
-/// Returns the points at the samples of some pixels of a tile, [`PARTS`]² of each.
-pub(super) fn within(grid: &TileGrid, at: TileCoord, pixels: &[u32]) -> Arc<[Point]> {
+/// Returns the points at the samples of some pixels of a tile: `parts` rows of `parts`
+/// samples in each.
+pub(super) fn within(grid: &TileGrid, at: TileCoord, pixels: &[u32], parts: u32) -> Arc<[Point]> {
     let all = pixels_of(at.z());
     let corner = [at.x(), at.y()].map(|number| f64::from(number) * f64::from(PIXELS));
     let samples = pixels.iter().flat_map(|&pixel| {
-        (0..PARTS * PARTS).map(move |sample| {
-            let within = |part: u32| (f64::from(part) + 0.5) / f64::from(PARTS);
-            let x = corner[0] + f64::from(pixel % PIXELS) + within(sample % PARTS);
-            let y = corner[1] + f64::from(pixel / PIXELS) + within(sample / PARTS);
+        (0..parts * parts).map(move |sample| {
+            let within = move |part: u32| (f64::from(part) + 0.5) / f64::from(parts);
+            let x = corner[0] + f64::from(pixel % PIXELS) + within(sample % parts);
+            let y = corner[1] + f64::from(pixel / PIXELS) + within(sample / parts);
             grid.point_at([x / all, y / all]).unwrap_or(NOWHERE)
         })
     });
@@ -36,4 +34,4 @@ pub(super) fn within(grid: &TileGrid, at: TileCoord, pixels: &[u32]) -> Arc<[Poi
 }
 
 /// What stands for no point. It is outside of everything.
-pub(super) const NOWHERE: Point = Point::new(f64::NAN, f64::NAN);
+const NOWHERE: Point = Point::new(f64::NAN, f64::NAN);

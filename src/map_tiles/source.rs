@@ -12,6 +12,9 @@ use crate::map_tiles::layer::Layer;
 use crate::map_tiles::projection::Projection;
 use crate::store::{Metadata, ReadError, TileReader};
 
+/// The number of the level that is the file itself.
+pub(super) const FILE: usize = 0;
+
 /// A tile file to draw. Clones share it.
 ///
 /// What is drawn depends on the file, the grid, the tile and the limits alone.
@@ -129,7 +132,7 @@ impl MapSource {
     /// Returns the reader of the file.
     #[must_use]
     pub fn reader(&self) -> &TileReader {
-        &self.inner.levels[0]
+        &self.inner.levels[FILE]
     }
 
     /// Returns a grid over the file.
@@ -159,9 +162,17 @@ impl MapSource {
     /// Returns the number of the coarsest level in which a typical edge is not longer than this, in
     /// units of the file; 0 is the file.
     pub(super) fn level_for(&self, length: f64) -> usize {
-        let bounds = self.reader().metadata().bounds;
-        let fine = |level: &TileReader| spacing(level.metadata(), bounds) <= length;
-        self.inner.levels.iter().rposition(fine).unwrap_or(0)
+        (0..self.level_count()).rfind(|&level| self.spacing_of(level) <= length).unwrap_or(FILE)
+    }
+
+    /// Returns the typical length of an edge of a level, in units of the file.
+    pub(super) fn spacing_of(&self, level: usize) -> f64 {
+        spacing(self.level(level).metadata(), self.reader().metadata().bounds)
+    }
+
+    /// Returns the number of levels, the file among them.
+    pub(super) fn level_count(&self) -> usize {
+        self.inner.levels.len()
     }
 
     /// Returns the reader of a level.
