@@ -274,6 +274,7 @@ impl TileReader {
     /// let slope = TileReader::open(&path, OpenOptions::default()).await?;
     /// // Along a row of vertices, from outside of the hull.
     /// let line = [Point::new(-3.0, 20.0), Point::new(6.0, 20.0)];
+    /// assert!(slope.profile_tiles(&line).await? < slope.metadata().tiles.into());
     /// let profile = slope.profile(&line, Surface::default()).await?;
     /// assert_eq!((profile.length, profile.gaps()), (9.0, vec![[0.0, 3.0]]));
     /// let points = &profile.parts[0].points;
@@ -301,5 +302,15 @@ impl TileReader {
             length: line.distances[line.distances.len() - 1],
             parts: links.into_parts(&line),
         })
+    }
+
+    /// Returns the number of tiles that the profile along a line reads, without reading them.
+    ///
+    /// # Errors
+    /// Fails if the line has no length or a point that is not finite, or if the directory cannot be
+    /// read.
+    pub async fn profile_tiles(&self, line: &[Point]) -> Result<u64, TerrainError> {
+        let line = Line::new(line)?;
+        Ok(self.tiles_where(|bounds| line.meets(bounds)).await?.len() as u64)
     }
 }

@@ -11,7 +11,7 @@ use tiletool::common::thousands;
 use tiletool::query;
 use tiletool::query::answer::{self, Answer, QueryResult, Status};
 use tiletool::query::ask::{Ask, path_found};
-use tiletool::query::batch::Question;
+use tiletool::query::question::Question;
 use tiletool::query::command::{KnnArgs, PathArgs, QueryCommand, RangeArgs};
 
 /// Ask a tile file for the nearest sites and for shortest paths, by any method, and for their cost.

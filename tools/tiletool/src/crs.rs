@@ -6,11 +6,11 @@ use clap::Args;
 use delaunay_tiles::crs::{Agreement, Crs, Unit};
 use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::Format;
+use delaunay_tiles_answers::units::Measure;
 use serde::Serialize;
 
 use crate::common;
 use crate::numbers::shortened;
-use crate::units::Measure;
 
 /// The option that overrides the systems of the inputs.
 #[derive(Args, Clone, Debug)]

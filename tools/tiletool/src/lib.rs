@@ -29,10 +29,11 @@ pub mod plot;
 pub mod points;
 mod progress;
 pub mod query;
+#[cfg(feature = "serve")]
+mod serve;
 mod surface;
 mod system;
 mod unchanged;
-mod units;
 mod verify;
 
 use std::ffi::OsString;
@@ -66,6 +67,7 @@ Examples:
   tiletool inspect survey.tiles --plot survey.png
   tiletool verify --deep survey.tiles --against survey.laz
   tiletool query path town.tiles --from 0,0 --to 8,8
+  tiletool serve town.tiles
 
 Exit codes: 0 success, 1 failure, 2 wrong usage.";
 
@@ -87,6 +89,8 @@ pub enum Command {
     Export(export::ExportArgs),
     Generate(generate::GenerateArgs),
     Query(query::QueryArgs),
+    #[cfg(feature = "serve")]
+    Serve(serve::ServeArgs),
     Bench(bench::BenchArgs),
 }
 
@@ -163,6 +167,8 @@ pub fn run(command: Command) -> anyhow::Result<()> {
         Command::Export(args) => export::run(args),
         Command::Generate(args) => generate::run(args),
         Command::Query(args) => query::run(args),
+        #[cfg(feature = "serve")]
+        Command::Serve(args) => serve::run(&args),
         Command::Bench(args) => bench::run(args),
     }
 }

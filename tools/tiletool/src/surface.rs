@@ -11,15 +11,6 @@ use delaunay_tiles::terrain::Clip;
 use crate::common::{self, MemoryArgs, counted};
 use crate::crs::CrsArgs;
 
-/// Parses a length.
-pub fn length(text: &str) -> Result<f64, String> {
-    let length = text
-        .parse()
-        .ok()
-        .filter(|length: &f64| *length > 0.0 && length.is_finite());
-    length.ok_or_else(|| "a length is a number above 0".to_owned())
-}
-
 /// The polygons of a file, and the text of their coordinate reference system.
 type ClipFile = (Clip, Vec<(PathBuf, String)>);
 

@@ -5,13 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use delaunay_tiles::terrain::Surface;
 use delaunay_tiles::{Point, Rect};
+use delaunay_tiles_answers::question::{length, point};
 
 use super::formats::{AnyFormat, Shown};
 use crate::common::MemoryArgs;
 use crate::crs::CrsArgs;
 use crate::input_args::rect;
-use crate::query::batch::point;
-use crate::surface::length;
 
 /// Export the triangulation: PLY, Triangle's .node and .ele, OBJ, glTF, GeoJSON, FlatGeobuf, GeoParquet;
 /// and its surface as a raster or as contours: GeoTIFF, ASCII grid; GeoJSON, FlatGeobuf

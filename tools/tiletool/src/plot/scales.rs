@@ -2,13 +2,13 @@
 
 use delaunay_tiles::crs::{Crs, Unit};
 use delaunay_tiles::store::TileReader;
+use delaunay_tiles_answers::units::{Measure, number, unit};
 
 use super::axis::{label, round_above, text_width};
 use super::page::Page;
 use super::relief::{Heights, RAMP};
 use super::style::{GREY, INK, fill};
 use super::svg::{Anchor, Svg};
-use crate::units::{Measure, number, unit};
 
 const TEXT: f64 = 15.0;
 /// Minimum length of the bar in pixels. It is less than 2.5 times as long.

@@ -11,19 +11,19 @@ use delaunay_tiles::crs::Crs;
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Mode, QueryOptions, Search};
 use delaunay_tiles::store::{Cache, OpenOptions, TileReader};
+use delaunay_tiles_answers::question::{self, Question};
+use delaunay_tiles_answers::units::{Measure, unit};
 
-use super::batch::{self, Question};
 use crate::common::{self, thousands};
 use crate::crs::CrsArgs;
 use crate::plot::PlotFile;
-use crate::units::{Measure, unit};
 
 #[derive(Args, Clone, Debug)]
 pub struct AtArgs {
     #[command(flatten)]
     pub common: CommonArgs,
     /// Point to query, as X,Y; may be repeated
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = batch::point)]
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = question::point)]
     pub at: Vec<Point>,
 }
 
@@ -32,10 +32,10 @@ pub struct WayArgs {
     #[command(flatten)]
     pub common: CommonArgs,
     /// Start of the path or line, as X,Y
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = batch::point, requires = "to")]
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = question::point, requires = "to")]
     pub from: Option<Point>,
     /// End of the path or line, as X,Y
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = batch::point, requires = "from")]
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = question::point, requires = "from")]
     pub to: Option<Point>,
 }
 

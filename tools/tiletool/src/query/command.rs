@@ -2,10 +2,10 @@
 
 use clap::{Args, Subcommand};
 use delaunay_tiles::query::Mode;
+use delaunay_tiles_answers::ask::Ask;
+use delaunay_tiles_answers::question::{self, Question};
 
 use super::args::{AtArgs, CommonArgs, ModeArgs, ProgressArgs, SearchArgs, WayArgs};
-use super::ask::Ask;
-use super::batch::{self, Question};
 
 #[derive(Subcommand, Clone, Debug)]
 pub enum QueryCommand {
@@ -65,7 +65,7 @@ pub struct RangeArgs {
     #[command(flatten)]
     pub points: AtArgs,
     /// Maximum walking distance
-    #[arg(long, value_name = "DISTANCE", value_parser = batch::radius)]
+    #[arg(long, value_name = "DISTANCE", value_parser = question::radius)]
     pub radius: f64,
     #[command(flatten)]
     pub mode: ModeArgs,

@@ -13,19 +13,18 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{DistanceOutcome, PairDistance, QueryError};
 use delaunay_tiles::shown;
 use delaunay_tiles::store::TileReader;
+use delaunay_tiles_answers::matrix::{Matrix, NamedPoints, status};
+use delaunay_tiles_answers::question::Question;
+use delaunay_tiles_answers::units::{Measure, Unit, unit};
+use delaunay_tiles_answers::values::{COLLECTION_END, bounds, collection, pair, write_feature};
 use futures::{TryStream, TryStreamExt};
-use serde_json::{Value, json};
 
-use super::answer::{Status, name};
 use super::args::{Format, FormatArgs, ReadingArgs};
-use super::asked::NO_SITES;
-use super::batch::{self, Question};
+use super::batch;
 use super::text::{point, push_status};
-use super::values::{COLLECTION_END, bounds, collection, line_string, pair, position, with_distance, write_feature};
 use crate::common::{self, cell, counted, thousands};
 use crate::output::StandardOutput;
 use crate::plot::{self, Overlay, PlotFile};
-use crate::units::{Measure, Unit, unit};
 
 /// Maximum number of paths in a picture, which also limits memory.
 const MAX_DRAWN: u64 = 10_000;
@@ -65,57 +64,12 @@ pub struct MatrixArgs {
     format: FormatArgs,
 }
 
-/// Points and their names.
-struct NamedPoints {
-    points: Vec<Point>,
-    /// The names of sites; `None` if the points are named by their indices.
-    names: Option<Vec<String>>,
-}
-
-impl NamedPoints {
-    fn read(path: &Path) -> anyhow::Result<Self> {
-        let questions = batch::read(path, false)?.into_iter();
-        let points = questions.filter_map(|question| match question {
-            Question::At(at) => Some(at),
-            Question::Way(..) => None,
-        });
-        Ok(Self {
-            points: points.collect(),
-            names: None,
-        })
-    }
-
-    /// Returns all sites, in the order of their numbers.
-    async fn sites(reader: &TileReader) -> anyhow::Result<Self> {
-        let mut sites = Vec::new();
-        let mut tiles = reader.tiles();
-        while let Some(tile) = tiles.try_next().await? {
-            sites.extend(tile.sites().map(|site| {
-                let name = name(Some(site.number), site.id);
-                (site.number, tile.point(site.vertex), name)
-            }));
-        }
-        ensure!(!sites.is_empty(), "{}: {NO_SITES}", reader.name());
-        sites.sort_by_key(|&(number, ..)| number);
-        let (points, names) = sites.into_iter().map(|(_, point, name)| (point, name)).unzip();
-        Ok(Self {
-            points,
-            names: Some(names),
-        })
-    }
-
-    /// Returns the name of a site; `None` if the points are no sites.
-    fn name_of(&self, index: usize) -> Option<&str> {
-        self.names.as_ref().map(|names| &*names[index])
-    }
-}
-
 /// Prints the matrix.
 pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
     common::block_on(async {
         let began = Instant::now();
         let reader = args.reading.open().await?;
-        let matrix = Matrix::read(args, &reader).await?;
+        let matrix = lists(args, &reader).await?;
         let crs = args.reading.crs(&reader, true).await?;
         let format = args.format.format();
         let mut options = args.reading.limits();
@@ -129,7 +83,7 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
                 paths.extend(found.path.as_ref().map(|path| path.points.clone()));
             }
         });
-        let count = matrix.print(format, crs.as_ref(), pairs).await?;
+        let count = print(&matrix, format, crs.as_ref(), pairs).await?;
         if let Some(file) = &args.plot {
             plot::draw_query(&reader, file, &picture(args, matrix, paths)).await?;
         }
@@ -138,130 +92,101 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
     })
 }
 
-/// The start points and the end points.
-struct Matrix {
-    from: NamedPoints,
-    to: NamedPoints,
+/// Reads the points of a file.
+fn read(path: &Path) -> anyhow::Result<NamedPoints> {
+    let questions = batch::read(path, false)?.into_iter();
+    let points = questions.filter_map(|question| match question {
+        Question::At(at) => Some(at),
+        Question::Way(..) => None,
+    });
+    Ok(NamedPoints::unnamed(points.collect()))
 }
 
-impl Matrix {
-    async fn read(args: &MatrixArgs, reader: &TileReader) -> anyhow::Result<Self> {
-        let from = match args.from_file.as_ref().or(args.batch.as_ref()) {
-            Some(path) => NamedPoints::read(path)?,
-            None => bail!("no points are given; give --from-file FILE with --to-file FILE or --sites, or --batch FILE"),
-        };
-        let to = match &args.to_file {
-            _ if args.sites => NamedPoints::sites(reader).await?,
-            Some(path) => NamedPoints::read(path)?,
-            None if args.batch.is_some() => NamedPoints {
-                points: from.points.clone(),
-                names: None,
-            },
-            None => bail!("no end points are given; give --to-file FILE or --sites"),
-        };
-        let pairs = from.points.len() as u64 * to.points.len() as u64;
-        ensure!(
-            args.plot.is_none() || pairs <= MAX_DRAWN,
-            "--plot draws at most {} paths, but there are {} pairs; use fewer points",
-            thousands(MAX_DRAWN),
-            thousands(pairs)
-        );
-        Ok(Self { from, to })
-    }
+/// Reads the points of both lists.
+async fn lists(args: &MatrixArgs, reader: &TileReader) -> anyhow::Result<Matrix> {
+    let from = match args.from_file.as_ref().or(args.batch.as_ref()) {
+        Some(path) => read(path)?,
+        None => bail!("no points are given; give --from-file FILE with --to-file FILE or --sites, or --batch FILE"),
+    };
+    let to = match &args.to_file {
+        _ if args.sites => NamedPoints::sites(reader).await?,
+        Some(path) => read(path)?,
+        None if args.batch.is_some() => NamedPoints::unnamed(from.points.clone()),
+        None => bail!("no end points are given; give --to-file FILE or --sites"),
+    };
+    let pairs = from.points.len() as u64 * to.points.len() as u64;
+    ensure!(
+        args.plot.is_none() || pairs <= MAX_DRAWN,
+        "--plot draws at most {} paths, but there are {} pairs; use fewer points",
+        thousands(MAX_DRAWN),
+        thousands(pairs)
+    );
+    Ok(Matrix { from, to })
+}
 
-    /// Prints all pairs. Returns how many.
-    async fn print(
-        &self,
-        format: Format,
-        crs: Option<&Crs>,
-        mut pairs: impl TryStream<Ok = PairDistance, Error = QueryError> + Unpin,
-    ) -> anyhow::Result<u64> {
-        let mut out = BufWriter::new(StandardOutput::of("the answers"));
+/// Prints all pairs. Returns how many.
+async fn print(
+    matrix: &Matrix,
+    format: Format,
+    crs: Option<&Crs>,
+    mut pairs: impl TryStream<Ok = PairDistance, Error = QueryError> + Unpin,
+) -> anyhow::Result<u64> {
+    let mut out = BufWriter::new(StandardOutput::of("the answers"));
+    match format {
+        Format::Csv => {
+            let site = if matrix.to.names.is_some() { "site," } else { "" };
+            writeln!(
+                out,
+                "from_index,to_index,{site}from_x,from_y,to_x,to_y,status,distance,lower,upper"
+            )?;
+        }
+        Format::GeoJson => write!(out, "{}", collection(crs))?,
+        Format::Text | Format::Json => {}
+    }
+    let mut count = 0;
+    while let Some(found) = pairs.try_next().await? {
         match format {
-            Format::Csv => {
-                let site = if self.to.names.is_some() { "site," } else { "" };
-                writeln!(
-                    out,
-                    "from_index,to_index,{site}from_x,from_y,to_x,to_y,status,distance,lower,upper"
-                )?;
-            }
-            Format::GeoJson => write!(out, "{}", collection(crs))?,
-            Format::Text | Format::Json => {}
+            Format::Csv => writeln!(out, "{}", row(matrix, &found))?,
+            Format::Json => writeln!(out, "{}", matrix.object(&found))?,
+            Format::GeoJson => write_feature(&mut out, count, &matrix.feature(&found))?,
+            Format::Text => write!(out, "{}", text(matrix, unit(crs), &found))?,
         }
-        let mut count = 0;
-        while let Some(found) = pairs.try_next().await? {
-            match format {
-                Format::Csv => writeln!(out, "{}", self.row(&found))?,
-                Format::Json => writeln!(out, "{}", self.object(&found))?,
-                Format::GeoJson => write_feature(&mut out, count, &self.feature(&found))?,
-                Format::Text => write!(out, "{}", self.text(unit(crs), &found))?,
-            }
-            count += 1;
-        }
-        if format == Format::GeoJson {
-            writeln!(out, "{COLLECTION_END}")?;
-        }
-        out.flush()?;
-        Ok(count)
+        count += 1;
     }
+    if format == Format::GeoJson {
+        writeln!(out, "{COLLECTION_END}")?;
+    }
+    out.flush()?;
+    Ok(count)
+}
 
-    fn row(&self, found: &PairDistance) -> String {
-        let numbers = match found.outcome {
-            DistanceOutcome::Found(distance) => bounds(&distance),
-            DistanceOutcome::OutOfBudget { lower_bound } => format!(",{lower_bound},"),
-            _ => ",,".to_owned(),
-        };
-        let mut start = format!("{},{}", found.from_index, found.to_index);
-        if let Some(name) = self.to.name_of(found.to_index) {
-            start += &format!(",{}", cell(name));
-        }
-        let ends = self.points(found).map(pair).join(",");
-        format!("{start},{ends},{},{numbers}", status(found.outcome).name())
+fn row(matrix: &Matrix, found: &PairDistance) -> String {
+    let numbers = match found.outcome {
+        DistanceOutcome::Found(distance) => bounds(&distance),
+        DistanceOutcome::OutOfBudget { lower_bound } => format!(",{lower_bound},"),
+        _ => ",,".to_owned(),
+    };
+    let mut start = format!("{},{}", found.from_index, found.to_index);
+    if let Some(name) = matrix.to.name_of(found.to_index) {
+        start += &format!(",{}", cell(name));
     }
+    let ends = matrix.points(found).map(pair).join(",");
+    format!("{start},{ends},{},{numbers}", status(found.outcome).name())
+}
 
-    fn feature(&self, found: &PairDistance) -> Value {
-        let [from, to] = self.points(found);
-        let geometry = match &found.path {
-            // A line needs two positions that differ.
-            Some(_) if from == to => json!({"type": "Point", "coordinates": position(from)}),
-            Some(path) => line_string(path),
-            None => Value::Null,
-        };
-        json!({"type": "Feature", "properties": self.object(found), "geometry": geometry})
+fn text(matrix: &Matrix, unit: Unit, found: &PairDistance) -> String {
+    let [from, to] = matrix.points(found).map(point);
+    let name = match matrix.to.name_of(found.to_index) {
+        Some(name) => shown::text(name).into_owned(),
+        None => found.to_index.to_string(),
+    };
+    let mut text = format!("{} {from} to {name} {to}", found.from_index);
+    push_status(&mut text, status(found.outcome), unit);
+    if let DistanceOutcome::Found(distance) = found.outcome {
+        text += &format!(": {}", unit.distance(distance.value));
     }
-
-    fn object(&self, found: &PairDistance) -> Value {
-        let [from, to] = self.points(found).map(position);
-        let [from_index, to_index] = [found.from_index, found.to_index];
-        let mut value = json!({"from_index": from_index, "to_index": to_index, "from": from, "to": to});
-        if let Some(name) = self.to.name_of(to_index) {
-            value["site"] = name.into();
-        }
-        status(found.outcome).add_to(&mut value);
-        match found.outcome {
-            DistanceOutcome::Found(distance) => with_distance(value, &distance),
-            _ => value,
-        }
-    }
-
-    fn text(&self, unit: Unit, found: &PairDistance) -> String {
-        let [from, to] = self.points(found).map(point);
-        let name = match self.to.name_of(found.to_index) {
-            Some(name) => shown::text(name).into_owned(),
-            None => found.to_index.to_string(),
-        };
-        let mut text = format!("{} {from} to {name} {to}", found.from_index);
-        push_status(&mut text, status(found.outcome), unit);
-        if let DistanceOutcome::Found(distance) = found.outcome {
-            text += &format!(": {}", unit.distance(distance.value));
-        }
-        text.push('\n');
-        text
-    }
-
-    fn points(&self, found: &PairDistance) -> [Point; 2] {
-        [self.from.points[found.from_index], self.to.points[found.to_index]]
-    }
+    text.push('\n');
+    text
 }
 
 /// Returns the picture of all pairs.
@@ -281,15 +206,5 @@ fn picture(args: &MatrixArgs, Matrix { from, to }: Matrix, paths: Vec<Vec<Point>
         sites,
         paths,
         ..Overlay::default()
-    }
-}
-
-/// Converts the outcome of a pair to the status of a query.
-fn status(outcome: DistanceOutcome) -> Status {
-    match outcome {
-        DistanceOutcome::Found(_) => Status::Ok,
-        DistanceOutcome::Unreachable => Status::Unreachable,
-        DistanceOutcome::InsideObstacle { point, nearest_free } => Status::Inside(point, nearest_free),
-        DistanceOutcome::OutOfBudget { lower_bound } => Status::Budget(lower_bound),
     }
 }

@@ -1,15 +1,10 @@
 //! `tiletool query`: point location, nearest sites, shortest paths among obstacles, and heights.
 
 mod along;
-pub mod answer;
-pub mod area;
 pub mod args;
-pub mod ask;
-mod asked;
 pub mod batch;
 pub mod command;
 mod matrix;
-mod objects;
 mod picture;
 mod print;
 mod progress;
@@ -19,6 +14,7 @@ mod stage;
 mod terrain;
 mod text;
 pub mod turns;
-mod values;
 
+// The Python package and the laboratory use them.
+pub use delaunay_tiles_answers::{answer, area, ask, question};
 pub use run::{QueryArgs, answer, run};

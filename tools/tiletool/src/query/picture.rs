@@ -2,13 +2,13 @@
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{AreaPolygon, Explored};
+use delaunay_tiles_answers::answer::{Answer, QueryResult, Status};
+use delaunay_tiles_answers::ask::Ask;
+use delaunay_tiles_answers::question::Question;
+use delaunay_tiles_answers::units::{Measure, Unit, number};
 
-use super::answer::{Answer, QueryResult, Status};
-use super::ask::Ask;
-use super::batch::Question;
 use crate::common::{counted, thousands};
 use crate::plot::Overlay;
-use crate::units::{Measure, Unit, number};
 
 /// Collects answers for a picture.
 pub struct Picture {

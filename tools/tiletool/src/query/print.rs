@@ -3,16 +3,16 @@
 use std::io::{BufWriter, Write};
 
 use delaunay_tiles::crs::Crs;
+use delaunay_tiles_answers::answer::Answer;
+use delaunay_tiles_answers::asked::Asked;
+use delaunay_tiles_answers::objects::{features, object};
+use delaunay_tiles_answers::values::{COLLECTION_END, collection, write_feature};
 use serde_json::Value;
 
-use super::answer::Answer;
 use super::args::Format;
-use super::asked::Asked;
-use super::objects::{features, object};
 use super::rows::{header, rows};
 use super::stage::Stage;
 use super::text::text;
-use super::values::{COLLECTION_END, collection, write_feature};
 use crate::output::StandardOutput;
 
 /// Prints answers, one after the other.

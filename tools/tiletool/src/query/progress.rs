@@ -2,11 +2,11 @@
 
 use delaunay_tiles::query::{Progress, QueryError, QueryOptions};
 use delaunay_tiles::store::TileReader;
+use delaunay_tiles_answers::answer::{Answer, QueryResult, Status};
+use delaunay_tiles_answers::ask::{Ask, path_found};
+use delaunay_tiles_answers::question::Question;
 use futures::{Stream, TryStreamExt};
 
-use super::answer::{Answer, QueryResult, Status};
-use super::ask::{Ask, path_found};
-use super::batch::Question;
 use super::print::Printer;
 use super::stage::Stage;
 

@@ -1,10 +1,11 @@
 //! Answers as rows of CSV.
 
+use delaunay_tiles_answers::answer::{Answer, QueryResult, Status, name};
+use delaunay_tiles_answers::ask::Ask;
+use delaunay_tiles_answers::question::Question;
+use delaunay_tiles_answers::values::{bounds, pair};
+
 use super::along;
-use super::answer::{Answer, QueryResult, Status, name};
-use super::ask::Ask;
-use super::batch::Question;
-use super::values::{bounds, pair};
 use crate::common::cell;
 
 /// Returns the names of the columns.

@@ -8,13 +8,14 @@ use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
 use delaunay_tiles::query::{Explored, QueryOptions};
 use delaunay_tiles::store::TileReader;
+use delaunay_tiles_answers::answer::Answer;
+use delaunay_tiles_answers::ask::Ask;
+use delaunay_tiles_answers::asked::Asked;
+use delaunay_tiles_answers::question::Question;
 use tokio::sync::Semaphore;
 
-use super::answer::Answer;
 use super::args::Format;
-use super::ask::Ask;
-use super::asked::Asked;
-use super::batch::{self, Question};
+use super::batch;
 use super::command::QueryCommand;
 use super::picture::Picture;
 use super::print::Printer;
@@ -22,7 +23,6 @@ use super::terrain::{profile, volume, z};
 use super::{matrix, progress, turns};
 use crate::common;
 use crate::plot;
-use crate::units::unit;
 
 /// Query a tile file: locations, nearest sites, shortest paths among obstacles, and heights
 ///
@@ -130,11 +130,7 @@ where
     let began = Instant::now();
     let count = common::counted(questions.len() as u64, "query", "queries");
     let crs = args.reading.crs(&reader, ask != Ask::Locate).await?;
-    let asked = Asked {
-        ask,
-        unit: unit(crs.as_ref()),
-        has_sites: reader.metadata().sites > 0,
-    };
+    let asked = Asked::new(ask, &reader, crs.as_ref());
     let mut printer = Printer::new(format, asked, crs.as_ref(), is_progressive)?;
     if is_progressive {
         for question in questions {

@@ -4,14 +4,14 @@ use std::fmt::Write as _;
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Bend, Distance};
+use delaunay_tiles_answers::answer::{Answer, QueryResult, Status, displayed_name};
+use delaunay_tiles_answers::ask::Ask;
+use delaunay_tiles_answers::asked::Asked;
+use delaunay_tiles_answers::question::Question;
+use delaunay_tiles_answers::units::{Measure, Unit, number};
 
 use super::along;
-use super::answer::{Answer, QueryResult, Status, displayed_name};
-use super::ask::Ask;
-use super::asked::Asked;
-use super::batch::Question;
 use crate::common::counted;
-use crate::units::{Measure, Unit, number};
 
 /// Returns an answer as text, with a line break at its end.
 pub fn text(asked: Asked, answer: &Answer) -> String {

@@ -9,17 +9,16 @@ use clap::Args;
 use delaunay_tiles::crs::Crs;
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{SegmentBatch, SegmentSource};
-use delaunay_tiles::terrain::{Profile, ProfilePart, ProfilePoint};
-use serde_json::{Value, json};
+use delaunay_tiles::terrain::{Profile, ProfilePoint};
+use delaunay_tiles_answers::units::{Measure, Unit, number, unit};
+use delaunay_tiles_answers::values::{COLLECTION_END, collection, pair, write_feature};
+use delaunay_tiles_answers::{profile, question};
 
 use super::super::args::{FileArgs, Format, FormatArgs};
-use super::super::batch;
-use super::super::values::{COLLECTION_END, collection, pair, position, write_feature};
 use super::surface::WholeSurfaceArgs;
 use crate::common::{self, counted};
 use crate::crs::CrsArgs;
 use crate::output::StandardOutput;
-use crate::units::{Measure, Unit, number, unit};
 
 /// Find the heights of the surface along a line
 ///
@@ -35,10 +34,10 @@ pub struct ProfileArgs {
     #[command(flatten)]
     file: FileArgs,
     /// Start of the line, as X,Y
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = batch::point, requires = "to")]
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = question::point, requires = "to")]
     from: Option<Point>,
     /// End of the line, as X,Y
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = batch::point, requires = "from")]
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = question::point, requires = "from")]
     to: Option<Point>,
     /// File whose first line is the line, in a format of --segments, such as GeoJSON. It must have the
     /// tile file's coordinate reference system
@@ -108,12 +107,12 @@ fn print(format: Format, profile: &Profile, ends: [Point; 2], crs: Option<&Crs>)
     let mut out = BufWriter::new(StandardOutput::of("the profile"));
     match format {
         Format::Text => print_text(&mut out, profile, unit(crs))?,
-        Format::Json => writeln!(out, "{}", object(profile))?,
+        Format::Json => writeln!(out, "{}", profile::object(profile))?,
         Format::Csv => print_rows(&mut out, profile, ends)?,
         Format::GeoJson => {
             write!(out, "{}", collection(crs))?;
             for (part, index) in profile.parts.iter().zip(0..) {
-                write_feature(&mut out, index, &feature(part, index))?;
+                write_feature(&mut out, index, &profile::feature(part, index))?;
             }
             writeln!(out, "{COLLECTION_END}")?;
         }
@@ -171,29 +170,4 @@ fn print_rows(out: &mut impl Write, profile: &Profile, [from, to]: [Point; 2]) -
         writeln!(out, ",{},{},", profile.length, pair(to))?;
     }
     Ok(())
-}
-
-fn object(profile: &Profile) -> Value {
-    let point = |point: &ProfilePoint| {
-        let at = position(point.point);
-        json!({"distance": point.distance, "at": at, "z": point.z})
-    };
-    let parts = profile
-        .parts
-        .iter()
-        .map(|part| part.points.iter().map(point).collect::<Vec<_>>());
-    json!({"length": profile.length, "parts": parts.collect::<Vec<_>>(), "gaps": profile.gaps()})
-}
-
-/// Returns a part as a feature: a LineString with z, or a Point.
-fn feature(part: &ProfilePart, number: u64) -> Value {
-    let coordinates = part.points.iter().map(|p| json!([p.point.x, p.point.y, p.z]));
-    let mut coordinates: Vec<Value> = coordinates.collect();
-    let geometry = match coordinates.len() {
-        1 => json!({"type": "Point", "coordinates": coordinates.remove(0)}),
-        _ => json!({"type": "LineString", "coordinates": coordinates}),
-    };
-    let ends = [part.points.first(), part.points.last()].map(|end| end.map(|point| point.distance));
-    let properties = json!({"part": number, "from": ends[0], "to": ends[1]});
-    json!({"type": "Feature", "properties": properties, "geometry": geometry})
 }

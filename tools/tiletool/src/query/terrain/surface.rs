@@ -2,8 +2,8 @@
 
 use clap::Args;
 use delaunay_tiles::terrain::Surface;
-
-use crate::surface::length;
+use delaunay_tiles_answers::height::Counted;
+use delaunay_tiles_answers::question::length;
 
 #[derive(Args, Clone, Copy, Debug)]
 pub struct SurfaceArgs {
@@ -28,21 +28,15 @@ pub struct WholeSurfaceArgs {
 
 impl WholeSurfaceArgs {
     pub fn surface(self) -> Surface {
-        self.of_triangles.surface().from_hull(self.from_hull)
+        self.of_triangles.counted().surface().from_hull(self.from_hull)
     }
 }
 
 impl SurfaceArgs {
-    pub fn surface(self) -> Surface {
-        Surface::default().holes(self.all).max_edge(self.max_edge)
-    }
-
-    /// Returns why a point within the hull is not on the surface.
-    pub fn why_not(self) -> &'static str {
-        match (self.all, self.max_edge) {
-            (false, None) => "in a hole",
-            (false, Some(_)) => "in a hole, or in a triangle that --max-edge leaves out",
-            (true, _) => "in a triangle that --max-edge leaves out",
+    pub const fn counted(self) -> Counted {
+        Counted {
+            all: self.all,
+            max_edge: self.max_edge,
         }
     }
 }

@@ -6,13 +6,13 @@ use anyhow::bail;
 use clap::Args;
 use delaunay_tiles::crs::Crs;
 use delaunay_tiles::terrain::Volume;
+use delaunay_tiles_answers::units::{Measure, Unit, number, unit};
 use serde::Serialize;
 
 use super::surface::WholeSurfaceArgs;
 use crate::common::{self, MemoryArgs};
 use crate::crs::CrsArgs;
 use crate::surface::open_clipped;
-use crate::units::{Measure, Unit, number, unit};
 
 /// Find the volumes of the surface above and below a level
 ///

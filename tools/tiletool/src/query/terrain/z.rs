@@ -8,15 +8,15 @@ use anyhow::{Context, bail};
 use clap::Args;
 use delaunay_tiles::crs::Crs;
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::query::Location;
 use delaunay_tiles::store::TileReader;
 use delaunay_tiles::terrain::TerrainError;
+use delaunay_tiles_answers::height::Height;
+use delaunay_tiles_answers::question::{self, Question};
+use delaunay_tiles_answers::values::{COLLECTION_END, collection, pair, write_feature};
 use futures::{StreamExt, TryStreamExt, stream};
-use serde_json::{Value, json};
 
 use super::super::args::{FileArgs, Format, FormatArgs};
-use super::super::batch::{self, Question};
-use super::super::values::{COLLECTION_END, collection, pair, position, write_feature};
+use super::super::batch;
 use super::surface::SurfaceArgs;
 use crate::common;
 use crate::output::StandardOutput;
@@ -37,7 +37,7 @@ pub struct ZArgs {
     #[command(flatten)]
     file: FileArgs,
     /// Point to query, as X,Y; may be repeated
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = batch::point)]
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = question::point)]
     at: Vec<Point>,
     /// CSV file of points, with x,y in each row; a header row is skipped
     #[arg(long, value_name = "FILE")]
@@ -46,12 +46,6 @@ pub struct ZArgs {
     surface: SurfaceArgs,
     #[command(flatten)]
     format: FormatArgs,
-}
-
-/// A point, and its height or why it has none.
-struct Height {
-    at: Point,
-    z: Result<f64, &'static str>,
 }
 
 /// Prints the heights.
@@ -96,8 +90,9 @@ async fn print(args: &ZArgs, reader: &TileReader, points: Vec<Point>, crs: Optio
         Format::Text | Format::Json => {}
     }
     let heights = stream::iter(points).map(|at| {
-        let task = tokio::spawn(height(reader.clone(), at, args.surface));
-        async move { task.await.context("a query task failed")? }
+        let (reader, counted) = (reader.clone(), args.surface.counted());
+        let task = tokio::spawn(async move { Height::find(&reader, at, counted).await });
+        async move { anyhow::Ok(task.await.context("a query task failed")??) }
     });
     let mut heights = heights.buffered(AT_ONCE);
     let mut count = 0;
@@ -120,31 +115,4 @@ async fn print(args: &ZArgs, reader: &TileReader, points: Vec<Point>, crs: Optio
         writeln!(out, "{COLLECTION_END}")?;
     }
     Ok(out.flush()?)
-}
-
-async fn height(reader: TileReader, at: Point, surface: SurfaceArgs) -> anyhow::Result<Height> {
-    let z = match reader.locate_with_z(at.x, at.y, surface.surface()).await? {
-        (_, Some(z)) => Ok(z),
-        (Location::Outside, None) => Err("outside the triangulation"),
-        (_, None) => Err(surface.why_not()),
-    };
-    Ok(Height { at, z })
-}
-
-impl Height {
-    fn object(&self) -> Value {
-        let mut object = json!({"at": position(self.at), "z": self.z.ok()});
-        if let Err(why) = self.z {
-            object["note"] = why.into();
-        }
-        object
-    }
-
-    /// Returns a feature whose position has the height, if there is one.
-    fn feature(&self) -> Value {
-        let Point { x, y } = self.at;
-        let coordinates = self.z.map_or_else(|_| json!([x, y]), |z| json!([x, y, z]));
-        let geometry = json!({"type": "Point", "coordinates": coordinates});
-        json!({"type": "Feature", "properties": self.object(), "geometry": geometry})
-    }
 }

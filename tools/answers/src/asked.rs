@@ -1,8 +1,11 @@
 //! What was asked, and of which file.
 
-use super::answer::{Answer, QueryResult, Status};
-use super::ask::Ask;
-use crate::units::{Measure, Unit};
+use delaunay_tiles::crs::Crs;
+use delaunay_tiles::store::TileReader;
+
+use crate::answer::{Answer, QueryResult, Status};
+use crate::ask::Ask;
+use crate::units::{Measure, Unit, unit};
 
 /// Why an answer is empty if its file has no sites.
 pub const NO_SITES: &str = "the file has no sites; build it with --sites FILE";
@@ -10,6 +13,7 @@ pub const NO_SITES: &str = "the file has no sites; build it with --sites FILE";
 /// A kind of query, and what its answers need to know of the file.
 #[derive(Clone, Copy, Debug)]
 pub struct Asked {
+    /// The kind of query.
     pub ask: Ask,
     /// The unit of the file's coordinates.
     pub unit: Unit,
@@ -18,6 +22,16 @@ pub struct Asked {
 }
 
 impl Asked {
+    /// Returns what the answers to `ask` need to know of a file with this coordinate reference
+    /// system.
+    pub fn new(ask: Ask, reader: &TileReader, crs: Option<&Crs>) -> Self {
+        Self {
+            ask,
+            unit: unit(crs),
+            has_sites: reader.metadata().sites > 0,
+        }
+    }
+
     /// Returns why an answer is empty, unless it is not or its status says why.
     pub fn note(self, answer: &Answer) -> Option<String> {
         let is_empty = match &answer.found {

@@ -10,12 +10,20 @@ use serde_json::{Value, json};
 /// Returns the text before all features of GeoJSON. The member `crs` of the former standard, which
 /// GIS programs read, tells the system if that is not longitude and latitude.
 pub fn collection(crs: Option<&Crs>) -> String {
-    let named = crs.and_then(Crs::urn).map(|urn| {
+    collection_with(crs, &Value::Null)
+}
+
+/// Returns the text before all features of GeoJSON, with the members of an object before them.
+pub fn collection_with(crs: Option<&Crs>, members: &Value) -> String {
+    let mut text = r#"{"type":"FeatureCollection","#.to_owned();
+    if let Some(urn) = crs.and_then(Crs::urn) {
         let member = json!({"type": "name", "properties": {"name": urn}});
-        format!(r#""crs":{member},"#)
-    });
-    let named = named.unwrap_or_default();
-    format!(r#"{{"type":"FeatureCollection",{named}"features":["#)
+        text += &format!(r#""crs":{member},"#);
+    }
+    for (key, member) in members.as_object().into_iter().flatten() {
+        text += &format!("{}:{member},", json!(key));
+    }
+    text + r#""features":["#
 }
 
 /// The text after all features of GeoJSON.
@@ -33,18 +41,22 @@ pub fn line_string(path: &Path) -> Value {
     json!({"type": "LineString", "coordinates": points})
 }
 
+/// Returns the cells `x,y` of a point.
 pub fn pair(point: Point) -> String {
     format!("{},{}", point.x, point.y)
 }
 
+/// Returns the cells `distance,lower,upper` of a distance.
 pub fn bounds(distance: &Distance) -> String {
     format!("{},{},{}", distance.value, distance.lower, distance.upper)
 }
 
+/// Returns the position `[x, y]` of a point.
 pub fn position(point: Point) -> Value {
     json!([point.x, point.y])
 }
 
+/// Adds a distance and its bounds to an object.
 pub fn with_distance(mut value: Value, distance: &Distance) -> Value {
     value["distance"] = distance.value.into();
     value["lower"] = distance.lower.into();

@@ -5,8 +5,8 @@ use delaunay_tiles::query::{AreaCover, AreaPolygon, QueryOptions};
 use delaunay_tiles::store::TileReader;
 use serde_json::{Value, json};
 
-use super::answer::{Area, Status};
-use super::values::position;
+use crate::answer::{Area, Status};
+use crate::values::position;
 
 /// Maximum distance of an arc's straight edges from the arc, inside it, as a fraction of the arc's
 /// radius. A sector of a disc loses 4/3 of this fraction of its area.

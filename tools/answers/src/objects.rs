@@ -4,11 +4,11 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Near, Path, SiteFound};
 use serde_json::{Value, json};
 
-use super::answer::{Answer, Area, QueryResult, Status, name};
-use super::asked::Asked;
-use super::batch::Question;
-use super::values::{line_string, position, with_distance};
-use super::{along, area};
+use crate::answer::{Answer, Area, QueryResult, Status, name};
+use crate::asked::Asked;
+use crate::question::Question;
+use crate::values::{line_string, position, with_distance};
+use crate::{along, area};
 
 fn path_value(path: &Path) -> Value {
     let bends = path.bends.iter().map(|bend| {
@@ -130,6 +130,22 @@ pub fn object(asked: Asked, answer: &Answer) -> Value {
             if !matches!(found, QueryResult::Path(_)) {
                 value[key] = items.into();
             }
+        }
+    }
+    value
+}
+
+/// Returns the members of an answer's [`object`] that are no lists of found items and no path: what is
+/// not in [`features`] alone.
+pub fn members(asked: Asked, answer: &Answer) -> Value {
+    let mut value = header_object(asked, answer);
+    if let Some(area) = &answer.area {
+        value["area"] = area.size.into();
+    }
+    let found = matches!(&answer.found, QueryResult::Location(_) | QueryResult::Path(_));
+    for (item, _, _) in items(answer).into_iter().filter(|_| found) {
+        if let Value::Object(item) = item {
+            item.into_iter().for_each(|(key, item)| value[key] = item);
         }
     }
     value

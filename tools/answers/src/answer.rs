@@ -7,11 +7,12 @@ use delaunay_tiles::store::{TileReader, Vertex};
 use delaunay_tiles::terrain::Surface;
 use serde_json::Value;
 
-use super::batch::Question;
+use crate::question::Question;
 
 /// How a query ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Status {
+    /// The query ended as it should.
     Ok,
     /// No path connects the two points.
     Unreachable,
@@ -66,8 +67,11 @@ pub struct Measured {
 /// An answer and its question.
 #[derive(Clone, Debug)]
 pub struct Answer {
+    /// The question.
     pub question: Question,
+    /// How the query ended.
     pub status: Status,
+    /// What was found.
     pub found: QueryResult,
     /// The cost, if it was measured.
     pub cost: Option<Measured>,
@@ -95,6 +99,7 @@ impl Answer {
 /// The location of a point, with heights.
 #[derive(Clone, Debug)]
 pub struct Located {
+    /// Where the point is.
     pub location: Location,
     /// The height of the surface at the point, if it is on it.
     pub z: Option<f64>,
@@ -105,10 +110,15 @@ pub struct Located {
 /// What a query found.
 #[derive(Clone, Debug)]
 pub enum QueryResult {
+    /// The location of a point.
     Location(Located),
+    /// The nearest sites or vertices by Euclidean distance.
     Near(Vec<Near>),
+    /// Sites by walking distance.
     Sites(Vec<SiteFound>),
+    /// A path, if there is one.
     Path(Option<Path>),
+    /// The nearest sites along a line.
     Along(Vec<AlongInterval>),
 }
 

@@ -1,0 +1,20 @@
+//! The paths of the service.
+
+mod base;
+mod context;
+mod facts;
+mod features;
+mod health;
+mod index;
+mod input;
+mod limits;
+mod maps;
+mod matrix;
+mod measure;
+mod query;
+mod raw;
+mod router;
+mod surface;
+mod terrain;
+
+pub use router::router;
