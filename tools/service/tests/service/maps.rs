@@ -41,7 +41,7 @@ async fn map_tiles_are_those_of_the_library() {
         .await
         .unwrap();
     let answer = get(&router, "/hill/terrain/0/1/0.terrain").await;
-    assert_eq!((answer.status, answer.bytes), (StatusCode::OK, drawn.bytes));
+    assert_eq!((answer.status, &answer.bytes), (StatusCode::OK, &drawn.bytes));
     assert_eq!(answer.header("content-type"), "application/vnd.quantized-mesh");
 }
 
@@ -73,22 +73,27 @@ async fn a_picture_that_needs_too_much_says_so() {
     let mut options = Options::default();
     options.max_picture_tiles = 2;
     let router = files.router(options).await;
-    let answer = get(&router, "/hill/native/mesh/0/0/0.mvt").await;
+    let answer = get(&router, "/hill/native/terrarium/0/0/0.png").await;
     assert_eq!(answer.status, StatusCode::NOT_FOUND, "{:?}", answer.bytes);
     assert!(answer.json()["what"].as_str().unwrap().contains("tiles"));
-    let minimum = get(&router, "/hill/native/mesh.json").await.json()["minzoom"]
+    let minimum = get(&router, "/hill/native/terrarium.json").await.json()["minzoom"]
         .as_u64()
         .unwrap();
     assert!(minimum > 0);
-    let answer = get(&router, &format!("/hill/native/mesh/{minimum}/0/0.mvt")).await;
+    let answer = get(&router, &format!("/hill/native/terrarium/{minimum}/0/0.png")).await;
     assert!(answer.status.is_success(), "{minimum}: {:?}", answer.bytes);
     // A request can lower the limit, and not raise it.
     let router = files.router(Options::default()).await;
     assert_eq!(
-        get(&router, "/hill/native/mesh/0/0/0.mvt?max-tiles=1").await.status,
+        get(&router, "/hill/native/terrarium/0/0/0.png?max-tiles=1")
+            .await
+            .status,
         StatusCode::NOT_FOUND
     );
-    assert_eq!(get(&router, "/hill/native/mesh/0/0/0.mvt").await.status, StatusCode::OK);
+    assert_eq!(
+        get(&router, "/hill/native/terrarium/0/0/0.png").await.status,
+        StatusCode::OK
+    );
 }
 
 #[tokio::test]

@@ -159,7 +159,7 @@ async fn requests_are_counted_by_template_and_status() {
     get(&router, "/town").await;
     get(&router, "/hill").await;
     get(&router, "/nope").await;
-    get(&router, "/no/such/path/at/all/there").await;
+    get(&router, "/no/such/path/at/all/there/is").await;
     let text = String::from_utf8(get(&router, "/metrics").await.bytes.to_vec()).unwrap();
     for line in [
         "delaunay_tiles_requests_total{route=\"/{id}\",status=\"200\"} 2",

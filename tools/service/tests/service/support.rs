@@ -90,7 +90,7 @@ fn ring([x, y, u, v]: [f64; 4]) -> Vec<[Point; 2]> {
 /// Builds a town: a grid of houses, a closed wall, and sites. Everything is `shift` to the east.
 pub async fn town(path: &Path, shift: f64) {
     let mut builder = Builder::new(path, BuildOptions::default().tile_vertices(50).force(true)).unwrap();
-    for house in 0..36 {
+    for house in 0..36u32 {
         let [x, y] = [house % 6, house / 6].map(f64::from);
         let ends = ring([
             x * 3.0 + 1.0 + shift,
@@ -98,7 +98,7 @@ pub async fn town(path: &Path, shift: f64) {
             x * 3.0 + 2.5 + shift,
             y * 3.0 + 2.5,
         ]);
-        let lines = vec![house; 4];
+        let lines = vec![house.into(); 4];
         let batch = SegmentBatch {
             ends,
             lines,
