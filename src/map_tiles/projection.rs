@@ -170,7 +170,8 @@ impl Way {
         };
         let proj = |text: &str| Proj::from_proj_string(text).map_err(|error| unsupported(error.to_string()));
         let (file, earth) = (proj(&definition)?, proj(WGS84)?);
-        if !file.is_latlong() && !(file.has_inverse() && file.has_forward()) || file.is_geocent() {
+        let is_known = file.is_latlong() || file.has_inverse() && file.has_forward();
+        if !is_known || file.is_geocent() {
             return Err(unsupported("its projection has no inverse".to_owned()));
         }
         Ok(Self::Through {

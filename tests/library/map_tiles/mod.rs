@@ -26,7 +26,7 @@ struct Plan {
     lines: Vec<(LineKind, Vec<[Point; 2]>)>,
     sites: Vec<Point>,
     crs: Option<&'static str>,
-    tile_vertices: u32,
+    tile_vertices: usize,
 }
 
 impl Plan {
@@ -49,7 +49,7 @@ impl Plan {
         self
     }
 
-    fn tile_vertices(mut self, count: u32) -> Self {
+    fn tile_vertices(mut self, count: usize) -> Self {
         self.tile_vertices = count;
         self
     }
