@@ -34,7 +34,7 @@ fn terrarium_pixels_have_the_heights_of_the_surface() {
                     continue;
                 }
                 let pixels = pixels(&drawn.bytes);
-                for _ in 0..50 {
+                for _ in 0..150 {
                     let pixel = random.below(256 * 256);
                     let p = point_in(tiles, at, pixel, [0.5, 0.5]);
                     match source.reader().surface_z(p.x, p.y, Surface::default()).await.unwrap() {
