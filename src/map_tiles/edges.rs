@@ -31,7 +31,8 @@ impl Marks {
         }
     }
 
-    /// Marks the pixels that differ from one of their neighbours. `values` has a margin of one pixel.
+    /// Marks the pixels that differ from one of their neighbours. `values` has a margin of one
+    /// pixel.
     pub(super) fn changes<T: PartialEq>(&mut self, values: &[T]) {
         let width = (PIXELS + 2) as usize;
         for (pixel, mark) in self.0.iter_mut().enumerate() {
@@ -60,7 +61,12 @@ mod tests {
 
     #[test]
     fn all_pixels_along_a_line_are_marked_and_few_others() {
-        for (a, b) in [([0, 0], [4096, 4096]), ([100, 200], [4000, 210]), ([64, 4090], [64, -50]), ([9, 9], [9, 9])] {
+        for (a, b) in [
+            ([0, 0], [4096, 4096]),
+            ([100, 200], [4000, 210]),
+            ([64, 4090], [64, -50]),
+            ([9, 9], [9, 9]),
+        ] {
             let mut marks = Marks::new();
             marks.line([a, b]);
             let mut passed = 0;

@@ -39,8 +39,8 @@ pub(super) struct Wanted {
 }
 
 impl Facets {
-    /// Returns what is wanted of the triangles of a tile that meet a map tile. What is not larger than
-    /// nothing after rounding is left out.
+    /// Returns what is wanted of the triangles of a tile that meet a map tile. What is not larger
+    /// than nothing after rounding is left out.
     pub(super) fn of(tile: &Tile, window: &Window, wanted: Wanted) -> Self {
         let mut this = Self::default();
         let mut positions: Vec<Option<Option<Far>>> = vec![None; tile.corner_count()];
@@ -100,7 +100,8 @@ impl Facets {
             facet.corners = first_corner(&facet.corners);
         }
         let bits = |facet: &Facet| (facet.z.map(|z| z.map(f32::to_bits)), facet.region);
-        self.triangles.sort_unstable_by(|a, b| a.corners.cmp(&b.corners).then_with(|| bits(a).cmp(&bits(b))));
+        self.triangles
+            .sort_unstable_by(|a, b| a.corners.cmp(&b.corners).then_with(|| bits(a).cmp(&bits(b))));
         for parts in self.holes.values_mut() {
             for part in parts.iter_mut() {
                 *part = first_corner(part);

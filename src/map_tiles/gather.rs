@@ -32,7 +32,9 @@ impl MapSource {
     /// Returns the heights of a level at points, NaN where it has no surface.
     pub(super) async fn heights_at(&self, level: usize, points: Arc<[Point]>) -> Result<Vec<f64>, ReadError> {
         let surface = Surface::default().holes(true);
-        self.level(level).surface_z_many(points, surface, BulkOptions::default()).await
+        self.level(level)
+            .surface_z_many(points, surface, BulkOptions::default())
+            .await
     }
 
     /// Returns what is at points of the file.
@@ -50,7 +52,8 @@ impl MapSource {
     ) -> Result<Shapes, DrawError> {
         let (mut shapes, window) = (Shapes::default(), window.clone());
         let of = move |tile: &Tile| Shapes::of(tile, &window, curved);
-        self.of_tiles(FILE, tiles, limits, of, |part| shapes.append(part)).await?;
+        self.of_tiles(FILE, tiles, limits, of, |part| shapes.append(part))
+            .await?;
         let joined = spawn(move || {
             shapes.join();
             shapes
@@ -58,8 +61,8 @@ impl MapSource {
         Ok(joined.await?)
     }
 
-    /// Computes something of each of some tiles of a level, on threads of the library, and passes it to
-    /// `take` in the order of the tiles.
+    /// Computes something of each of some tiles of a level, on threads of the library, and passes
+    /// it to `take` in the order of the tiles.
     pub(super) async fn of_tiles<T: Send + 'static>(
         &self,
         level: usize,

@@ -1,7 +1,7 @@
 //! The range of the heights of a file.
 //!
-//! Files do not store it. It is found once, from the coarsest level, which is small. Of a large file
-//! without overviews, some tiles must do.
+//! Files do not store it. It is found once, from the coarsest level, which is small. Of a large
+//! file without overviews, some tiles must do.
 
 use futures::stream;
 use futures::stream::{StreamExt, TryStreamExt};
@@ -13,9 +13,9 @@ const TILES: u32 = 64;
 /// The number of tiles that are read at once.
 const AT_ONCE: usize = 4;
 /// The share of vertices at each end that may lie outside of the colours.
-const TAIL: f64 = 0.005;
+const TAIL: f64 = 0.02;
 /// If all heights span more than this multiple of the heights without the tails, the tails are cut.
-const LONG_TAILS: f64 = 1.5;
+const LONG_TAILS: f64 = 1.25;
 
 /// The range of the heights of a file, in its unit of z.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,8 +27,8 @@ pub(super) struct HeightRange {
 }
 
 impl HeightRange {
-    /// Finds the range of a level whose heights are up to `error` away from those of the file. `None` if
-    /// it has no vertices.
+    /// Finds the range of a level whose heights are up to `error` away from those of the file.
+    /// `None` if it has no vertices.
     pub(super) async fn of(level: &TileReader, error: f64) -> Result<Option<Self>, ReadError> {
         let all = level.metadata().tiles;
         let used = level.tiles_in(level.metadata().bounds, TILES as usize).await?;
@@ -97,7 +97,7 @@ mod tests {
         assert_eq!((plain.all, plain.coloured), ([0.0, 999.0], [0.0, 999.0]));
         heights.push(1e6);
         let range = HeightRange::of_heights(heights).unwrap();
-        assert_eq!((range.all, range.coloured), ([0.0, 1e6], [5.0, 995.0]));
+        assert_eq!((range.all, range.coloured), ([0.0, 1e6], [20.0, 980.0]));
         assert_eq!(HeightRange::of_heights(vec![f64::NAN]), None);
     }
 }

@@ -1,7 +1,7 @@
 //! Draws a vector tile: cells, triangles, lines, holes and sites.
 //!
-//! Vector tiles are never out of budget. What would take too many tiles of the file, or too many bytes,
-//! is left out, and the layer `info` says so.
+//! Vector tiles are never out of budget. What would take too many tiles of the file, or too many
+//! bytes, is left out, and the layer `info` says so.
 
 use crate::geometry::{Point, Rect};
 use crate::map_tiles::budget::Budget;
@@ -16,8 +16,8 @@ use crate::store::{CellContent, ReadError, Tile, spawn};
 
 /// How far shapes reach over the sides of a tile, in units.
 const BUFFER: i32 = 4 * PER_PIXEL;
-/// The typical length of edges in pixels up to which a level is fine enough, and below which triangles
-/// are left out.
+/// The typical length of edges in pixels up to which a level is fine enough, and below which
+/// triangles are left out.
 const EDGE: [f64; 2] = [12.0, 2.0];
 /// The maximum number of triangles in a tile.
 const TRIANGLES: usize = 20_000;
@@ -36,19 +36,26 @@ impl MapSource {
     ) -> Result<Drawn, DrawError> {
         let mut budget = Budget::new(limits);
         let window = Window::new(grid, at, BUFFER);
-        let mut tile = VectorTile { level: self.level_for(grid.pixel_size(at.z()) * EDGE[0]), ..VectorTile::default() };
+        let mut tile = VectorTile {
+            level: self.level_for(grid.pixel_size(at.z()) * EDGE[0]),
+            ..VectorTile::default()
+        };
         match self.cells(&window).await? {
             Some(cells) => tile.cells = cells,
             None => tile.omitted.push("cells"),
         }
         limits.check()?;
-        self.add_triangles(grid, at, &window, &mut tile, &mut budget, limits).await?;
+        self.add_triangles(grid, at, &window, &mut tile, &mut budget, limits)
+            .await?;
         self.add_shapes(&window, &mut tile, &mut budget, limits).await?;
         let bytes = spawn(move || {
             tile.facets.sort();
             tile.encode()
         });
-        Ok(Drawn { bytes: bytes.await?, tiles: budget.used() })
+        Ok(Drawn {
+            bytes: bytes.await?,
+            tiles: budget.used(),
+        })
     }
 
     /// Adds the triangles of the tile's level.
@@ -71,13 +78,18 @@ impl MapSource {
             tile.omitted.push("triangles");
             return Ok(());
         };
-        let wanted = Wanted { triangles: Some(TRIANGLES), holes: false, regions: level == FILE };
+        let wanted = Wanted {
+            triangles: Some(TRIANGLES),
+            holes: false,
+            regions: level == FILE,
+        };
         let of = {
             let window = window.clone();
             move |tile: &Tile| Facets::of(tile, &window, wanted)
         };
         let facets = &mut tile.facets;
-        self.of_tiles(level, tiles, limits, of, |part| facets.append(part, TRIANGLES)).await?;
+        self.of_tiles(level, tiles, limits, of, |part| facets.append(part, TRIANGLES))
+            .await?;
         if tile.facets.too_many {
             tile.omitted.push("triangles");
         }
@@ -94,7 +106,11 @@ impl MapSource {
     ) -> Result<(), DrawError> {
         let metadata = self.reader().metadata();
         let (has_lines, has_holes) = (metadata.constraint_edges > 0, metadata.hole_triangles > 0);
-        let has = [("lines", has_lines), ("holes", has_holes), ("sites", metadata.sites > 0)];
+        let has = [
+            ("lines", has_lines),
+            ("holes", has_holes),
+            ("sites", metadata.sites > 0),
+        ];
         if !has.iter().any(|(_, has)| *has) {
             return Ok(());
         }
@@ -104,25 +120,32 @@ impl MapSource {
             false => budget.try_claim(self.reader(), window.rect()).await?,
         };
         let Ok(tiles) = claimed else {
-            tile.omitted.extend(has.iter().filter(|(_, has)| *has).map(|(name, _)| *name));
+            tile.omitted
+                .extend(has.iter().filter(|(_, has)| *has).map(|(name, _)| *name));
             return Ok(());
         };
         tile.shapes = self.shapes(tiles.clone(), window, false, limits).await?;
         if has_holes {
-            let wanted = Wanted { triangles: None, holes: true, regions: true };
+            let wanted = Wanted {
+                triangles: None,
+                holes: true,
+                regions: true,
+            };
             let of = {
                 let window = window.clone();
                 move |tile: &Tile| Facets::of(tile, &window, wanted)
             };
             let mut holes = Facets::default();
-            self.of_tiles(FILE, tiles, limits, of, |part| holes.append(part, TRIANGLES)).await?;
+            self.of_tiles(FILE, tiles, limits, of, |part| holes.append(part, TRIANGLES))
+                .await?;
             tile.facets.holes = holes.holes;
         }
         tile.leave_out(PARTS);
         Ok(())
     }
 
-    /// Returns the cells of the tiles of the file that meet a map tile. `None` if there are too many.
+    /// Returns the cells of the tiles of the file that meet a map tile. `None` if there are too
+    /// many.
     async fn cells(&self, window: &Window) -> Result<Option<Vec<CellShape>>, ReadError> {
         let reader = self.reader();
         let (mut found, mut open) = (Vec::new(), Vec::from_iter(reader.root_cell()));
@@ -137,7 +160,11 @@ impl MapSource {
                         continue;
                     };
                     let vertices = reader.entry(tile).await?.vertices;
-                    found.push(CellShape { tile, vertices, corners });
+                    found.push(CellShape {
+                        tile,
+                        vertices,
+                        corners,
+                    });
                     if found.len() > CELLS {
                         return Ok(None);
                     }
@@ -151,7 +178,12 @@ impl MapSource {
 /// Returns the part of a rectangle in a map tile, clockwise on a screen.
 fn corners(window: &Window, rect: Rect) -> Option<Vec<[i32; 2]>> {
     let [west, east] = [rect.min_x, rect.max_x];
-    let corners = [(west, rect.max_y), (east, rect.max_y), (east, rect.min_y), (west, rect.min_y)];
+    let corners = [
+        (west, rect.max_y),
+        (east, rect.max_y),
+        (east, rect.min_y),
+        (west, rect.min_y),
+    ];
     let corners: Option<Vec<_>> = corners.iter().map(|&(x, y)| window.units(Point::new(x, y))).collect();
     let part = window.clip_polygon(&corners?);
     (part.len() > 2 && doubled_area(&part) > 0).then_some(part)

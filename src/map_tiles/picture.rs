@@ -7,7 +7,7 @@ use crate::map_tiles::coord::TileCoord;
 use crate::map_tiles::drawn::{DrawError, DrawLimits, Drawn};
 use crate::map_tiles::edges::Marks;
 use crate::map_tiles::grid::{PIXELS, TileGrid, pixels_of};
-use crate::map_tiles::paint::{REACH, paint};
+use crate::map_tiles::paint::{Density, REACH, paint};
 use crate::map_tiles::samples::{centres, within};
 use crate::map_tiles::shade::{Relief, Samples, shade};
 use crate::map_tiles::shapes::Shapes;
@@ -16,8 +16,8 @@ use crate::map_tiles::window::Window;
 use crate::query::Ground;
 use crate::store::{TileId, spawn};
 
-/// The number of samples along a side of a pixel, where one does not suffice, and where very many pixels
-/// need more.
+/// The number of samples along a side of a pixel, where one does not suffice, and where very many
+/// pixels need more.
 const PARTS: [u32; 2] = [4, 2];
 /// From so many pixels on, they get fewer samples.
 const MANY: usize = 12_000;
@@ -54,7 +54,14 @@ impl MapSource {
             None => None,
         };
         limits.check()?;
-        let marks = spawn(move || (marks(&shapes, ground.as_deref(), heights.as_deref()), shapes, ground, heights));
+        let marks = spawn(move || {
+            (
+                marks(&shapes, ground.as_deref(), heights.as_deref()),
+                shapes,
+                ground,
+                heights,
+            )
+        });
         let (pixels, shapes, ground, heights) = marks.await?;
         let parts = PARTS[usize::from(pixels.len() > MANY)];
         let marked = pixels.clone();
@@ -76,13 +83,16 @@ impl MapSource {
             heights_within,
             ground_within,
         };
-        let edge = grid.edge_pixels(at.z());
-        let bytes = spawn(move || paint(&shade(&samples), &shapes, edge)).await?;
-        Ok(Drawn { bytes, tiles: budget.used() })
+        let density = self.density(grid, at.z());
+        let bytes = spawn(move || paint(&shade(&samples), &shapes, density)).await?;
+        Ok(Drawn {
+            bytes,
+            tiles: budget.used(),
+        })
     }
 
-    /// Finds the tiles that a picture needs. Of files with heights, holes and lines are left out if they
-    /// take too many tiles.
+    /// Finds the tiles that a picture needs. Of files with heights, holes and lines are left out if
+    /// they take too many tiles.
     async fn plan(
         &self,
         grid: &TileGrid,
@@ -93,7 +103,10 @@ impl MapSource {
         let metadata = self.reader().metadata();
         if self.heights().is_none() || metadata.triangles == 0 {
             let file = budget.claim(self.reader(), window.rect()).await?;
-            return Ok(Plan { heights: None, file: Some(file) });
+            return Ok(Plan {
+                heights: None,
+                file: Some(file),
+            });
         }
         let level = self.level_for(grid.pixel_size(at.z()));
         let tiles = budget.claim(self.level(level), window.rect()).await?;
@@ -103,7 +116,10 @@ impl MapSource {
             _ if has_more => budget.try_claim(self.reader(), window.rect()).await?.ok(),
             _ => None,
         };
-        Ok(Plan { heights: Some(level), file })
+        Ok(Plan {
+            heights: Some(level),
+            file,
+        })
     }
 
     /// Returns the lines and sites of tiles of the file.
@@ -117,6 +133,13 @@ impl MapSource {
         let has_shapes = metadata.constraint_edges > 0 || metadata.sites > 0 || metadata.triangles == 0;
         let tiles = tiles.filter(|_| has_shapes).unwrap_or_default().to_vec();
         self.shapes(tiles, window, true, limits).await
+    }
+
+    fn density(&self, grid: &TileGrid, zoom: u8) -> Density {
+        let metadata = self.reader().metadata();
+        let edge = grid.edge_pixels(zoom);
+        let site = edge * (metadata.vertices as f64 / metadata.sites.max(1) as f64).sqrt();
+        Density { edge, site }
     }
 
     fn relief(&self, grid: &TileGrid, at: TileCoord, z: Vec<f64>) -> Option<Relief> {
@@ -133,7 +156,8 @@ impl MapSource {
     }
 }
 
-/// Returns the pixels that need more than one sample: those along holes, and where something begins.
+/// Returns the pixels that need more than one sample: those along holes, and where something
+/// begins.
 fn marks(shapes: &Shapes, ground: Option<&[Ground]>, heights: Option<&[f64]>) -> Vec<u32> {
     let mut marks = Marks::new();
     if let Some(ground) = ground {

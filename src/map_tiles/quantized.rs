@@ -15,7 +15,8 @@ const PARTS: u32 = 32;
 const INNER: u32 = 16;
 /// Fewer vertices are few.
 const FEW: usize = 256;
-/// The maximum number of vertices of the file in a tile; of more, there is one in each of so many squares.
+/// The maximum number of vertices of the file in a tile; of more, there is one in each of so many
+/// squares.
 const MOST: usize = 1 << 14;
 /// The side of these squares in steps.
 const SQUARE: u16 = 256;
@@ -28,8 +29,8 @@ pub(super) struct MeshVertex {
     pub(super) z: f64,
 }
 
-/// Returns those of the vertices inside a tile that it has, one at each place, and the places at which it
-/// has samples.
+/// Returns those of the vertices inside a tile that it has, one at each place, and the places at
+/// which it has samples.
 pub(super) fn places(mut vertices: Vec<MeshVertex>) -> (Vec<MeshVertex>, Vec<[u16; 2]>) {
     let order = |vertex: &MeshVertex| (vertex.place, vertex.z.to_bits());
     vertices.sort_unstable_by_key(order);
@@ -42,7 +43,9 @@ pub(super) fn places(mut vertices: Vec<MeshVertex>) -> (Vec<MeshVertex>, Vec<[u1
     }
     let step = |part: u32, parts: u32| (part * u32::from(STEPS) / parts) as u16;
     let side = (0..=PARTS).map(|part| step(part, PARTS));
-    let mut places: Vec<[u16; 2]> = side.flat_map(|at| [[at, 0], [at, STEPS], [0, at], [STEPS, at]]).collect();
+    let mut places: Vec<[u16; 2]> = side
+        .flat_map(|at| [[at, 0], [at, STEPS], [0, at], [STEPS, at]])
+        .collect();
     if vertices.len() < FEW {
         let inner = (1..INNER).flat_map(|row| (1..INNER).map(move |column| [step(column, INNER), step(row, INNER)]));
         let is_free = |place: &[u16; 2]| vertices.binary_search_by_key(place, |vertex| vertex.place).is_err();
@@ -53,8 +56,8 @@ pub(super) fn places(mut vertices: Vec<MeshVertex>) -> (Vec<MeshVertex>, Vec<[u1
     (vertices, places)
 }
 
-/// Returns a tile. The heights of the vertices are in metres, NaN where there is no surface. `range` is
-/// that of the file in metres.
+/// Returns a tile. The heights of the vertices are in metres, NaN where there is no surface.
+/// `range` is that of the file in metres.
 pub(super) fn encode(at: TerrainCoord, mut vertices: Vec<MeshVertex>, range: [f64; 2]) -> Bytes {
     vertices.sort_unstable_by_key(|vertex| vertex.place);
     // The range as it is read again.
@@ -63,12 +66,18 @@ pub(super) fn encode(at: TerrainCoord, mut vertices: Vec<MeshVertex>, range: [f6
     let step = |z: f64| match z.is_nan() || span <= 0.0 {
         true => 0,
         // Conversions saturate.
-        false => ((z - f64::from(low)) / span * f64::from(STEPS)).round().min(f64::from(STEPS)) as u16,
+        false => ((z - f64::from(low)) / span * f64::from(STEPS))
+            .round()
+            .min(f64::from(STEPS)) as u16,
     };
-    let points: Vec<Point> = vertices.iter().map(|v| Point::new(v.place[0].into(), v.place[1].into())).collect();
+    let points: Vec<Point> = vertices
+        .iter()
+        .map(|v| Point::new(v.place[0].into(), v.place[1].into()))
+        .collect();
     let mut mesh = Triangulation::default();
     EngineKind::Native.create().triangulate(&points, &mut mesh);
-    // Vertices are numbered in the order in which triangles need them, as the encoding of indices expects.
+    // Vertices are numbered in the order in which triangles need them, as the encoding of indices
+    // expects.
     let mut numbers: Vec<Option<u32>> = vec![None; vertices.len()];
     let mut encoded = QuantizedVertices::with_capacity(vertices.len());
     let mut indices = Vec::with_capacity(3 * mesh.triangles.len());
@@ -82,7 +91,9 @@ pub(super) fn encode(at: TerrainCoord, mut vertices: Vec<MeshVertex>, range: [f6
     }
     let edges = EdgeIndices::from_vertices(&encoded);
     let header = header(at, &encoded, [low, high]);
-    QuantizedMeshEncoder::new(header, encoded, indices, edges).encode().into()
+    QuantizedMeshEncoder::new(header, encoded, indices, edges)
+        .encode()
+        .into()
 }
 
 /// Returns the header of a tile: its spheres, and its range of heights, which is that of the file.
@@ -91,7 +102,11 @@ fn header(at: TerrainCoord, vertices: &QuantizedVertices, [low, high]: [f32; 2])
     let share = |step: u16| f64::from(step) / f64::from(STEPS);
     let places = (0..vertices.len()).map(|i| {
         let height = f64::from(low) + (f64::from(high) - f64::from(low)) * share(vertices.height[i]);
-        [bounds.min_x + at.side() * share(vertices.u[i]), bounds.min_y + at.side() * share(vertices.v[i]), height]
+        [
+            bounds.min_x + at.side() * share(vertices.u[i]),
+            bounds.min_y + at.side() * share(vertices.v[i]),
+            height,
+        ]
     });
     let tile = TileBounds::new(bounds.min_x, bounds.min_y, bounds.max_x, bounds.max_y);
     QuantizedMeshHeader::from_bounds_with_vertices_iter(&tile, low, high, places)
@@ -105,7 +120,11 @@ mod tests {
     fn places_on_sides_are_the_same_from_both_tiles() {
         let (_, places) = places(Vec::new());
         let on = |axis: usize, step: u16| -> Vec<u16> {
-            places.iter().filter(|place| place[axis] == step).map(|place| place[1 - axis]).collect()
+            places
+                .iter()
+                .filter(|place| place[axis] == step)
+                .map(|place| place[1 - axis])
+                .collect()
         };
         for axis in [0, 1] {
             assert_eq!(on(axis, 0), on(axis, STEPS));

@@ -1,8 +1,8 @@
 //! Shaded relief, or the plane without heights, with holes.
 //!
-//! In: samples of the triangulation. Out: the colour and the opacity of each pixel. A pixel depends on
-//! the samples at its place and at those of its eight neighbours alone, so that tiles agree where they
-//! meet. The gradient is Horn's, 1981.
+//! In: samples of the triangulation. Out: the colour and the opacity of each pixel. A pixel depends
+//! on the samples at its place and at those of its eight neighbours alone, so that tiles agree
+//! where they meet. The gradient is Horn's, 1981.
 
 use crate::map_tiles::colours::{FREE, HOLE, brightness, lit, tint};
 use crate::map_tiles::grid::PIXELS;
@@ -84,7 +84,10 @@ fn pixel_of(samples: &Samples, at: usize, row: usize, within: Option<std::ops::R
 /// Returns the shares of samples in holes, and on the ground or in holes.
 fn shares(samples: &[Ground]) -> (f64, f64) {
     let share = |is_it: fn(&&Ground) -> bool| samples.iter().filter(is_it).count() as f64 / samples.len() as f64;
-    (share(|ground| **ground == Ground::Hole), share(|ground| **ground != Ground::Outside))
+    (
+        share(|ground| **ground == Ground::Hole),
+        share(|ground| **ground != Ground::Outside),
+    )
 }
 
 /// Returns a colour with a share of that of holes.
@@ -98,8 +101,8 @@ impl Relief {
         tint(if high > low { (z - low) / (high - low) } else { 0.5 })
     }
 
-    /// Returns the change of height to the east and to the north, for each unit of length. A neighbour
-    /// without a height counts as high as the pixel.
+    /// Returns the change of height to the east and to the north, for each unit of length. A
+    /// neighbour without a height counts as high as the pixel.
     fn slope(&self, at: usize, z: f64, row: usize) -> [f64; 2] {
         let height = |at: usize| if self.z[at].is_nan() { z } else { self.z[at] };
         let sum = |a: usize, b: usize, c: usize| height(a) + 2.0 * height(b) + height(c);

@@ -12,7 +12,8 @@ use crate::map_tiles::quantized::{MeshVertex, STEPS, encode, places};
 use crate::map_tiles::source::{FILE, MapSource};
 use crate::store::{Tile, spawn};
 
-/// The typical length of edges up to which a level is fine enough, as a share of the side of a tile.
+/// The typical length of edges up to which a level is fine enough, as a share of the side of a
+/// tile.
 const EDGE: f64 = 1.0 / 32.0;
 /// The number of typical edges along the side of a tile at the deepest zoom.
 const FINEST: f64 = 16.0;
@@ -102,13 +103,14 @@ impl MapSource {
     /// Draws a terrain tile in the format quantized-mesh-1.0, without compression. Must be awaited
     /// within a tokio runtime.
     ///
-    /// A tile has vertices of its level, which are triangulated by longitude and latitude, and samples of
-    /// the surface at fixed places of its sides. Heights are steps of 1/32767 of one range for the whole
-    /// file. So tiles of a zoom have the same vertices where they meet. Where there is no surface, the
-    /// terrain has the lowest height of that range. Holes count as ground. Heights are the file's z, in
-    /// metres, without any change of the vertical datum.
+    /// A tile has vertices of its level, which are triangulated by longitude and latitude, and
+    /// samples of the surface at fixed places of its sides. Heights are steps of 1/32767 of one
+    /// range for the whole file. So tiles of a zoom have the same vertices where they meet. Where
+    /// there is no surface, the terrain has the lowest height of that range. Holes count as ground.
+    /// Heights are the file's z, in metres, without any change of the vertical datum.
     ///
-    /// Both tiles of zoom 0 exist, as Cesium expects; the others are empty where the file has nothing.
+    /// Both tiles of zoom 0 exist, as Cesium expects; the others are empty where the file has
+    /// nothing.
     ///
     /// # Errors
     /// As [`draw`](Self::draw).
@@ -124,7 +126,12 @@ impl MapSource {
             Ok(tiles) => tiles,
             // Nothing of the file would be seen.
             Err(_) if earth.is_tiny(at) => Vec::new(),
-            Err(needed) => return Err(DrawError::OutOfBudget { needed, allowed: limits.max_tiles }),
+            Err(needed) => {
+                return Err(DrawError::OutOfBudget {
+                    needed,
+                    allowed: limits.max_tiles,
+                });
+            }
         };
         let is_blank = tiles.is_empty();
         let mut vertices = Vec::new();
@@ -132,7 +139,8 @@ impl MapSource {
             let earth = earth.clone();
             move |tile: &Tile| earth.vertices_in(tile, at)
         };
-        self.of_tiles(level, tiles, limits, of, |mut part| vertices.append(&mut part)).await?;
+        self.of_tiles(level, tiles, limits, of, |mut part| vertices.append(&mut part))
+            .await?;
         let (vertices, places) = spawn(move || places(vertices)).await?;
         let heights = match is_blank {
             true => vec![f64::NAN; places.len()],
@@ -147,11 +155,17 @@ impl MapSource {
         limits.check()?;
         let unit = self.units().z;
         let range = self.heights().map_or([0.0; 2], |range| range.all.map(|z| z * unit));
-        let sampled = places.into_iter().zip(heights).map(|(place, z)| MeshVertex { place, z });
+        let sampled = places
+            .into_iter()
+            .zip(heights)
+            .map(|(place, z)| MeshVertex { place, z });
         let mut all: Vec<MeshVertex> = vertices.into_iter().chain(sampled).collect();
         all.iter_mut().for_each(|vertex| vertex.z *= unit);
         let bytes = spawn(move || encode(at, all, range)).await?;
-        Ok(Drawn { bytes, tiles: budget.used() })
+        Ok(Drawn {
+            bytes,
+            tiles: budget.used(),
+        })
     }
 
     /// Returns how the file is on Earth.
@@ -196,7 +210,11 @@ impl Earth {
             let step = (share * f64::from(STEPS)).round();
             (step > 0.0 && step < f64::from(STEPS)).then_some(step as u16)
         };
-        let vertices = tile.vertex_indices().filter_map(|vertex| {
+        let rect = self.rect_of(at);
+        let near = tile
+            .vertex_indices()
+            .filter(|&vertex| rect.contains(tile.point(vertex)));
+        let vertices = near.filter_map(|vertex| {
             let [lon, lat] = self.projection.to_lon_lat(tile.point(vertex))?;
             Some(MeshVertex {
                 place: [place(lon + 180.0, at.x())?, place(lat + 90.0, at.y())?],
@@ -215,7 +233,9 @@ impl Earth {
         };
         let point = |&[u, v]: &[u16; 2]| {
             let lon_lat = [degrees(u, at.x(), 180.0), degrees(v, at.y(), 90.0)];
-            self.projection.of_lon_lat(lon_lat).unwrap_or(Point::new(f64::NAN, f64::NAN))
+            self.projection
+                .of_lon_lat(lon_lat)
+                .unwrap_or(Point::new(f64::NAN, f64::NAN))
         };
         places.iter().map(point).collect()
     }

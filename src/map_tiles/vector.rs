@@ -108,7 +108,9 @@ impl VectorTile {
             for line in chains(self.shapes.lines(kind)) {
                 let mut geometry = GeomEncoder::new(GeomType::Linestring);
                 line.iter().try_for_each(|&[x, y]| geometry.add_point(x, y))?;
-                layer = feature(layer, geometry.encode()?, |feature| feature.add_tag_string("kind", kind.name()));
+                layer = feature(layer, geometry.encode()?, |feature| {
+                    feature.add_tag_string("kind", kind.name())
+                });
             }
         }
         Ok(layer)
@@ -123,7 +125,13 @@ impl VectorTile {
     }
 
     fn sites(&self, mut layer: Layer) -> Result<Layer, Error> {
-        for SiteShape { at: [x, y], number, id, z } in self.shapes.sites() {
+        for SiteShape {
+            at: [x, y],
+            number,
+            id,
+            z,
+        } in self.shapes.sites()
+        {
             let geometry = GeomEncoder::new(GeomType::Point).point(*x, *y)?.encode()?;
             layer = feature(layer, geometry, |feature| {
                 feature.add_tag_uint("number", *number);

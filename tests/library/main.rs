@@ -23,6 +23,8 @@ mod hostile;
 mod input;
 mod invariance;
 mod larger_than_memory;
+#[cfg(feature = "map-tiles")]
+mod map_tiles;
 #[cfg(feature = "geojson")]
 mod polygons;
 mod proximity;
