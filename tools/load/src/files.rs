@@ -27,7 +27,7 @@ impl Files {
         };
         this.houses()?;
         for wall in ["wall", "fence"] {
-            let x = if wall == "wall" { 0.503 } else { 0.253 };
+            let x = if wall == "wall" { 0.5267 } else { 0.26 };
             std::fs::write(this.path(&format!("{wall}.csv")), format!("{x},0.1,{x},0.9\n"))?;
         }
         for (seed, name) in [(1, "first"), (2, "second")] {
