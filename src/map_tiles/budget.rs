@@ -37,8 +37,8 @@ impl Budget {
         }
     }
 
-    /// Returns the same as [`claim`](Self::claim), or, if there are too many, a number of tiles that are
-    /// needed at least, and counts nothing.
+    /// Returns the same as [`claim`](Self::claim), or, if there are too many, a number of tiles
+    /// that are needed at least, and counts nothing.
     pub(super) async fn try_claim(
         &mut self,
         level: &TileReader,

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use crate::map_tiles::window::Unit;
 
-/// Joins segments at positions where two of them end. The order of the segments does not matter; each
-/// must be there once.
+/// Joins segments at positions where two of them end. The order of the segments does not matter;
+/// each must be there once.
 pub(super) fn chains(mut segments: Vec<[Unit; 2]>) -> Vec<Vec<Unit>> {
     segments.sort_unstable();
     let mut at: HashMap<Unit, Vec<usize>> = HashMap::with_capacity(segments.len());

@@ -3,8 +3,8 @@
 /// Red, green and blue.
 pub(super) type Colour = [u8; 3];
 
-/// The colours from the lowest to the highest z. Each is lighter than the one before, and they go from
-/// blue to yellow, so that they remain apart for people who do not see red and green.
+/// The colours from the lowest to the highest z. Each is lighter than the one before, and they go
+/// from blue to yellow, so that they remain apart for people who do not see red and green.
 const RAMP: [Colour; 8] = [
     [88, 124, 142],
     [104, 144, 154],

@@ -70,8 +70,8 @@ impl TileCoord {
     /// The deepest zoom.
     pub const MAX_ZOOM: u8 = 30;
 
-    /// Returns the tile of a zoom up to [`MAX_ZOOM`](Self::MAX_ZOOM), in a column and a row below 2ᶻ.
-    /// `None` if there is no such tile.
+    /// Returns the tile of a zoom up to [`MAX_ZOOM`](Self::MAX_ZOOM), in a column and a row below
+    /// 2ᶻ. `None` if there is no such tile.
     #[must_use]
     pub const fn new(z: u8, x: u32, y: u32) -> Option<Self> {
         if z <= Self::MAX_ZOOM && x < 1 << z && y < 1 << z {
@@ -106,8 +106,8 @@ impl fmt::Display for TileCoord {
     }
 }
 
-/// The number of a terrain tile in the grid that Cesium expects: longitude and latitude, two tiles at
-/// zoom 0, and row 0 in the south.
+/// The number of a terrain tile in the grid that Cesium expects: longitude and latitude, two tiles
+/// at zoom 0, and row 0 in the south.
 ///
 /// ```
 /// use delaunay_tiles::map_tiles::TerrainCoord;
@@ -127,8 +127,8 @@ impl TerrainCoord {
     /// The deepest zoom.
     pub const MAX_ZOOM: u8 = 29;
 
-    /// Returns the tile of a zoom up to [`MAX_ZOOM`](Self::MAX_ZOOM), in a column below 2ᶻ⁺¹ and a row
-    /// below 2ᶻ. `None` if there is no such tile.
+    /// Returns the tile of a zoom up to [`MAX_ZOOM`](Self::MAX_ZOOM), in a column below 2ᶻ⁺¹ and a
+    /// row below 2ᶻ. `None` if there is no such tile.
     #[must_use]
     pub const fn new(z: u8, x: u32, y: u32) -> Option<Self> {
         if z <= Self::MAX_ZOOM && x < 2 << z && y < 1 << z {

@@ -13,13 +13,13 @@ use crate::store::spawn;
 impl MapSource {
     /// Draws a map tile. Must be awaited within a tokio runtime.
     ///
-    /// The result is empty where the file has nothing. Heights are those of the triangulation at the
-    /// centres of pixels; triangles in holes count, because holes say where paths go, not where the
-    /// ground is, and overviews have no holes.
+    /// The result is empty where the file has nothing. Heights are those of the triangulation at
+    /// the centres of pixels; triangles in holes count, because holes say where paths go, not where
+    /// the ground is, and overviews have no holes.
     ///
     /// # Errors
-    /// If the file has no tiles in the grid or no such layer, if it cannot be read, or if the drawing
-    /// takes more than the limits allow.
+    /// If the file has no tiles in the grid or no such layer, if it cannot be read, or if the
+    /// drawing takes more than the limits allow.
     pub async fn draw(
         &self,
         grid: GridKind,

@@ -31,7 +31,8 @@ impl Marks {
         }
     }
 
-    /// Marks the pixels that differ from one of their neighbours. `values` has a margin of one pixel.
+    /// Marks the pixels that differ from one of their neighbours. `values` has a margin of one
+    /// pixel.
     pub(super) fn changes<T: PartialEq>(&mut self, values: &[T]) {
         let width = (PIXELS + 2) as usize;
         for (pixel, mark) in self.0.iter_mut().enumerate() {

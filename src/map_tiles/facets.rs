@@ -39,8 +39,8 @@ pub(super) struct Wanted {
 }
 
 impl Facets {
-    /// Returns what is wanted of the triangles of a tile that meet a map tile. What is not larger than
-    /// nothing after rounding is left out.
+    /// Returns what is wanted of the triangles of a tile that meet a map tile. What is not larger
+    /// than nothing after rounding is left out.
     pub(super) fn of(tile: &Tile, window: &Window, wanted: Wanted) -> Self {
         let mut this = Self::default();
         let mut positions: Vec<Option<Option<Far>>> = vec![None; tile.corner_count()];

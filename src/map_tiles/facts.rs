@@ -27,7 +27,8 @@ pub struct LayerFacts {
     pub lon_lat_bounds: Option<Rect>,
     /// The first zoom from which on no tile is out of budget.
     pub min_zoom: u8,
-    /// The zoom at which a typical edge is 16 pixels long. Deeper tiles are drawn too.
+    /// The zoom at which a typical edge is 16 pixels long, at least `min_zoom`. Deeper tiles are
+    /// drawn too.
     pub max_zoom: u8,
     /// The layers of vector tiles.
     pub vector_layers: &'static [VectorLayer],
@@ -45,13 +46,14 @@ impl MapSource {
         if !self.layers().contains(&layer) {
             return Err(DrawError::NoLayer(layer));
         }
+        let min_zoom = self.min_zoom(grid, layer, limits).await?;
         Ok(LayerFacts {
             grid,
             layer,
             bounds: tiles.bounds(),
             lon_lat_bounds: tiles.lon_lat_bounds(),
-            min_zoom: self.min_zoom(grid, layer, limits).await?,
-            max_zoom: tiles.max_zoom(),
+            min_zoom,
+            max_zoom: tiles.max_zoom().max(min_zoom),
             vector_layers: layer.vector_layers(),
         })
     }
@@ -96,7 +98,8 @@ async fn bounds_of(level: &TileReader) -> Result<Vec<Rect>, ReadError> {
     Ok(bounds)
 }
 
-/// Returns the largest number of tiles with these bounds that a tile of a zoom meets, with its margin.
+/// Returns the largest number of tiles with these bounds that a tile of a zoom meets, with its
+/// margin.
 fn most_tiles(grid: &TileGrid, zoom: u8, bounds: &[Rect]) -> u32 {
     let mut counts: HashMap<[u32; 2], u32> = HashMap::new();
     // The margin is a small share of a tile; a tenth of it is on the safe side.

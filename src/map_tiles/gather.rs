@@ -61,8 +61,8 @@ impl MapSource {
         Ok(joined.await?)
     }
 
-    /// Computes something of each of some tiles of a level, on threads of the library, and passes it to
-    /// `take` in the order of the tiles.
+    /// Computes something of each of some tiles of a level, on threads of the library, and passes
+    /// it to `take` in the order of the tiles.
     pub(super) async fn of_tiles<T: Send + 'static>(
         &self,
         level: usize,

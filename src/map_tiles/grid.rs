@@ -1,7 +1,7 @@
 //! Grids of map tiles over the coordinates of a file.
 //!
-//! Places in a grid are *fractions*: shares of the side of the grid's square, from the west and from
-//! the north. The pixel `k` of a zoom, counted over all tiles, has its centre at the fraction
+//! Places in a grid are *fractions*: shares of the side of the grid's square, from the west and
+//! from the north. The pixel `k` of a zoom, counted over all tiles, has its centre at the fraction
 //! `(k + 0.5) / 2^(z + 8)`. So the place of a pixel does not depend on the tile that asks for it.
 
 use std::sync::Arc;
@@ -42,7 +42,8 @@ pub struct TileGrid {
 }
 
 impl TileGrid {
-    /// Returns the grid over the file's own coordinates. `spacing` is the typical length of an edge.
+    /// Returns the grid over the file's own coordinates. `spacing` is the typical length of an
+    /// edge.
     pub(super) fn native(bounds: Rect, spacing: f64, projection: Option<Arc<Projection>>) -> Result<Self, NoGrid> {
         if bounds.is_empty() {
             return Err(NoGrid::Empty);
@@ -123,8 +124,8 @@ impl TileGrid {
         Rect::new(x(extent.min_x), y(extent.max_y), x(extent.max_x), y(extent.min_y))
     }
 
-    /// Returns a rectangle around all vertices in degrees of longitude and latitude, if the reference
-    /// system of the file is known. It is somewhat larger than the smallest one.
+    /// Returns a rectangle around all vertices in degrees of longitude and latitude, if the
+    /// reference system of the file is known. It is somewhat larger than the smallest one.
     #[must_use]
     pub fn lon_lat_bounds(&self) -> Option<Rect> {
         self.lon_lat
@@ -139,8 +140,8 @@ impl TileGrid {
         (0..deepest).find(finest).unwrap_or(deepest)
     }
 
-    /// Returns the place of a point of the file: shares of the side of the square, from the west and
-    /// from the north. `None` if it has no place in the grid.
+    /// Returns the place of a point of the file: shares of the side of the square, from the west
+    /// and from the north. `None` if it has no place in the grid.
     #[must_use]
     pub fn fraction(&self, p: Point) -> Option<[f64; 2]> {
         match (self.kind, &self.projection) {
@@ -149,8 +150,8 @@ impl TileGrid {
         }
     }
 
-    /// Returns the point of the file at a place; the inverse of [`fraction`](Self::fraction), but for
-    /// rounding.
+    /// Returns the point of the file at a place; the inverse of [`fraction`](Self::fraction), but
+    /// for rounding.
     #[must_use]
     pub fn point_at(&self, fraction: [f64; 2]) -> Option<Point> {
         match (self.kind, &self.projection) {
@@ -165,8 +166,8 @@ impl TileGrid {
         }
     }
 
-    /// Returns the points of the file at all places in these columns and rows, row by row. Where there
-    /// is none, its coordinates are NaN.
+    /// Returns the points of the file at all places in these columns and rows, row by row. Where
+    /// there is none, its coordinates are NaN.
     pub(super) fn points(&self, columns: &[f64], rows: &[f64]) -> Vec<Point> {
         match (self.kind, &self.projection) {
             (GridKind::WebMercatorQuad, Some(projection)) => projection.of_mercators(columns, rows),
@@ -183,8 +184,8 @@ impl TileGrid {
         self.side / pixels_of(zoom)
     }
 
-    /// Returns the typical length of a degree in units of the file, at the centre of the file. The grid is
-    /// that of Web Mercator.
+    /// Returns the typical length of a degree in units of the file, at the centre of the file. The
+    /// grid is that of Web Mercator.
     pub(super) fn degree(&self) -> f64 {
         let lat = self.lon_lat.map_or(0.0, |bounds| middle(bounds.min_y, bounds.max_y));
         // The mean of a degree of longitude and one of latitude, which is longer.
@@ -222,8 +223,8 @@ impl TileGrid {
         }
     }
 
-    /// Returns the size of a pixel in metres, to the east and to the north, at the fraction `y` from the
-    /// north. `plane` is the unit of the file in metres, `None` if it is a degree.
+    /// Returns the size of a pixel in metres, to the east and to the north, at the fraction `y`
+    /// from the north. `plane` is the unit of the file in metres, `None` if it is a degree.
     pub(super) fn pixel_metres(&self, zoom: u8, y: f64, plane: Option<f64>) -> [f64; 2] {
         /// Of a degree on the sphere of Web Mercator.
         const DEGREE: f64 = 40_075_016.685_578_49 / 360.0;
@@ -242,8 +243,8 @@ impl TileGrid {
         }
     }
 
-    /// Returns a rectangle of the file that contains all of its points in some tile and in a margin of
-    /// pixels around it; an empty one if there are none.
+    /// Returns a rectangle of the file that contains all of its points in some tile and in a margin
+    /// of pixels around it; an empty one if there are none.
     pub(super) fn rect_of(&self, at: TileCoord, margin: f64) -> Rect {
         let tile = fractions_of(at, margin);
         let cut = Rect::new(

@@ -1,7 +1,7 @@
 //! The range of the heights of a file.
 //!
-//! Files do not store it. It is found once, from the coarsest level, which is small. Of a large file
-//! without overviews, some tiles must do.
+//! Files do not store it. It is found once, from the coarsest level, which is small. Of a large
+//! file without overviews, some tiles must do.
 
 use futures::stream;
 use futures::stream::{StreamExt, TryStreamExt};
@@ -27,8 +27,8 @@ pub(super) struct HeightRange {
 }
 
 impl HeightRange {
-    /// Finds the range of a level whose heights are up to `error` away from those of the file. `None` if
-    /// it has no vertices.
+    /// Finds the range of a level whose heights are up to `error` away from those of the file.
+    /// `None` if it has no vertices.
     pub(super) async fn of(level: &TileReader, error: f64) -> Result<Option<Self>, ReadError> {
         let all = level.metadata().tiles;
         let used = level.tiles_in(level.metadata().bounds, TILES as usize).await?;

@@ -5,9 +5,9 @@ use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 
 use crate::map_tiles::grid::PIXELS;
 
-/// Returns a square picture as PNG, from red, green, blue and opacity of each pixel, row by row from
-/// the north. The same pixels give the same bytes. Nothing is left of a picture that is transparent
-/// everywhere.
+/// Returns a square picture as PNG, from red, green, blue and opacity of each pixel, row by row
+/// from the north. The same pixels give the same bytes. Nothing is left of a picture that is
+/// transparent everywhere.
 ///
 /// The fast compression takes a millisecond, and a tenth more space than the best one.
 pub(super) fn png(pixels: &[[u8; 4]]) -> Bytes {

@@ -1,10 +1,10 @@
 //! Points of the file between transformed ones.
 //!
-//! A projection takes microseconds, and a tile has tens of thousands of pixels. So points are transformed
-//! 8 pixels apart, and in each square of 16 by 16 pixels, those between are on the surface of second
-//! degree through nine of them. The squares are the same for all tiles of a zoom. What a projection bends
-//! more than that, over 16 pixels of a zoom of at least [`FIRST`], is less than a thousandth of a pixel;
-//! at deep zooms it is less than the rounding of coordinates.
+//! A projection takes microseconds, and a tile has tens of thousands of pixels. So points are
+//! transformed 8 pixels apart, and in each square of 16 by 16 pixels, those between are on the
+//! surface of second degree through nine of them. The squares are the same for all tiles of a zoom.
+//! What a projection bends more than that, over 16 pixels of a zoom of at least [`FIRST`], is less
+//! than a thousandth of a pixel; at deep zooms it is less than the rounding of coordinates.
 
 use crate::geometry::Point;
 use crate::map_tiles::coord::TileCoord;
@@ -42,8 +42,8 @@ impl<'g> Lattice<'g> {
         Some(Self { grid, at, nodes })
     }
 
-    /// Returns the point at a place in pixels of the tile, which is in the tile or at most 16 pixels
-    /// outside.
+    /// Returns the point at a place in pixels of the tile, which is in the tile or at most 16
+    /// pixels outside.
     pub(super) fn point(&self, [x, y]: [f64; 2]) -> Point {
         let ((column, along), (row, across)) = (position(x), position(y));
         let node = |i: usize, j: usize| self.nodes[(2 * row + j) * NODES + 2 * column + i];

@@ -1,7 +1,7 @@
 //! Draws a vector tile: cells, triangles, lines, holes and sites.
 //!
-//! Vector tiles are never out of budget. What would take too many tiles of the file, or too many bytes,
-//! is left out, and the layer `info` says so.
+//! Vector tiles are never out of budget. What would take too many tiles of the file, or too many
+//! bytes, is left out, and the layer `info` says so.
 
 use crate::geometry::{Point, Rect};
 use crate::map_tiles::budget::Budget;
@@ -16,8 +16,8 @@ use crate::store::{CellContent, ReadError, Tile, spawn};
 
 /// How far shapes reach over the sides of a tile, in units.
 const BUFFER: i32 = 4 * PER_PIXEL;
-/// The typical length of edges in pixels up to which a level is fine enough, and below which triangles
-/// are left out.
+/// The typical length of edges in pixels up to which a level is fine enough, and below which
+/// triangles are left out.
 const EDGE: [f64; 2] = [12.0, 2.0];
 /// The maximum number of triangles in a tile.
 const TRIANGLES: usize = 20_000;
@@ -144,7 +144,8 @@ impl MapSource {
         Ok(())
     }
 
-    /// Returns the cells of the tiles of the file that meet a map tile. `None` if there are too many.
+    /// Returns the cells of the tiles of the file that meet a map tile. `None` if there are too
+    /// many.
     async fn cells(&self, window: &Window) -> Result<Option<Vec<CellShape>>, ReadError> {
         let reader = self.reader();
         let (mut found, mut open) = (Vec::new(), Vec::from_iter(reader.root_cell()));

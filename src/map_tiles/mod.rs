@@ -1,24 +1,31 @@
 //! Map tiles: the triangulation as pictures, heights, vector tiles and terrain meshes.
 //!
-//! In: an open tile file and the number of a map tile. Out: the bytes of the map tile. Drawing is a pure
-//! function of the file, the grid, the number and the limits: the same bytes on every machine of a
-//! kind, whatever the threads, the cache and the tiles of the file.
+//! In: an open tile file and the number of a map tile. Out: the bytes of the map tile. Drawing is a
+//! pure function of the file, the grid, the number and the limits: the same bytes on every machine
+//! of a kind, whatever the threads, the cache and the tiles of the file.
 //!
 //! ```text
-//!  coord ─▶ grid ─▶ which points of the file ─▶ samples ─▶ heights, ground ─┐
-//!             │                                                             ├─▶ shade, terrarium
-//!             └──▶ which level, which tiles ──▶ budget ──▶ shapes ──────────┼─▶ mesh
-//!                                                                           └─▶ terrain
+//!  coord ──▶ grid ──▶ which points of the file ──▶ samples ──▶ heights, ground ──▶ shade, terrarium
+//!              │                                                                        │
+//!              └────▶ which level, which tiles ──▶ budget ──▶ shapes, facets ─────▶ paint, mesh
+//!                                                                └────────────────▶ terrain
 //! ```
 //!
 //! | module | contents |
 //! |---|---|
 //! | `coord`, `layer`, `drawn` | names of grids and layers, numbers of tiles, limits, errors |
-//! | `projection`, `grid` | the way from pixels to coordinates of the file |
+//! | `projection`, `grid` | the way from fractions of a square to coordinates of the file |
 //! | `source`, `heights`, `facts` | a file to draw, its range of heights, what describes it |
-//! | `budget`, `samples` | tiles that a drawing needs; the points at which it asks |
-//! | `draw`, `terrarium`, `image`, `colours` | pictures |
-//! | `terrain` | meshes for Cesium |
+//! | `budget`, `gather` | the tiles that a drawing needs; what it asks of them |
+//! | `lattice`, `samples`, `edges` | the points at which a picture asks; pixels that need more of them |
+//! | `window`, `chains`, `shapes`, `facets` | what of the plane is in a tile, in whole units |
+//! | `draw`, `picture`, `shade`, `paint` | pictures |
+//! | `colours`, `image`, `terrarium` | colours, PNG, heights as colours |
+//! | `mesh`, `vector` | vector tiles |
+//! | `terrain`, `quantized` | meshes for Cesium |
+//!
+//! Sources: Horn, "Hill shading and the reflectance map" (1981); Sutherland and Hodgman, "Reentrant
+//! polygon clipping" (1974); Mapbox Vector Tile specification 2.1; Cesium, "quantized-mesh-1.0".
 //!
 //! [`MapSource`] has an example.
 

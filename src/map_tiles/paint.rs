@@ -14,8 +14,8 @@ use crate::map_tiles::window::{PER_PIXEL, Unit};
 /// How far outside a tile a shape may be and still be seen in it, in units.
 pub(super) const REACH: i32 = 8 * PER_PIXEL;
 
-/// The same in pixels: the margin of the image that shapes are drawn into. What is drawn at the border of
-/// an image differs from what is drawn inside.
+/// The same in pixels: the margin of the image that shapes are drawn into. What is drawn at the
+/// border of an image differs from what is drawn inside.
 const MARGIN: u32 = (REACH / PER_PIXEL) as u32;
 /// The width of this image.
 const WIDTH: u32 = PIXELS + 2 * MARGIN;
@@ -23,8 +23,8 @@ const WIDTH: u32 = PIXELS + 2 * MARGIN;
 /// The radius of the dot of a site, and of the ring around it, in pixels.
 const DOT: f32 = 2.6;
 const RING: f32 = 3.8;
-/// The typical distance of sites in pixels from which on dots have their full size, and the least size as
-/// a share.
+/// The typical distance of sites in pixels from which on dots have their full size, and the least
+/// size as a share.
 const FAR: f64 = 24.0;
 const SMALL: f64 = 0.25;
 /// The radius of a vertex, where there is nothing else.
@@ -43,7 +43,8 @@ pub(super) struct Density {
     pub(super) site: f64,
 }
 
-/// Paints shapes over a picture, and returns it as PNG. All shapes must have been [joined](Shapes::join).
+/// Paints shapes over a picture, and returns it as PNG. All shapes must have been
+/// [joined](Shapes::join).
 pub(super) fn paint(shades: &[Shade], shapes: &Shapes, density: Density) -> Bytes {
     let mut pixels: Vec<[u8; 4]> = shades
         .iter()
@@ -91,8 +92,8 @@ pub(super) fn paint(shades: &[Shade], shapes: &Shapes, density: Density) -> Byte
     png(&pixels)
 }
 
-/// Draws with a colour into an image of its own, where overlapping shapes are as opaque as single ones,
-/// and puts it over the pixels with an opacity.
+/// Draws with a colour into an image of its own, where overlapping shapes are as opaque as single
+/// ones, and puts it over the pixels with an opacity.
 fn cover(pixels: &mut [[u8; 4]], colour: Colour, opacity: f32, draw: impl FnOnce(&mut Pixmap, &Paint<'_>)) {
     let Some(mut image) = Pixmap::new(WIDTH, WIDTH) else {
         return;

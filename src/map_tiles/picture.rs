@@ -16,8 +16,8 @@ use crate::map_tiles::window::Window;
 use crate::query::Ground;
 use crate::store::{TileId, spawn};
 
-/// The number of samples along a side of a pixel, where one does not suffice, and where very many pixels
-/// need more.
+/// The number of samples along a side of a pixel, where one does not suffice, and where very many
+/// pixels need more.
 const PARTS: [u32; 2] = [4, 2];
 /// From so many pixels on, they get fewer samples.
 const MANY: usize = 12_000;
@@ -91,8 +91,8 @@ impl MapSource {
         })
     }
 
-    /// Finds the tiles that a picture needs. Of files with heights, holes and lines are left out if they
-    /// take too many tiles.
+    /// Finds the tiles that a picture needs. Of files with heights, holes and lines are left out if
+    /// they take too many tiles.
     async fn plan(
         &self,
         grid: &TileGrid,
@@ -156,7 +156,8 @@ impl MapSource {
     }
 }
 
-/// Returns the pixels that need more than one sample: those along holes, and where something begins.
+/// Returns the pixels that need more than one sample: those along holes, and where something
+/// begins.
 fn marks(shapes: &Shapes, ground: Option<&[Ground]>, heights: Option<&[f64]>) -> Vec<u32> {
     let mut marks = Marks::new();
     if let Some(ground) = ground {

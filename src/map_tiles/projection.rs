@@ -23,8 +23,8 @@ const WGS84: &str = "+proj=longlat +datum=WGS84 +no_defs";
 /// How coordinates of a file become places on Earth.
 pub(super) struct Projection {
     way: Way,
-    /// What is added to longitudes of the file, so that they are those of maps: 0, or -360 for a file
-    /// that counts them from 0 to 360.
+    /// What is added to longitudes of the file, so that they are those of maps: 0, or -360 for a
+    /// file that counts them from 0 to 360.
     turn: f64,
 }
 
@@ -111,8 +111,8 @@ impl Projection {
         (p.x.is_finite() && p.y.is_finite()).then_some(p)
     }
 
-    /// Returns the place of a point of the file in the square of Web Mercator: shares of its side from
-    /// the west and from the north.
+    /// Returns the place of a point of the file in the square of Web Mercator: shares of its side
+    /// from the west and from the north.
     pub(super) fn to_mercator(&self, p: Point) -> Option<[f64; 2]> {
         let [x, y] = match self.way {
             Way::Mercator => fraction_of_mercator(p),
@@ -170,7 +170,8 @@ impl Way {
         };
         let proj = |text: &str| Proj::from_proj_string(text).map_err(|error| unsupported(error.to_string()));
         let (file, earth) = (proj(&definition)?, proj(WGS84)?);
-        if !file.is_latlong() && !(file.has_inverse() && file.has_forward()) || file.is_geocent() {
+        let is_known = file.is_latlong() || file.has_inverse() && file.has_forward();
+        if !is_known || file.is_geocent() {
             return Err(unsupported("its projection has no inverse".to_owned()));
         }
         Ok(Self::Through {
@@ -200,7 +201,8 @@ fn mercator_of_fraction([x, y]: [f64; 2]) -> Point {
     Point::new((x - 0.5) * (2.0 * HALF), (0.5 - y) * (2.0 * HALF))
 }
 
-/// Returns the place of a longitude and latitude in the square of Web Mercator. Poles are at infinity.
+/// Returns the place of a longitude and latitude in the square of Web Mercator. Poles are at
+/// infinity.
 fn fraction_of_lon_lat([lon, lat]: [f64; 2]) -> [f64; 2] {
     [0.5 + lon / 360.0, 0.5 - lat.to_radians().sin().atanh() / (2.0 * PI)]
 }

@@ -15,7 +15,8 @@ const PARTS: u32 = 32;
 const INNER: u32 = 16;
 /// Fewer vertices are few.
 const FEW: usize = 256;
-/// The maximum number of vertices of the file in a tile; of more, there is one in each of so many squares.
+/// The maximum number of vertices of the file in a tile; of more, there is one in each of so many
+/// squares.
 const MOST: usize = 1 << 14;
 /// The side of these squares in steps.
 const SQUARE: u16 = 256;
@@ -28,8 +29,8 @@ pub(super) struct MeshVertex {
     pub(super) z: f64,
 }
 
-/// Returns those of the vertices inside a tile that it has, one at each place, and the places at which it
-/// has samples.
+/// Returns those of the vertices inside a tile that it has, one at each place, and the places at
+/// which it has samples.
 pub(super) fn places(mut vertices: Vec<MeshVertex>) -> (Vec<MeshVertex>, Vec<[u16; 2]>) {
     let order = |vertex: &MeshVertex| (vertex.place, vertex.z.to_bits());
     vertices.sort_unstable_by_key(order);
@@ -55,8 +56,8 @@ pub(super) fn places(mut vertices: Vec<MeshVertex>) -> (Vec<MeshVertex>, Vec<[u1
     (vertices, places)
 }
 
-/// Returns a tile. The heights of the vertices are in metres, NaN where there is no surface. `range` is
-/// that of the file in metres.
+/// Returns a tile. The heights of the vertices are in metres, NaN where there is no surface.
+/// `range` is that of the file in metres.
 pub(super) fn encode(at: TerrainCoord, mut vertices: Vec<MeshVertex>, range: [f64; 2]) -> Bytes {
     vertices.sort_unstable_by_key(|vertex| vertex.place);
     // The range as it is read again.
@@ -75,7 +76,8 @@ pub(super) fn encode(at: TerrainCoord, mut vertices: Vec<MeshVertex>, range: [f6
         .collect();
     let mut mesh = Triangulation::default();
     EngineKind::Native.create().triangulate(&points, &mut mesh);
-    // Vertices are numbered in the order in which triangles need them, as the encoding of indices expects.
+    // Vertices are numbered in the order in which triangles need them, as the encoding of indices
+    // expects.
     let mut numbers: Vec<Option<u32>> = vec![None; vertices.len()];
     let mut encoded = QuantizedVertices::with_capacity(vertices.len());
     let mut indices = Vec::with_capacity(3 * mesh.triangles.len());

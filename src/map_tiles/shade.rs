@@ -1,8 +1,8 @@
 //! Shaded relief, or the plane without heights, with holes.
 //!
-//! In: samples of the triangulation. Out: the colour and the opacity of each pixel. A pixel depends on
-//! the samples at its place and at those of its eight neighbours alone, so that tiles agree where they
-//! meet. The gradient is Horn's, 1981.
+//! In: samples of the triangulation. Out: the colour and the opacity of each pixel. A pixel depends
+//! on the samples at its place and at those of its eight neighbours alone, so that tiles agree
+//! where they meet. The gradient is Horn's, 1981.
 
 use crate::map_tiles::colours::{FREE, HOLE, brightness, lit, tint};
 use crate::map_tiles::grid::PIXELS;
@@ -101,8 +101,8 @@ impl Relief {
         tint(if high > low { (z - low) / (high - low) } else { 0.5 })
     }
 
-    /// Returns the change of height to the east and to the north, for each unit of length. A neighbour
-    /// without a height counts as high as the pixel.
+    /// Returns the change of height to the east and to the north, for each unit of length. A
+    /// neighbour without a height counts as high as the pixel.
     fn slope(&self, at: usize, z: f64, row: usize) -> [f64; 2] {
         let height = |at: usize| if self.z[at].is_nan() { z } else { self.z[at] };
         let sum = |a: usize, b: usize, c: usize| height(a) + 2.0 * height(b) + height(c);

@@ -1,7 +1,7 @@
 //! Lines and sites of the tiles of a file, in units of a map tile.
 //!
-//! What is found depends on the triangulation alone, and not on its tiles: each edge is seen from the
-//! triangles on both of its sides, which two tiles may own, and what they know is joined.
+//! What is found depends on the triangulation alone, and not on its tiles: each edge is seen from
+//! the triangles on both of its sides, which two tiles may own, and what they know is joined.
 
 use crate::geometry::{HalfEdge, Point};
 use crate::map_tiles::window::{Unit, Window};
@@ -59,8 +59,8 @@ pub(super) struct Shapes {
 }
 
 impl Shapes {
-    /// Returns the shapes of a tile of the file. If segments of the file are curves in the grid, the lines
-    /// are too, if `curved` says so.
+    /// Returns the shapes of a tile of the file. If segments of the file are curves in the grid,
+    /// the lines are too, if `curved` says so.
     pub(super) fn of(tile: &Tile, window: &Window, curved: bool) -> Self {
         let mut this = Self::default();
         this.add_sites(tile, window);
@@ -174,7 +174,8 @@ impl Shapes {
     }
 }
 
-/// Returns whether the edge of a half-edge is a wall, and whether the triangle on its left is in a hole.
+/// Returns whether the edge of a half-edge is a wall, and whether the triangle on its left is in a
+/// hole.
 fn facts(tile: &Tile, half_edge: HalfEdge) -> [bool; 2] {
     [tile.is_wall(half_edge), tile.is_hole(half_edge.triangle())]
 }

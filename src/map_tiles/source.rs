@@ -21,15 +21,15 @@ pub(super) const FILE: usize = 0;
 ///
 /// # Levels of detail
 ///
-/// A zoom is drawn from the coarsest level, an overview or the file itself, in which a typical edge,
-/// √(area of the bounds / vertices), is not longer than a pixel in pictures and 12 pixels in vector
-/// tiles. So all tiles of a zoom are drawn from one level and agree where they meet.
+/// A zoom is drawn from the coarsest level, an overview or the file itself, in which a typical
+/// edge, √(area of the bounds / vertices), is not longer than a pixel in pictures and 12 pixels in
+/// vector tiles. So all tiles of a zoom are drawn from one level and agree where they meet.
 ///
 /// # Threads
 ///
-/// Drawing is computed on threads of the library, which are started as needed, and not on those of the
-/// runtime. The caller limits how many drawings there are at once. If a future is dropped, nothing more
-/// is read; a step that computes ends within milliseconds.
+/// Drawing is computed on threads of the library, which are started as needed, and not on those of
+/// the runtime. The caller limits how many drawings there are at once. If a future is dropped,
+/// nothing more is read; a step that computes ends within milliseconds.
 ///
 /// # Examples
 ///
@@ -93,8 +93,8 @@ impl MapSource {
         Self::create(reader, levels, error).await
     }
 
-    /// Creates the source of a file with levels of detail from elsewhere: triangulations of ever fewer
-    /// of its vertices.
+    /// Creates the source of a file with levels of detail from elsewhere: triangulations of ever
+    /// fewer of its vertices.
     ///
     /// # Errors
     /// If a tile cannot be read.
@@ -102,7 +102,8 @@ impl MapSource {
         Self::create(reader, levels, 0.0).await
     }
 
-    /// `error` is how far heights of the file may be outside the range of those of the coarsest level.
+    /// `error` is how far heights of the file may be outside the range of those of the coarsest
+    /// level.
     async fn create(reader: TileReader, overviews: Vec<TileReader>, error: f64) -> Result<Self, ReadError> {
         let levels: Vec<TileReader> = std::iter::once(reader).chain(overviews).collect();
         let (file, coarsest) = (&levels[0], &levels[levels.len() - 1]);
@@ -182,7 +183,8 @@ impl MapSource {
         &self.inner.levels[number]
     }
 
-    /// Returns the range of heights, in the file's unit of z. `None` without z, and without vertices.
+    /// Returns the range of heights, in the file's unit of z. `None` without z, and without
+    /// vertices.
     pub(super) fn heights(&self) -> Option<HeightRange> {
         self.inner.heights
     }
@@ -193,8 +195,8 @@ impl MapSource {
 }
 
 impl Units {
-    /// Returns the units of a reference system. z has the unit of the vertical system, else that of x
-    /// and y, else metres.
+    /// Returns the units of a reference system. z has the unit of the vertical system, else that of
+    /// x and y, else metres.
     fn of(crs: Option<&Crs>) -> Self {
         let plane = crs.map_or(Unit::Unknown, Crs::unit);
         let z = crs.map_or(Unit::Unknown, Crs::height_unit).metres().or(plane.metres());

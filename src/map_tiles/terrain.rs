@@ -12,7 +12,8 @@ use crate::map_tiles::quantized::{MeshVertex, STEPS, encode, places};
 use crate::map_tiles::source::{FILE, MapSource};
 use crate::store::{Tile, spawn};
 
-/// The typical length of edges up to which a level is fine enough, as a share of the side of a tile.
+/// The typical length of edges up to which a level is fine enough, as a share of the side of a
+/// tile.
 const EDGE: f64 = 1.0 / 32.0;
 /// The number of typical edges along the side of a tile at the deepest zoom.
 const FINEST: f64 = 16.0;
@@ -102,13 +103,14 @@ impl MapSource {
     /// Draws a terrain tile in the format quantized-mesh-1.0, without compression. Must be awaited
     /// within a tokio runtime.
     ///
-    /// A tile has vertices of its level, which are triangulated by longitude and latitude, and samples of
-    /// the surface at fixed places of its sides. Heights are steps of 1/32767 of one range for the whole
-    /// file. So tiles of a zoom have the same vertices where they meet. Where there is no surface, the
-    /// terrain has the lowest height of that range. Holes count as ground. Heights are the file's z, in
-    /// metres, without any change of the vertical datum.
+    /// A tile has vertices of its level, which are triangulated by longitude and latitude, and
+    /// samples of the surface at fixed places of its sides. Heights are steps of 1/32767 of one
+    /// range for the whole file. So tiles of a zoom have the same vertices where they meet. Where
+    /// there is no surface, the terrain has the lowest height of that range. Holes count as ground.
+    /// Heights are the file's z, in metres, without any change of the vertical datum.
     ///
-    /// Both tiles of zoom 0 exist, as Cesium expects; the others are empty where the file has nothing.
+    /// Both tiles of zoom 0 exist, as Cesium expects; the others are empty where the file has
+    /// nothing.
     ///
     /// # Errors
     /// As [`draw`](Self::draw).

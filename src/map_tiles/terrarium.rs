@@ -1,15 +1,15 @@
 //! Heights as colours, in the encoding that Mapzen called Terrarium.
 //!
-//! A height of `h` metres is `256 R + G + B / 256 - 32768`, so it is rounded to the nearest 1/256 m, and
-//! cut off at -32768 m and 32767.996 m. Where there is no surface, a pixel is transparent and has the
-//! lowest height of the file.
+//! A height of `h` metres is `256 R + G + B / 256 - 32768`, so it is rounded to the nearest 1/256
+//! m, and cut off at -32768 m and 32767.996 m. Where there is no surface, a pixel is transparent
+//! and has the lowest height of the file.
 
 use bytes::Bytes;
 
 use crate::map_tiles::image::png;
 
-/// Returns a picture of heights, NaN where there is none. `unit` is theirs in metres, and `lowest` one
-/// of them.
+/// Returns a picture of heights, NaN where there is none. `unit` is theirs in metres, and `lowest`
+/// one of them.
 pub(super) fn terrarium(heights: &[f64], unit: f64, lowest: f64) -> Bytes {
     let pixels: Vec<[u8; 4]> = heights
         .iter()

@@ -1,7 +1,7 @@
 //! A map tile with a margin, in whole units, and what of the plane is in it.
 //!
-//! A tile is 4096 units wide, 16 for each pixel. A point is rounded once, to a unit of the whole zoom,
-//! so all tiles round it alike, and shapes that share corners share them after rounding too.
+//! A tile is 4096 units wide, 16 for each pixel. A point is rounded once, to a unit of the whole
+//! zoom, so all tiles round it alike, and shapes that share corners share them after rounding too.
 
 use crate::geometry::{Point, Rect};
 use crate::map_tiles::coord::TileCoord;
@@ -48,8 +48,8 @@ impl Window {
         self.rect
     }
 
-    /// Returns the position of a point of the file. `None` if it has no place in the grid, or one that is
-    /// very far away.
+    /// Returns the position of a point of the file. `None` if it has no place in the grid, or one
+    /// that is very far away.
     pub(super) fn units(&self, p: Point) -> Option<Far> {
         let all = f64::from(EXTENT) * f64::from(1u32 << self.at.z());
         let numbers = [self.at.x(), self.at.y()];
@@ -83,8 +83,8 @@ impl Window {
         })
     }
 
-    /// Passes the parts of a segment in the window to `take`. Where segments of the file are curves in
-    /// the grid, the segment is divided.
+    /// Passes the parts of a segment in the window to `take`. Where segments of the file are curves
+    /// in the grid, the segment is divided.
     pub(super) fn curve(&self, ends: [Point; 2], take: &mut impl FnMut([Unit; 2])) {
         if !Rect::around(ends).intersects(self.rect) {
             return;
@@ -149,8 +149,8 @@ impl Window {
         (units[0] != units[1]).then(|| units.map(|at| at.map(|v| v as i32)))
     }
 
-    /// Returns the part of a convex polygon in the window, with the same orientation; without corners if
-    /// there is none. Polygons that share an edge share what is left of it.
+    /// Returns the part of a convex polygon in the window, with the same orientation; without
+    /// corners if there is none. Polygons that share an edge share what is left of it.
     pub(super) fn clip_polygon(&self, corners: &[Far]) -> Vec<Unit> {
         let range = self.range();
         let mut corners = corners.to_vec();
@@ -187,7 +187,8 @@ fn cut(corners: &[Far], axis: usize, side: i64, is_least: bool) -> Vec<Far> {
     kept
 }
 
-/// Returns where a segment crosses a line along an axis, the same for both directions of the segment.
+/// Returns where a segment crosses a line along an axis, the same for both directions of the
+/// segment.
 fn cross(mut ends: [Far; 2], axis: usize, side: i64) -> Far {
     ends.sort_unstable();
     let [a, b] = ends.map(|end| end.map(i128::from));
@@ -200,8 +201,8 @@ fn cross(mut ends: [Far; 2], axis: usize, side: i64) -> Far {
     at
 }
 
-/// Returns twice the area of a polygon: positive if it is clockwise on a screen, as the exterior rings of
-/// vector tiles are.
+/// Returns twice the area of a polygon: positive if it is clockwise on a screen, as the exterior
+/// rings of vector tiles are.
 pub(super) fn doubled_area(corners: &[Unit]) -> i64 {
     let next = corners.iter().cycle().skip(1);
     let wide = |v: i32| i64::from(v);

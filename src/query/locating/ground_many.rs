@@ -22,8 +22,8 @@ pub(crate) enum Ground {
 }
 
 impl TileReader {
-    /// Returns what is at points, in their order. It depends on the triangulation alone, and not on its
-    /// tiles. Points are located as by [`locate_many`](Self::locate_many).
+    /// Returns what is at points, in their order. It depends on the triangulation alone, and not on
+    /// its tiles. Points are located as by [`locate_many`](Self::locate_many).
     ///
     /// # Errors
     /// As [`locate_many`](Self::locate_many).
@@ -92,7 +92,8 @@ impl Question for WhatIsThere {
         }
         Ok(match asked {
             Asked::Edge(a, b) => {
-                // The other side of the edge, if it has one. The first tile had a hole on this side.
+                // The other side of the edge, if it has one. The first tile had a hole on this
+                // side.
                 let other = half_edge_towards(tile, a, b)?;
                 other.map_or(Ground::Hole, |other| of(tile, [other.triangle()]))
             }
@@ -101,8 +102,8 @@ impl Question for WhatIsThere {
     }
 }
 
-/// Returns what is where these triangles meet. Without triangles, there are only vertices, which are
-/// free.
+/// Returns what is where these triangles meet. Without triangles, there are only vertices, which
+/// are free.
 fn of(tile: &Tile, triangles: impl IntoIterator<Item = TriangleId>) -> Ground {
     let mut triangles = triangles.into_iter().peekable();
     match triangles.peek().is_some() && triangles.all(|triangle| tile.is_hole(triangle)) {

@@ -1,5 +1,5 @@
-//! The promise: a map tile shows what the triangulation has, where it has it, and is a function of the
-//! file's content, the grid and the numbers of the tile.
+//! The promise: a map tile shows what the triangulation has, where it has it, and is a function of
+//! the file's content, the grid and the numbers of the tile.
 
 mod degenerate;
 mod earth;
@@ -26,7 +26,7 @@ struct Plan {
     lines: Vec<(LineKind, Vec<[Point; 2]>)>,
     sites: Vec<Point>,
     crs: Option<&'static str>,
-    tile_vertices: u32,
+    tile_vertices: usize,
 }
 
 impl Plan {
@@ -49,7 +49,7 @@ impl Plan {
         self
     }
 
-    fn tile_vertices(mut self, count: u32) -> Self {
+    fn tile_vertices(mut self, count: usize) -> Self {
         self.tile_vertices = count;
         self
     }
@@ -149,7 +149,8 @@ fn pixels(png: &[u8]) -> Vec<[u8; 4]> {
     }
 }
 
-/// Returns the point of the file at a place in a pixel, computed in another way than the library does.
+/// Returns the point of the file at a place in a pixel, computed in another way than the library
+/// does.
 fn point_in(grid: &TileGrid, at: TileCoord, pixel: usize, within: [f64; 2]) -> Point {
     let all = 256.0 * f64::from(1u32 << at.z());
     let x = (f64::from(at.x() * 256) + (pixel % 256) as f64 + within[0]) / all;

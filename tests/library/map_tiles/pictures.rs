@@ -26,7 +26,7 @@ fn terrarium_pixels_have_the_heights_of_the_surface() {
             let (_scratch, source) = plan.build().await;
             let tiles = source.grid(grid).unwrap();
             let mut random = Random(2);
-            let zoom = tiles.max_zoom() - 4;
+            let zoom = tiles.max_zoom().saturating_sub(2);
             let (mut above, mut outside) = (0, 0);
             for at in tiles_of(tiles, zoom) {
                 let drawn = draw(&source, grid, Layer::Terrarium, at).await;
@@ -34,7 +34,7 @@ fn terrarium_pixels_have_the_heights_of_the_surface() {
                     continue;
                 }
                 let pixels = pixels(&drawn.bytes);
-                for _ in 0..50 {
+                for _ in 0..150 {
                     let pixel = random.below(256 * 256);
                     let p = point_in(tiles, at, pixel, [0.5, 0.5]);
                     match source.reader().surface_z(p.x, p.y, Surface::default()).await.unwrap() {
@@ -93,7 +93,7 @@ fn a_slope_has_one_light_also_where_tiles_meet() {
 #[test]
 fn the_same_tiles_come_of_all_tile_sizes_threads_and_caches() {
     let plan = Plan::square(2500, 4).with_z(hills).with_town().crs("EPSG:32632");
-    let draw_all = |tile_vertices: u32, threads: usize, cache: usize| {
+    let draw_all = |tile_vertices: usize, threads: usize, cache: usize| {
         runtime_for(threads).block_on(async {
             let mut plan = plan.clone().tile_vertices(tile_vertices);
             plan.points
@@ -119,8 +119,8 @@ fn the_same_tiles_come_of_all_tile_sizes_threads_and_caches() {
             let mut all = Vec::new();
             for grid in GridKind::ALL {
                 let tiles = source.grid(grid).unwrap();
-                let zoom = tiles.max_zoom() - 3;
-                for at in tiles_of(tiles, zoom).into_iter().take(4) {
+                let zoom = tiles.max_zoom().saturating_sub(1);
+                for at in tiles_of(tiles, zoom).into_iter().take(12) {
                     for layer in [Layer::Shade, Layer::Terrarium] {
                         all.push(source.draw(grid, layer, at, limits).await.unwrap().bytes);
                     }
@@ -130,7 +130,7 @@ fn the_same_tiles_come_of_all_tile_sizes_threads_and_caches() {
         })
     };
     let first = draw_all(100, 1, 1 << 20);
-    assert!(first.iter().filter(|bytes| bytes.len() > 1000).count() >= 8);
+    assert!(first.iter().filter(|bytes| bytes.len() > 500).count() >= 8);
     assert!(first == draw_all(700, 2, 64 << 20));
     assert!(first == draw_all(5000, 2, 0));
 }

@@ -207,7 +207,7 @@ fn lines_holes_sites_and_cells_are_those_of_the_file() {
 
 #[test]
 fn the_same_vectors_come_of_all_tile_sizes() {
-    let bytes = |tile_vertices: u32| {
+    let bytes = |tile_vertices: usize| {
         runtime().block_on(async {
             let (_scratch, source) = Plan::square(1500, 44)
                 .with_z(hills)

@@ -64,5 +64,5 @@ pub use state::Service;
 /// # }
 /// ```
 pub fn router(catalog: Catalog, options: Options) -> axum::Router {
-    routes::router(Service::new(catalog, options))
+    Service::new(catalog, options).router()
 }

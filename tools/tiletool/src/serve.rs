@@ -135,7 +135,9 @@ pub fn run(args: &ServeArgs) -> anyhow::Result<()> {
             common::say("note: others can reach this address, and the service has no passwords; put a proxy before it");
         }
         let service = Service::new(catalog, args.options());
-        serve(service, listener, common::interrupted()).await.context("cannot serve")
+        serve(service, listener, common::interrupted())
+            .await
+            .context("cannot serve")
     })
 }
 
@@ -162,7 +164,15 @@ mod tests {
         for text in ["*", "https://maps.example.org", "http://localhost:8080"] {
             assert!(origin(text).is_ok(), "{text}");
         }
-        for text in ["", "maps.example.org", "ftp://a", "https://", "https://a/", "https://a?b", "null"] {
+        for text in [
+            "",
+            "maps.example.org",
+            "ftp://a",
+            "https://",
+            "https://a/",
+            "https://a?b",
+            "null",
+        ] {
             assert!(origin(text).is_err(), "{text}");
         }
         assert!(url("https://example.org/maps").is_ok() && url("example.org").is_err());

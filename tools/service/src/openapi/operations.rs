@@ -75,7 +75,7 @@ impl Operation {
                 408 => of("The body did not come in time"),
                 412 => of("The file is not the one of If-Match"),
                 413 => of("The body is too large"),
-                416 => of("The range is not in the file, or there are several"),
+                416 => of("The range is not in the file"),
                 _ => of(
                     "Not now: the file cannot be read, or too many requests wait; Retry-After says when to ask again",
                 ),
@@ -189,7 +189,7 @@ fn of_files(ids: &[&str], options: &Options) -> Vec<Operation> {
     ];
     if options.raw {
         let range = json!({"name": "Range", "in": "header", "required": false, "schema": {"type": "string"},
-            "description": "One range of bytes"});
+            "description": "One range of bytes; several are answered with all bytes"});
         all.push(
             Operation::new(
                 "/{id}/raw",

@@ -3,6 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use crate::options::Options;
+use crate::parameters::number::{LEAST, MOST};
 
 /// Returns all schemas by their names.
 pub fn all(options: &Options) -> Value {
@@ -117,10 +118,13 @@ fn position() -> Value {
     json!({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 3})
 }
 
-/// Returns the schema of the body of a matrix. Its coordinates are those of ordinary maps; the service takes
-/// all that the library takes.
+/// Returns the schema of the body of a matrix.
 fn lists(options: &Options) -> Value {
-    let coordinate = json!({"type": "number", "minimum": -1e60, "maximum": 1e60});
+    let coordinate = json!({"type": "number", "anyOf": [
+        {"const": 0},
+        {"minimum": LEAST, "maximum": MOST},
+        {"minimum": -MOST, "maximum": -LEAST},
+    ]});
     let point = json!({"type": "array", "items": coordinate, "minItems": 2, "maxItems": 2});
     let most = options.max_pairs;
     let points = json!({"type": "array", "items": point, "minItems": 1, "maxItems": most});
@@ -133,6 +137,7 @@ fn lists(options: &Options) -> Value {
             "sites": {"type": "boolean", "default": false},
         },
         "additionalProperties": false,
+        "not": {"required": ["to", "sites"], "properties": {"sites": {"const": true}}},
         "description": format!("Start points, and end points: those of `to`, all sites, or the start points. At most {most} pairs."),
     })
 }

@@ -6,6 +6,16 @@
 /// The pattern of a number: all numbers that programs write in full precision, from 10⁻⁴⁰ up to 10⁵⁴.
 pub const NUMBER: &str = r"-?[0-9]{1,15}(\.[0-9]{1,40}|(\.[0-9]{1,20})?[eE](\+?[0-3]?[0-9]|-([01]?[0-9]|2[0-2])))?";
 
+/// The smallest magnitude of a coordinate that is not 0.
+pub const LEAST: f64 = 1e-40;
+/// The largest magnitude of a coordinate.
+pub const MOST: f64 = 1e54;
+
+/// Returns whether a number may be a coordinate.
+pub fn is_coordinate(value: f64) -> bool {
+    value == 0.0 || (LEAST..=MOST).contains(&value.abs())
+}
+
 /// Parses a number of the [pattern](NUMBER).
 pub fn number(text: &str) -> Option<f64> {
     let digits = text.strip_prefix('-').unwrap_or(text);

@@ -18,8 +18,8 @@ pub fn base(input: &Input, options: &Options) -> String {
         return url.trim_end_matches('/').to_owned();
     }
     let proto = first(&input.headers, &FORWARDED_PROTO).filter(|proto| matches!(*proto, "http" | "https"));
-    let host = first(&input.headers, &FORWARDED_HOST).or_else(|| first(&input.headers, &header::HOST));
-    let host = host.filter(|host| is_host(host));
+    let host = |name| first(&input.headers, name).filter(|host| is_host(host));
+    let host = host(&FORWARDED_HOST).or_else(|| host(&header::HOST));
     let host = host.or_else(|| input.original.authority().map(|authority| authority.as_str()));
     let before = first(&input.headers, &FORWARDED_PREFIX).filter(|prefix| is_prefix(prefix));
     let before = before.unwrap_or_default().trim_end_matches('/');

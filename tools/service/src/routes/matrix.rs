@@ -8,7 +8,7 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles_answers::matrix::{Matrix, NamedPoints};
 use delaunay_tiles_answers::values::collection_with;
 use futures::TryStreamExt;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 use serde_json::{Value, json};
 use tokio::time::{Instant, timeout, timeout_at};
 
@@ -17,6 +17,7 @@ use super::features::write;
 use super::input::Input;
 use super::limits::{Limits, query_limits, within};
 use crate::options::Options;
+use crate::parameters::number::is_coordinate;
 use crate::problem::Problem;
 use crate::reply::{GEOJSON, Reply};
 use crate::state::Service;
@@ -28,10 +29,16 @@ struct Lists {
     /// The start points.
     from: Vec<[f64; 2]>,
     /// The end points; by default the start points.
+    #[serde(default, deserialize_with = "some")]
     to: Option<Vec<[f64; 2]>>,
     /// Whether all sites are the end points.
     #[serde(default)]
     sites: bool,
+}
+
+/// Reads a list that is there, which `null` is not.
+fn some<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Vec<[f64; 2]>>, D::Error> {
+    Vec::deserialize(deserializer).map(Some)
 }
 
 /// Answers with the walking distances between all points of two lists.
@@ -67,9 +74,9 @@ async fn read(request: Request<Body>, options: &Options) -> Result<Lists, Proble
         return Err(wrong("a list has no points".to_owned()));
     }
     let mut points = lists.from.iter().chain(lists.to.iter().flatten());
-    if let Some([x, y]) = points.find(|[x, y]| !Point::new(*x, *y).is_valid()) {
+    if let Some([x, y]) = points.find(|point| !point.iter().all(|value| is_coordinate(*value))) {
         return Err(wrong(format!(
-            "({x}, {y}) is no point; coordinates have a magnitude up to 2^200"
+            "({x}, {y}) is no point; a coordinate is 0 or has a magnitude from 1e-40 up to 1e54"
         )));
     }
     check_pairs(lists.from.len(), lists.to.as_ref().map_or(1, Vec::len), options)?;

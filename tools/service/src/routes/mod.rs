@@ -16,5 +16,3 @@ mod raw;
 mod router;
 mod surface;
 mod terrain;
-
-pub use router::router;

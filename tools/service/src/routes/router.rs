@@ -23,8 +23,16 @@ use crate::state::Service;
 /// The length of the longest address.
 const LONGEST_URI: usize = 4 << 10;
 
+impl Service {
+    /// Returns a router with all paths of the service.
+    #[must_use]
+    pub fn router(&self) -> Router {
+        router(self.clone())
+    }
+}
+
 /// Returns the router of a service.
-pub fn router(service: Service) -> Router {
+fn router(service: Service) -> Router {
     let mut router = Router::new()
         .route("/", to(index::page))
         .route("/catalog", to(facts::catalog))

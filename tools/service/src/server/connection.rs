@@ -55,12 +55,15 @@ impl Connection {
             .header_read_timeout(options.read_timeout)
             .max_buf_size(BUFFER)
             .max_headers(HEADERS);
+        // One that comes after the end began has one request, such as for `/health`.
+        let is_last = *self.leaving.borrow();
+        builder.keep_alive(!is_last);
         let connection = builder.serve_connection(stream, TowerToHyperService::new(self.router));
         tokio::pin!(connection);
         let leaves = async { _ = self.leaving.wait_for(|leaves| *leaves).await };
         let ended = tokio::select! {
             ended = &mut connection => ended,
-            () = leaves => {
+            () = leaves, if !is_last => {
                 connection.as_mut().graceful_shutdown();
                 connection.await
             }

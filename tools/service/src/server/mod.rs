@@ -12,7 +12,6 @@ use tokio::sync::{Semaphore, watch};
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
-use crate::routes::router;
 use crate::state::Service;
 use connection::Connection;
 
@@ -33,10 +32,7 @@ Content-Type: application/json\r\nContent-Length: 101\r\n\r\n\
 pub async fn serve(service: Service, listener: TcpListener, ended: impl Future<Output = ()>) -> io::Result<()> {
     tracing::info!(address = %listener.local_addr()?, "listening");
     let options = service.options().clone();
-    let (router, free) = (
-        router(service.clone()),
-        Arc::new(Semaphore::new(options.max_connections)),
-    );
+    let (router, free) = (service.router(), Arc::new(Semaphore::new(options.max_connections)));
     let (leave, leaving) = watch::channel(false);
     let mut connections = JoinSet::new();
     let ended = async {
