@@ -92,11 +92,10 @@ pub async fn make(path: impl AsRef<Path>, options: OverviewOptions) -> Result<Ov
         });
     }
     work.check()?;
-    let file_bytes = publish(&target, &base, &levels).await?;
-    let after = target.read().await?;
+    let (file_bytes, overviews) = publish(&target, &base, &levels).await?;
     Ok(OverviewSummary {
         is_new: true,
-        overviews: after.overviews().to_vec(),
+        overviews,
         file_bytes: [length, file_bytes],
         seconds: began.elapsed().as_secs_f64(),
     })

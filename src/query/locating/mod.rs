@@ -13,7 +13,7 @@ mod z_many;
 
 pub use batch::BulkOptions;
 pub use location::{Location, TriangleRef};
-pub(crate) use on_surface::OnSurface;
+pub(crate) use on_surface::{OnSurface, SurfacePart};
 pub use place::Place;
 pub use triangles_in::triangle_meets;
 pub(crate) use walk::Walked;
