@@ -33,13 +33,13 @@ const BYTES_PER_VERTEX: u64 = 160;
 /// Builds the level with this number, from 1, from the one before. Returns its file.
 pub(super) async fn choose(fine: &TileReader, work: &Work, level: u32) -> Result<PathBuf, OverviewError> {
     let metadata = fine.metadata();
-    let seed = level.into();
+    let seed = u64::from(level);
     let share = if metadata.has_z { SEEDS } else { SHARE };
     let mut path = work.level(level, 0);
     seeds(fine, work, level, share, &path).await?;
     let want = (SHARE * metadata.vertices as f64) as u64;
     for round in 1..=ROUNDS {
-        let coarse = work.open(&path).await?;
+        let coarse = work.open(&path, 1).await?;
         let chosen = coarse.metadata().vertices;
         if !metadata.has_z || chosen as f64 >= ENOUGH * want as f64 {
             break;
@@ -49,7 +49,8 @@ pub(super) async fn choose(fine: &TileReader, work: &Work, level: u32) -> Result
             break;
         }
         let most = (OF_CANDIDATES * found.len() as f64).ceil() as u64;
-        let threshold = found.threshold(most.min(want - chosen), seed);
+        // Not the seed that has decided between candidates: of equal ones, their hashes are high.
+        let threshold = found.threshold(most.min(want - chosen), !seed);
         let next = work.level(level, round);
         let mut builder = builder(work, &next)?;
         push_vertices(&coarse, work, &mut builder).await?;

@@ -51,8 +51,8 @@ fn overviews_are_made_shown_proven_and_removed() {
     let bytes: u64 = rows.iter().map(|row| row["bytes"].as_u64().unwrap()).sum();
     assert_eq!(found["overview_bytes"].as_u64(), Some(bytes));
     assert!(run(folder, "inspect hill.tiles").contains("overviews"));
-    for deep in ["", "--deep"] {
-        let verified = json(folder, &format!("verify {deep} hill.tiles --json"));
+    for verify in ["verify", "verify --deep"] {
+        let verified = json(folder, &format!("{verify} hill.tiles --json"));
         assert_eq!(verified["overviews"], 2);
     }
     assert!(run(folder, "verify hill.tiles").contains("2 overviews"));
