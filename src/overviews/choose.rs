@@ -1,11 +1,10 @@
 //! Chooses the vertices of a level from those of the finer level below it, and builds it.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use futures::stream::{StreamExt, TryStreamExt};
 
-use crate::geometry::{Point, VertexIndex};
+use crate::geometry::{Point, Rect, VertexIndex};
 use crate::input::PointBatch;
 use crate::overviews::candidates::{Candidate, candidates};
 use crate::overviews::chosen::Candidates;
@@ -14,8 +13,8 @@ use crate::overviews::hash::{hash, is_below};
 use crate::overviews::hull::corners;
 use crate::overviews::work::Work;
 use crate::pipeline::Builder;
-use crate::query::BulkOptions;
-use crate::store::{Needs, ReadError, Tile, TileInPass, TileReader, spawn};
+use crate::query::SurfacePart;
+use crate::store::{Needs, PassReader, ReadError, Tile, TileInPass, TileReader, spawn};
 
 /// The share of the vertices that stays. Somewhat below a quarter, so that all levels together are less
 /// than a third of the file.
@@ -34,13 +33,13 @@ const BYTES_PER_VERTEX: u64 = 160;
 /// Builds the level with this number, from 1, from the one before. Returns its file.
 pub(super) async fn choose(fine: &TileReader, work: &Work, level: u32) -> Result<PathBuf, OverviewError> {
     let metadata = fine.metadata();
-    let seed = level.into();
+    let seed = u64::from(level);
     let share = if metadata.has_z { SEEDS } else { SHARE };
     let mut path = work.level(level, 0);
     seeds(fine, work, level, share, &path).await?;
     let want = (SHARE * metadata.vertices as f64) as u64;
     for round in 1..=ROUNDS {
-        let coarse = work.open(&path).await?;
+        let coarse = work.open(&path, 1).await?;
         let chosen = coarse.metadata().vertices;
         if !metadata.has_z || chosen as f64 >= ENOUGH * want as f64 {
             break;
@@ -50,7 +49,8 @@ pub(super) async fn choose(fine: &TileReader, work: &Work, level: u32) -> Result
             break;
         }
         let most = (OF_CANDIDATES * found.len() as f64).ceil() as u64;
-        let threshold = found.threshold(most.min(want - chosen), seed);
+        // Not the seed that has decided between candidates: of equal ones, their hashes are high.
+        let threshold = found.threshold(most.min(want - chosen), !seed);
         let next = work.level(level, round);
         let mut builder = builder(work, &next)?;
         push_vertices(&coarse, work, &mut builder).await?;
@@ -117,7 +117,7 @@ fn batch(tile: &Tile, vertices: impl Iterator<Item = VertexIndex>) -> PointBatch
 
 /// Searches all candidates of a round.
 async fn search(fine: &TileReader, coarse: &TileReader, work: &Work, level: u32) -> Result<Candidates, OverviewError> {
-    let passes = fine.for_passes().await?;
+    let (passes, coarse) = (fine.for_passes().await?, coarse.for_passes().await?);
     work.progress.start(level, fine.metadata().tiles.into());
     let plan = passes.plan(Needs {
         per_vertex: BYTES_PER_VERTEX,
@@ -139,9 +139,10 @@ async fn search(fine: &TileReader, coarse: &TileReader, work: &Work, level: u32)
     Ok(all)
 }
 
-async fn search_tile(tile: TileInPass, coarse: &TileReader, seed: u64) -> Result<Vec<Candidate>, ReadError> {
+async fn search_tile(tile: TileInPass, coarse: &PassReader, seed: u64) -> Result<Vec<Candidate>, ReadError> {
     let corners = (0..tile.corner_count() as u32).map(VertexIndex);
-    let points: Arc<[Point]> = corners.map(|corner| tile.point(corner)).collect();
-    let found = coarse.on_surface(points, BulkOptions::default().threads(1)).await?;
+    let points: Vec<Point> = corners.map(|corner| tile.point(corner)).collect();
+    let part = SurfacePart::within(coarse, Rect::around(points.iter().copied())).await?;
+    let found = part.at(points).await?;
     spawn(move || candidates(&tile, &found, seed)).await
 }

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use futures::stream::{StreamExt, TryStreamExt};
 
-use crate::geometry::{Point, VertexIndex};
+use crate::geometry::{Point, Rect, VertexIndex};
 use crate::overviews::hull::corners;
-use crate::query::{BulkOptions, OnSurface};
-use crate::store::{Needs, ReadError, TileId, TileInPass, TileReader, spawn};
+use crate::query::{OnSurface, SurfacePart};
+use crate::store::{Needs, PassReader, ReadError, TileId, TileInPass, TileReader, spawn};
 use crate::terrain::ExactSum;
 
 /// Bytes of memory for each vertex of a tile.
@@ -63,7 +63,11 @@ pub(super) async fn measure<E: From<ReadError>>(
         per_vertex: BYTES_PER_VERTEX,
         ..Needs::default()
     })?;
-    let levels: Arc<[TileReader]> = levels.into();
+    let mut of_levels = Vec::with_capacity(levels.len());
+    for level in levels {
+        of_levels.push(level.for_passes().await?);
+    }
+    let levels: Arc<[PassReader]> = of_levels.into();
     let mut all = vec![Measured::default(); levels.len()];
     let tiles = passes.pass(passes.tile_ids(), plan);
     let measured = tiles.map(|tile| {
@@ -80,15 +84,14 @@ pub(super) async fn measure<E: From<ReadError>>(
     Ok(all)
 }
 
-async fn measure_tile(tile: TileInPass, levels: &[TileReader]) -> Result<Vec<Measured>, ReadError> {
-    let points: Arc<[Point]> = tile.points().collect();
+async fn measure_tile(tile: TileInPass, levels: &[PassReader]) -> Result<Vec<Measured>, ReadError> {
+    let points: Vec<Point> = tile.points().collect();
+    let bounds = Rect::around(points.iter().copied());
     let mut measured = Vec::with_capacity(levels.len());
     let tile = Arc::new(tile);
     let mut is_finer: Vec<bool> = vec![true; points.len()];
     for level in levels {
-        let found = level
-            .on_surface(Arc::clone(&points), BulkOptions::default().threads(1))
-            .await?;
+        let found = SurfacePart::within(level, bounds).await?.at(points.clone()).await?;
         let tile = Arc::clone(&tile);
         let of_level = spawn(move || {
             let of_level = compare(&tile, &found, &mut is_finer);

@@ -19,7 +19,7 @@ pub(super) async fn build_levels(base: &TileReader, work: &Work) -> Result<Vec<P
         && levels.len() < MAX_OVERVIEWS
     {
         let path = choose(&fine, work, levels.len() as u32 + 1).await?;
-        let coarse = work.open(&path).await?;
+        let coarse = work.open(&path, 1).await?;
         if coarse.metadata().vertices > fine.metadata().vertices / 2 {
             break;
         }

@@ -1,6 +1,6 @@
 //! Makes the overviews of a file, from its lock to its next generation.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use crate::edit::Target;
@@ -47,59 +47,56 @@ pub async fn make(path: impl AsRef<Path>, options: OverviewOptions) -> Result<Ov
     let began = Instant::now();
     let target = Target::lock(path.as_ref())?;
     let before = target.read().await?;
-    let (metadata, length) = (before.metadata().clone(), before.file_length());
+    let length = before.file_length();
+    let summary = |is_new, overviews, file_bytes| OverviewSummary {
+        is_new,
+        overviews,
+        file_bytes: [length, file_bytes],
+        seconds: began.elapsed().as_secs_f64(),
+    };
     let is_fresh = !before.overviews().is_empty() && !options.again;
-    let tile_vertices =
-        (metadata.tile_vertices as usize).clamp(BuildOptions::MIN_TILE_VERTICES, BuildOptions::MAX_TILE_VERTICES);
-    let needs_none = metadata.triangles == 0 || metadata.vertices <= tile_vertices as u64;
     let has_none = before.overviews().is_empty() && before.stale_overviews().is_empty();
+    let build = build_options(&before).await?;
+    let needs_none = before.metadata().triangles == 0 || before.metadata().vertices <= build.tile_vertices as u64;
     if is_fresh || (needs_none && has_none) {
-        return Ok(OverviewSummary {
-            is_new: false,
-            overviews: before.overviews().to_vec(),
-            file_bytes: [length; 2],
-            seconds: began.elapsed().as_secs_f64(),
-        });
+        return Ok(summary(false, before.overviews().to_vec(), length));
     }
-    let build = BuildOptions::default()
-        .tile_vertices(tile_vertices)
-        .compress(is_compressed(&before).await?);
     drop(before);
     let work = Work::new(path.as_ref(), &options, build)?;
-    let cache = Cache::new(0);
-    let base = target
-        .open(OpenOptions::default().memory(work.shares.pass()).cache(&cache))
-        .await?;
+    // Passes read each tile once, so none is kept.
+    let open = OpenOptions::default().memory(work.shares.pass()).cache(&Cache::new(0));
+    let base = target.open(open).await?;
     let paths = build_levels(&base, &work).await?;
-    let mut readers = Vec::with_capacity(paths.len());
-    for path in &paths {
-        let cache = Cache::new(work.shares.coarser(paths.len()) as usize);
-        let options = OpenOptions::default().memory(work.shares.pass()).cache(&cache);
-        readers.push(TileReader::open(path, options).await?);
+    if paths.is_empty() && has_none {
+        return Ok(summary(false, Vec::new(), length));
     }
-    work.progress.start(0, metadata.tiles.into());
-    let measured = measure(&base, &readers, work.threads, || {
+    let levels = measured(&base, &paths, &work).await?;
+    work.check()?;
+    let (file_bytes, overviews) = publish(&target, &base, &levels).await?;
+    Ok(summary(true, overviews, file_bytes))
+}
+
+/// Opens levels and measures their errors.
+async fn measured(base: &TileReader, paths: &[PathBuf], work: &Work) -> Result<Vec<Level>, OverviewError> {
+    let mut readers = Vec::with_capacity(paths.len());
+    for path in paths {
+        readers.push(work.open(path, paths.len()).await?);
+    }
+    work.progress.start(0, base.metadata().tiles.into());
+    let measured = measure(base, &readers, work.threads, || {
         work.progress.advance();
         work.check()
     });
     let measured = measured.await?;
     let mut levels = Vec::with_capacity(paths.len());
-    for ((reader, path), measured) in readers.into_iter().zip(&paths).zip(measured) {
+    for ((reader, path), measured) in readers.into_iter().zip(paths).zip(measured) {
         levels.push(Level {
             reader,
             file: ThreadsFile::open(path).map_err(OverviewError::io(path, "open it"))?,
             errors: measured.errors(),
         });
     }
-    work.check()?;
-    let file_bytes = publish(&target, &base, &levels).await?;
-    let after = target.read().await?;
-    Ok(OverviewSummary {
-        is_new: true,
-        overviews: after.overviews().to_vec(),
-        file_bytes: [length, file_bytes],
-        seconds: began.elapsed().as_secs_f64(),
-    })
+    Ok(levels)
 }
 
 /// Removes the overviews of a file from its directory, stale ones too. Their bytes stay in the file until
@@ -118,9 +115,15 @@ pub async fn remove(path: impl AsRef<Path>) -> Result<usize, OverviewError> {
     Ok(count)
 }
 
-/// Returns whether the tiles of a file are compressed, and this program can do so too.
-async fn is_compressed(reader: &TileReader) -> Result<bool, OverviewError> {
+/// Returns the options with which levels of a file are built: its tiles are as large, and as compressed, if
+/// this program can do so.
+async fn build_options(reader: &TileReader) -> Result<BuildOptions, OverviewError> {
     let directory = reader.directory().await?;
     let first = directory.tile_ids().next().and_then(|id| directory.entry(id).copied());
-    Ok(Codec::HAS_ZSTANDARD && first.is_some_and(|entry| entry.codec() == Codec::Zstandard))
+    let is_compressed = first.is_some_and(|entry| entry.codec() == Codec::Zstandard);
+    let tile_vertices = directory.metadata.tile_vertices as usize;
+    let tile_vertices = tile_vertices.clamp(BuildOptions::MIN_TILE_VERTICES, BuildOptions::MAX_TILE_VERTICES);
+    Ok(BuildOptions::default()
+        .tile_vertices(tile_vertices)
+        .compress(Codec::HAS_ZSTANDARD && is_compressed))
 }

@@ -20,8 +20,12 @@ pub(super) struct Level {
 }
 
 /// Replaces the overviews of a file by these levels. Nothing that a reader may look at is overwritten; if
-/// this fails, the file is in its former state. Returns the length of the file.
-pub(super) async fn publish(target: &Target, base: &TileReader, levels: &[Level]) -> Result<u64, OverviewError> {
+/// this fails, the file is in its former state. Returns the length of the file, and its overviews.
+pub(super) async fn publish(
+    target: &Target,
+    base: &TileReader,
+    levels: &[Level],
+) -> Result<(u64, Vec<Overview>), OverviewError> {
     let generation = base.generation() + 1;
     let mut end = base.file_length();
     let mut entries = Vec::with_capacity(levels.len());
@@ -44,11 +48,13 @@ pub(super) async fn publish(target: &Target, base: &TileReader, levels: &[Level]
         });
         end = offset + bytes;
     }
+    let overviews = entries.iter().map(|entry| entry.overview).collect();
     let mut directory = Directory::clone(&*base.directory().await?);
     directory.overviews = entries;
     let writer = TileWriter::behind(target.file.clone(), end);
     let published = writer.replace(&directory, base.in_force()).await;
-    published.map_err(cannot(&target.path))
+    let length = published.map_err(cannot(&target.path))?;
+    Ok((length, overviews))
 }
 
 fn cannot(path: &Path) -> impl FnOnce(io::Error) -> OverviewError {

@@ -84,9 +84,9 @@ impl Work {
         }
     }
 
-    /// Opens the file of a level, for passes and for lookups.
-    pub(super) async fn open(&self, path: &Path) -> Result<TileReader, ReadError> {
-        let cache = Cache::new(usize::try_from(self.shares.coarser(1)).unwrap_or(usize::MAX));
+    /// Opens the file of a level, for passes and for lookups, as one of `levels` that are open.
+    pub(super) async fn open(&self, path: &Path, levels: usize) -> Result<TileReader, ReadError> {
+        let cache = Cache::new(usize::try_from(self.shares.coarser(levels)).unwrap_or(usize::MAX));
         let options = OpenOptions::default().memory(self.shares.pass()).cache(&cache);
         // It is in the page cache, which a ring may bypass.
         TileReader::open(path, options.backend(Backend::Threads)).await

@@ -119,8 +119,8 @@ pub use euclidean::Near;
 pub use free_space::Footing;
 #[cfg(feature = "map-tiles")]
 pub(crate) use locating::Ground;
-pub(crate) use locating::OnSurface;
 pub use locating::{BulkOptions, Location, Place, TriangleRef, triangle_meets};
+pub(crate) use locating::{OnSurface, SurfacePart};
 pub use matrix::{DistanceOutcome, PairDistance};
 pub use request::{Explored, Mode, QueryError, QueryOptions, Search, UnknownMode, UnknownSearch};
 pub use walking::{Cost, Progress};

@@ -17,7 +17,7 @@ pub use batch::BulkOptions;
 #[cfg(feature = "map-tiles")]
 pub(crate) use ground_many::Ground;
 pub use location::{Location, TriangleRef};
-pub(crate) use on_surface::OnSurface;
+pub(crate) use on_surface::{OnSurface, SurfacePart};
 pub use place::Place;
 pub use triangles_in::triangle_meets;
 pub(crate) use walk::Walked;

@@ -437,7 +437,10 @@ fn of_root(
     ];
     // What later versions of the library fill in.
     assert_eq!(table.u64(slot("last_transaction")), 0);
-    assert_eq!((table.field(slot("free")), table.vector(slot("overviews"))), (None, None));
+    assert_eq!(
+        (table.field(slot("free")), table.vector(slot("overviews"))),
+        (None, None)
+    );
     Directory {
         tile_vertices: table.u32(slot("tile_vertices")),
         vertices,

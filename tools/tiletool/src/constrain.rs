@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
-use delaunay_tiles::{EditError, EditSummary, Editor, peak_memory};
+use delaunay_tiles::{EditError, EditSummary, Editor, OpenOptions, peak_memory};
 use serde::Serialize;
 
 use crate::allocator;
@@ -71,7 +71,15 @@ pub fn run(args: ConstrainArgs) -> anyhow::Result<()> {
     }
     let lines = args.lines.clone().open()?;
     let (summary, lines) = common::block_on(constrain(&args, lines))?;
-    for note in lines.notes().iter().filter(|_| !args.quiet) {
+    let mut notes = lines.notes();
+    // The lines are in the file, whether this can be found out or not.
+    if common::block_on(has_stale_overviews(&args.file)).unwrap_or(false) {
+        let file = common::shown(&args.file);
+        notes.push(format!(
+            "the overviews of the file are stale now; renew them with `tiletool overviews {file}`"
+        ));
+    }
+    for note in notes.iter().filter(|_| !args.quiet) {
         common::say(format_args!("note: {note}"));
     }
     if args.json {
@@ -91,7 +99,7 @@ pub fn run(args: ConstrainArgs) -> anyhow::Result<()> {
                 file_bytes: summary.file_bytes,
                 seconds: summary.seconds,
                 peak_memory_bytes: peak_memory(),
-                notes: lines.notes(),
+                notes,
             },
         )
     } else if args.quiet {
@@ -150,6 +158,11 @@ async fn constrain(args: &ConstrainArgs, lines: LineInput) -> anyhow::Result<(Ed
         }
     }
     .with_context(|| format!("{} was not changed", common::shown(file)))
+}
+
+async fn has_stale_overviews(file: &Path) -> anyhow::Result<bool> {
+    let reader = common::open(file, OpenOptions::default()).await?;
+    Ok(!reader.stale_overviews().is_empty())
 }
 
 fn report(file: &Path, summary: &EditSummary) -> String {

@@ -196,6 +196,31 @@ fn io_faults_in_compacting_leave_the_old_or_the_new_file() {
 }
 
 #[test]
+fn io_faults_in_overviews_leave_a_file_with_all_or_none() {
+    let mut trial = Trial::new("overviews now.tiles --quiet --threads 1", |folder| {
+        write_town(folder);
+        run(folder, "build points.csv -o old.tiles --tile-vertices 500 --quiet");
+        fs::copy(folder.join("old.tiles"), folder.join("new.tiles")).unwrap();
+        run(folder, "overviews new.tiles --quiet");
+    });
+    let renew = |folder: &Path| {
+        let _ = fs::remove_dir_all(folder.join("now.tiles.overviews.partial"));
+        renew_now(folder);
+    };
+    let overviews = |folder: &Path, file: &str| {
+        let inspected = run(folder, &format!("inspect {file} --json"));
+        serde_json::from_str::<serde_json::Value>(&inspected).unwrap()["overview_list"].clone()
+    };
+    trial.all(renew, |folder, _, succeeded, context| {
+        let found = overviews(folder, "now.tiles");
+        let is_new = found == overviews(folder, "new.tiles");
+        let is_old = found == overviews(folder, "old.tiles");
+        assert!(is_new || !succeeded && is_old, "{context}");
+        run(folder, "verify now.tiles");
+    });
+}
+
+#[test]
 fn io_faults_in_queries_give_the_same_answer_or_an_error() {
     for args in [
         "query knn town.tiles --at 3.5,29.25 -k 2 --csv",

@@ -27,6 +27,7 @@ mod lines;
 mod map;
 mod memory;
 mod outputs;
+mod overviews;
 mod printing;
 mod query;
 mod query_tables;
