@@ -11,8 +11,8 @@ use tiletool::common::thousands;
 use tiletool::query;
 use tiletool::query::answer::{self, Answer, QueryResult, Status};
 use tiletool::query::ask::{Ask, path_found};
-use tiletool::query::question::Question;
 use tiletool::query::command::{KnnArgs, PathArgs, QueryCommand, RangeArgs};
+use tiletool::query::question::Question;
 
 /// Ask a tile file for the nearest sites and for shortest paths, by any method, and for their cost.
 ///
