@@ -103,9 +103,7 @@ impl Choices {
             2 => get("/town/native/shade/99999999999999999999/0/0.png", ""),
             3 => get("/../../etc/passwd", ""),
             4 => get(&format!("/town/query/locate?at={}", "9".repeat(6000)), ""),
-            5 => format!(
-                "POST /town/query/matrix HTTP/1.1\r\nhost: a\r\nconnection: close\r\ncontent-length: 9999999999\r\n\r\n{{"
-            ),
+            5 => "POST /town/query/matrix HTTP/1.1\r\nhost: a\r\nconnection: close\r\ncontent-length: 9999999999\r\n\r\n{".to_owned(),
             6 => get("/town", &format!("x: {}\r\n", "y".repeat(100_000))),
             7 => "\u{0}\u{1}garbage\r\n\r\n".to_owned(),
             _ => get("/town/query/path?from=1e999,0&to=NaN,0", ""),

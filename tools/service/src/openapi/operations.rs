@@ -188,19 +188,21 @@ fn of_files(ids: &[&str], options: &Options) -> Vec<Operation> {
         .takes(of_tile()),
     ];
     if options.raw {
-        let range = json!({"name": "Range", "in": "header", "required": false, "schema": {"type": "string"},
-            "description": "One range of bytes; several are answered with all bytes"});
-        all.push(
-            Operation::new(
-                "/{id}/raw",
-                "raw",
-                "The bytes of the file",
-                binary("application/octet-stream", OF_RAW),
-            )
-            .takes([id.clone(), version.clone(), range]),
-        );
+        all.push(of_bytes(id, version));
     }
     all
+}
+
+fn of_bytes(id: Value, version: Value) -> Operation {
+    let range = json!({
+        "name": "Range",
+        "in": "header",
+        "required": false,
+        "schema": {"type": "string"},
+        "description": "One range of bytes; several are answered with all bytes",
+    });
+    let gives = binary("application/octet-stream", OF_RAW);
+    Operation::new("/{id}/raw", "raw", "The bytes of the file", gives).takes([id, version, range])
 }
 
 fn of_queries(ids: &[&str], options: &Options) -> Vec<Operation> {

@@ -2,7 +2,7 @@
 
 use axum::body::{Body, to_bytes};
 use axum::extract::Request;
-use axum::http::StatusCode;
+use axum::http::{StatusCode, header};
 use axum::response::Response;
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles_answers::matrix::{Matrix, NamedPoints};
@@ -62,6 +62,13 @@ pub async fn matrix(service: Service, input: Input, request: Request) -> Result<
 /// Reads the body of a request.
 async fn read(request: Request<Body>, options: &Options) -> Result<Lists, Problem> {
     let too_large = || Problem::too_large(StatusCode::PAYLOAD_TOO_LARGE, "body", options.max_body);
+    let announced = request
+        .headers()
+        .get(header::CONTENT_LENGTH)
+        .and_then(|value| value.to_str().ok());
+    if announced.is_some_and(|length| length.parse().is_ok_and(|length: u64| length > options.max_body as u64)) {
+        return Err(too_large());
+    }
     let bytes = timeout(options.read_timeout, to_bytes(request.into_body(), options.max_body)).await;
     let bytes = bytes.map_err(|_| Problem::too_slow())?.map_err(|_| too_large())?;
     let advice = r#"give {"from": [[x, y], …]}, and either "to": [[x, y], …] or "sites": true"#;

@@ -25,7 +25,6 @@ const LONGEST_URI: usize = 4 << 10;
 
 impl Service {
     /// Returns a router with all paths of the service.
-    #[must_use]
     pub fn router(&self) -> Router {
         router(self.clone())
     }

@@ -1,5 +1,7 @@
 //! Tests of the service: in this process, and over connections.
 
+#![allow(clippy::too_many_lines, reason = "some tests are lists of cases")]
+
 mod connections;
 mod descriptions;
 mod files;

@@ -33,6 +33,8 @@ mod query;
 mod query_tables;
 mod refusals;
 mod resume;
+#[cfg(feature = "serve")]
+mod serve;
 mod sites;
 mod terrain;
 mod town;
