@@ -38,14 +38,6 @@ impl Bytes {
         start..start + u32::from_le_bytes(self.0[at + 56..at + 60].try_into().unwrap()) as usize
     }
 
-    /// The offset of the entry of an overview, which begins with its offset and length.
-    fn entry(&self, offset: u64, length: u64) -> usize {
-        let wanted = [offset.to_le_bytes(), length.to_le_bytes()].concat();
-        let root = self.root();
-        let place = self.0[root.clone()].windows(16).position(|window| window == wanted);
-        root.start + place.unwrap()
-    }
-
     /// Makes all checksums of the file right again.
     fn seal(&mut self) {
         let (at, root) = (self.superblock(), self.root());

@@ -83,8 +83,7 @@ impl Serialize for BuildReport<'_> {
             summary,
             read,
             raw_bytes,
-            plot,
-            overviews,
+            ..
         } = self;
         let counts = [
             ("records", read.records),
@@ -132,18 +131,24 @@ impl Serialize for BuildReport<'_> {
         map.serialize_entry("resumed_blocks", &summary.resumed_blocks)?;
         map.serialize_entry("waits", &WaitsOutput::new(&summary.waits))?;
         map.serialize_entry("notes", &read.notes)?;
-        if let Some(made) = overviews {
-            map.serialize_entry("overview_list", &made.rows)?;
-            map.serialize_entry("overviews_seconds", &made.summary.seconds)?;
-        }
-        if let Some(plot) = plot {
-            map.serialize_entry("plot", plot)?;
-        }
+        self.serialize_extras(&mut map)?;
         map.end()
     }
 }
 
 impl BuildReport<'_> {
+    /// Adds what the options ask for.
+    fn serialize_extras<M: SerializeMap>(&self, map: &mut M) -> Result<(), M::Error> {
+        if let Some(made) = self.overviews {
+            map.serialize_entry("overview_list", &made.rows)?;
+            map.serialize_entry("overviews_seconds", &made.summary.seconds)?;
+        }
+        match self.plot {
+            Some(plot) => map.serialize_entry("plot", plot),
+            None => Ok(()),
+        }
+    }
+
     fn phases(&self) -> Vec<PhaseOutput> {
         // The builder does not count the bytes from which the points were read.
         let of_input = |phase| match phase == Phase::Read && self.summary.resumed_blocks == 0 {
