@@ -197,9 +197,11 @@ mod tests {
         assert_eq!(decoded(&[]), Ok(Vec::new()));
     }
 
+    type Fault = fn(&mut [OverviewEntry; 2]);
+
     #[test]
     fn overviews_that_cannot_be_are_rejected() {
-        let faults: [(fn(&mut [OverviewEntry; 2]), &str); 12] = [
+        let faults: [(Fault, &str); 12] = [
             (|all| all[1].offset = 4096, "within the file"),
             (|all| all[1].offset = LENGTH - 4096, "within the file"),
             (|all| all[1].offset = u64::MAX - 4095, "within the file"),
