@@ -1,4 +1,5 @@
-//! The colours of pictures. The tool's plots have the same ones.
+//! The colours of pictures. They are those of the tool's plots, but for the ground: a map has no frame,
+//! so free ground must differ from the page, and holes from free ground.
 
 /// Red, green and blue.
 pub(super) type Colour = [u8; 3];
@@ -17,9 +18,9 @@ const RAMP: [Colour; 8] = [
 ];
 
 /// Free ground without heights.
-pub(super) const FREE: Colour = [252, 251, 248];
+pub(super) const FREE: Colour = [242, 240, 234];
 /// Holes.
-pub(super) const HOLE: Colour = [207, 211, 214];
+pub(super) const HOLE: Colour = [193, 201, 207];
 /// Break lines.
 pub(super) const BREAK: Colour = [47, 125, 79];
 /// Walls.

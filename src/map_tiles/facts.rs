@@ -5,9 +5,11 @@ use std::collections::HashMap;
 use crate::geometry::Rect;
 use crate::map_tiles::coord::{GridKind, TileCoord};
 use crate::map_tiles::drawn::{DrawError, DrawLimits};
-use crate::map_tiles::grid::{TileGrid, around};
+use crate::map_tiles::grid::{PIXELS, TileGrid, around};
 use crate::map_tiles::layer::{Layer, VectorLayer};
+use crate::map_tiles::paint::REACH;
 use crate::map_tiles::source::{FILE, MapSource};
+use crate::map_tiles::window::PER_PIXEL;
 use crate::store::{ReadError, TileReader};
 
 /// The number of map tiles after which no more are counted.
@@ -25,7 +27,7 @@ pub struct LayerFacts {
     pub bounds: Rect,
     /// The same in degrees of longitude and latitude, if the reference system of the file is known.
     pub lon_lat_bounds: Option<Rect>,
-    /// The first zoom from which on no tile is out of budget.
+    /// The first zoom from which on no tile is out of budget. In Web Mercator, it may be one zoom later.
     pub min_zoom: u8,
     /// The zoom at which a typical edge is 16 pixels long, at least `min_zoom`. Deeper tiles are
     /// drawn too.
@@ -67,25 +69,39 @@ impl MapSource {
         let grid = self.grid(kind)?;
         let has_heights = self.heights().is_some();
         let mut bounds: Option<(usize, Vec<Rect>)> = None;
+        let mut first = 0;
         for zoom in 0..TileCoord::MAX_ZOOM {
             let level = if has_heights {
                 self.level_for(grid.pixel_size(zoom))
             } else {
                 FILE
             };
-            if self.level(level).metadata().tiles <= limits.max_tiles {
-                return Ok(zoom);
+            let mut fits = self.level(level).metadata().tiles <= limits.max_tiles;
+            if !fits {
+                let known = match bounds.take() {
+                    Some((known, bounds)) if known == level => bounds,
+                    _ => bounds_of(self.level(level)).await?,
+                };
+                fits = most_tiles(grid, margin(kind), zoom, &known) <= limits.max_tiles;
+                bounds = Some((level, known));
             }
-            let known = match bounds.take() {
-                Some((known, bounds)) if known == level => bounds,
-                _ => bounds_of(self.level(level)).await?,
-            };
-            if most_tiles(grid, zoom, &known) <= limits.max_tiles {
-                return Ok(zoom);
+            match fits {
+                false => first = zoom + 1,
+                // Deeper tiles are parts of those of this zoom, and of the same level.
+                true if level == FILE => break,
+                true => {}
             }
-            bounds = Some((level, known));
         }
-        Ok(TileCoord::MAX_ZOOM)
+        Ok(first)
+    }
+}
+
+/// Returns how far outside a map tile a drawing needs tiles of the file, as a share of its side.
+fn margin(kind: GridKind) -> f64 {
+    match kind {
+        GridKind::Native => f64::from(REACH / PER_PIXEL) / f64::from(PIXELS),
+        // The rectangle around a map tile in coordinates of the file is somewhat larger than the map tile.
+        GridKind::WebMercatorQuad => 0.1,
     }
 }
 
@@ -100,10 +116,8 @@ async fn bounds_of(level: &TileReader) -> Result<Vec<Rect>, ReadError> {
 
 /// Returns the largest number of tiles with these bounds that a tile of a zoom meets, with its
 /// margin.
-fn most_tiles(grid: &TileGrid, zoom: u8, bounds: &[Rect]) -> u32 {
+fn most_tiles(grid: &TileGrid, margin: f64, zoom: u8, bounds: &[Rect]) -> u32 {
     let mut counts: HashMap<[u32; 2], u32> = HashMap::new();
-    // The margin is a small share of a tile; a tenth of it is on the safe side.
-    let margin = 0.1;
     let last = f64::from(1u32 << zoom);
     for rect in bounds {
         let around = around(*rect, |p| grid.fraction(p));

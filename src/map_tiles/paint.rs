@@ -27,6 +27,10 @@ const RING: f32 = 3.8;
 /// size as a share.
 const FAR: f64 = 24.0;
 const SMALL: f64 = 0.25;
+/// The typical distance of sites in pixels from which on dots are opaque, and the least opacity. Closer
+/// ones would hide everything else.
+const APART: f64 = 6.0;
+const PALE: f64 = 0.08;
 /// The radius of a vertex, where there is nothing else.
 const POINT: f32 = 1.1;
 /// The least opacity and width of lines, as shares, where they are dense.
@@ -73,18 +77,20 @@ pub(super) fn paint(shades: &[Shade], shapes: &Shapes, density: Density) -> Byte
         }
     }
     let size = (density.site / FAR).clamp(SMALL, 1.0) as f32;
+    let opacity = (density.site / APART).clamp(PALE, 1.0) as f32;
     let sites = || shapes.sites().iter().map(|site| site.at);
-    for (colour, radius, points) in [
-        (VERTEX, POINT, shapes.vertices().to_vec()),
+    for (colour, radius, opacity, points) in [
+        (VERTEX, POINT, 1.0, shapes.vertices().to_vec()),
         (
             [255; 3],
             RING * size,
+            1.0,
             if size < 1.0 { Vec::new() } else { sites().collect() },
         ),
-        (SITE, DOT * size, sites().collect()),
+        (SITE, DOT * size, opacity, sites().collect()),
     ] {
         if let Some(path) = dots(points, radius) {
-            cover(&mut pixels, colour, 1.0, |image, paint| {
+            cover(&mut pixels, colour, opacity, |image, paint| {
                 image.fill_path(&path, paint, FillRule::Winding, Transform::identity(), None);
             });
         }

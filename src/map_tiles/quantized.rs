@@ -134,9 +134,9 @@ mod tests {
 
     #[test]
     fn of_very_many_vertices_there_is_one_in_each_square() {
-        let vertices = (0..60_000u32).map(|i| {
+        let vertices = (0..60_000u64).map(|i| {
             let place = [1 + (i * 7919 % 32_766) as u16, 1 + (i * 104_729 % 32_766) as u16];
-            MeshVertex { place, z: f64::from(i) }
+            MeshVertex { place, z: i as f64 }
         });
         let (kept, places) = places(vertices.collect());
         assert!(kept.len() > 10_000 && kept.len() <= MOST);

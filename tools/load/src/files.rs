@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use anyhow::ensure;
+use anyhow::{Context, ensure};
 use tempfile::TempDir;
 use tokio::process::Command;
 use tokio::time::sleep;
@@ -64,7 +64,8 @@ impl Files {
     async fn run(&self, args: &str) -> anyhow::Result<()> {
         let mut command = Command::new(&self.tiletool);
         command.args(args.split(' ')).current_dir(self.folder.path());
-        let status = command.stdout(Stdio::null()).stderr(Stdio::null()).status().await?;
+        let done = command.stdout(Stdio::null()).stderr(Stdio::null()).status().await;
+        let status = done.with_context(|| format!("cannot run {}", self.tiletool.display()))?;
         ensure!(status.success(), "tiletool {args}: {status}");
         Ok(())
     }
@@ -73,10 +74,11 @@ impl Files {
     pub async fn change(&self, end: Instant) -> anyhow::Result<u64> {
         let mut changes = 0;
         while Instant::now() < end {
-            let next = ["second", "first"][(changes / 3 % 2) as usize];
-            match changes % 3 {
+            let next = ["second", "first"][(changes / 4 % 2) as usize];
+            match changes % 4 {
                 0 => self.run("constrain town.tiles --walls wall.csv").await?,
-                1 => self.run("constrain town.tiles --walls fence.csv").await?,
+                1 => self.run("overviews town.tiles").await?,
+                2 => self.run("constrain town.tiles --walls fence.csv").await?,
                 _ => {
                     std::fs::copy(self.path(&format!("{next}.tiles")), self.path("new.tiles"))?;
                     std::fs::rename(self.path("new.tiles"), self.path("town.tiles"))?;

@@ -21,7 +21,7 @@ fn hill() -> tempfile::TempDir {
     fs::write(scratch.path().join("wall.csv"), "3,3,30,21\n").unwrap();
     run(
         scratch.path(),
-        "build hill.csv --columns x,y,z -o hill.tiles --tile-vertices 100 --quiet",
+        "build hill.csv --columns 1,2,3 -o hill.tiles --tile-vertices 100 --quiet",
     );
     scratch
 }
@@ -71,7 +71,7 @@ fn overviews_are_made_shown_proven_and_removed() {
 fn a_build_with_overviews_has_them_and_the_same_triangles() {
     let scratch = hill();
     let folder = scratch.path();
-    let build = "build hill.csv --columns x,y,z -o other.tiles --tile-vertices 100 --overviews";
+    let build = "build hill.csv --columns 1,2,3 -o other.tiles --tile-vertices 100 --overviews";
     let text = run(folder, build);
     assert!(text.contains("other.tiles: 2 overviews"), "{text}");
     let built = json(folder, &format!("{build} --force --json"));
