@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::geometry::Rect;
+use crate::geometry::{Point, Rect};
 use crate::map_tiles::coord::{GridKind, TileCoord};
 use crate::map_tiles::drawn::{DrawError, DrawLimits};
 use crate::map_tiles::grid::{PIXELS, TileGrid, around};
@@ -82,7 +82,7 @@ impl MapSource {
                     Some((known, bounds)) if known == level => bounds,
                     _ => bounds_of(self.level(level)).await?,
                 };
-                fits = most_tiles(grid, margin(kind), zoom, &known) <= limits.max_tiles;
+                fits = most_tiles(grid, kind, zoom, &known) <= limits.max_tiles;
                 bounds = Some((level, known));
             }
             match fits {
@@ -96,13 +96,29 @@ impl MapSource {
     }
 }
 
-/// Returns how far outside a map tile a drawing needs tiles of the file, as a share of its side.
-fn margin(kind: GridKind) -> f64 {
-    match kind {
-        GridKind::Native => f64::from(REACH / PER_PIXEL) / f64::from(PIXELS),
+/// Returns a rectangle of the grid, in shares of its side, around all map tiles that meet a rectangle of
+/// the file with their margin. `side` is the number of map tiles along the grid's side.
+fn reach(grid: &TileGrid, kind: GridKind, side: f64, rect: Rect) -> Rect {
+    let (around, margin) = match kind {
+        GridKind::Native => {
+            let corners = [(rect.min_x, rect.min_y), (rect.max_x, rect.max_y)].map(|(x, y)| Point::new(x, y));
+            let places = corners.iter().filter_map(|&corner| grid.fraction(corner));
+            let pixels = REACH / PER_PIXEL + 1;
+            (
+                Rect::around(places.map(|[x, y]| Point::new(x, y))),
+                f64::from(pixels) / f64::from(PIXELS),
+            )
+        }
         // The rectangle around a map tile in coordinates of the file is somewhat larger than the map tile.
-        GridKind::WebMercatorQuad => 0.1,
-    }
+        GridKind::WebMercatorQuad => (around(rect, |p| grid.fraction(p)), 0.1),
+    };
+    let margin = margin / side;
+    Rect::new(
+        around.min_x - margin,
+        around.min_y - margin,
+        around.max_x + margin,
+        around.max_y + margin,
+    )
 }
 
 /// Returns the bounds of all tiles of a level.
@@ -116,15 +132,14 @@ async fn bounds_of(level: &TileReader) -> Result<Vec<Rect>, ReadError> {
 
 /// Returns the largest number of tiles with these bounds that a tile of a zoom meets, with its
 /// margin.
-fn most_tiles(grid: &TileGrid, margin: f64, zoom: u8, bounds: &[Rect]) -> u32 {
+fn most_tiles(grid: &TileGrid, kind: GridKind, zoom: u8, bounds: &[Rect]) -> u32 {
     let mut counts: HashMap<[u32; 2], u32> = HashMap::new();
-    let last = f64::from(1u32 << zoom);
+    let side = f64::from(1u32 << zoom);
     for rect in bounds {
-        let around = around(*rect, |p| grid.fraction(p));
-        let number = |share: f64| (share * last).clamp(0.0, last - 1.0) as u32;
-        let columns = number(around.min_x - margin / last)..=number(around.max_x + margin / last);
-        for x in columns {
-            for y in number(around.min_y - margin / last)..=number(around.max_y + margin / last) {
+        let reach = reach(grid, kind, side, *rect);
+        let number = |share: f64| (share * side).clamp(0.0, side - 1.0) as u32;
+        for x in number(reach.min_x)..=number(reach.max_x) {
+            for y in number(reach.min_y)..=number(reach.max_y) {
                 *counts.entry([x, y]).or_default() += 1;
             }
         }
