@@ -59,7 +59,7 @@ def main():
     for index, zoom in enumerate(args.zooms):
         picture = part(f"{args.url}/native/shade", zoom, centre)
         whole.paste(picture, (index % 2 * (width + GAP), index // 2 * (height + GAP)))
-    whole.save(args.output, optimize=True)
+    whole.quantize(256, dither=Image.Dither.NONE).save(args.output, optimize=True)
 
 
 if __name__ == "__main__":
