@@ -161,8 +161,9 @@ def percentile(values, share):
 
 def uncached(args, port, identifier):
     """Measures random tiles that are in no cache of finished tiles, one at a time."""
-    connection = http.client.HTTPConnection("127.0.0.1", port)
     for layer, ending in [("shade", "png"), ("terrarium", "png"), ("mesh", "mvt")]:
+        # The service ends connections on which nothing is asked.
+        connection = http.client.HTTPConnection("127.0.0.1", port)
         base = f"/{identifier}/native/{layer}"
         status, _, body = get(connection, f"{base}.json")
         if status != 200:
