@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use axum::http::HeaderMap;
 use axum::response::Response;
+use delaunay_tiles::map_tiles::MapSource;
 
 use super::input::Input;
 use crate::catalog::Snapshot;
@@ -54,6 +55,15 @@ impl Context {
     /// Returns the id of the file.
     pub fn id(&self) -> &str {
         self.snapshot.reader.name()
+    }
+
+    /// Returns what map tiles of the file are drawn from.
+    ///
+    /// # Errors
+    /// Fails if the file cannot be read.
+    pub async fn maps(&self) -> Result<&MapSource, Problem> {
+        let maps = self.snapshot.maps().await;
+        maps.map_err(|error| Problem::of_read(self.id(), &error))
     }
 
     /// Returns the tag of a resource of this file.

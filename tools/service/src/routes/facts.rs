@@ -58,11 +58,7 @@ pub async fn file(service: Service, input: Input) -> Result<Response, Problem> {
         return Ok(response);
     }
     let slot = context.service.slots().enter().await?;
-    let maps = context
-        .snapshot
-        .maps()
-        .await
-        .map_err(|error| Problem::of_read(context.id(), &error))?;
+    let maps = context.maps().await?;
     let document = document(&context, maps);
     drop(slot);
     context.send(Reply::json(&document), Some(tag)).await

@@ -35,11 +35,7 @@ pub async fn tile(service: Service, input: Input) -> Result<Response, Problem> {
         return Ok(response);
     }
     let draw = async |limits| {
-        let maps = context
-            .snapshot
-            .maps()
-            .await
-            .map_err(|error| Problem::of_read(context.id(), &error))?;
+        let maps = context.maps().await?;
         let drawn = maps.draw(grid, layer, at, limits).await;
         drawn
             .map_err(|error| Problem::of_drawing(context.id(), &error))
@@ -102,11 +98,7 @@ pub async fn tile_json(service: Service, input: Input) -> Result<Response, Probl
     }
     let options = context.service.options();
     let slot = context.service.slots().enter().await?;
-    let maps = context
-        .snapshot
-        .maps()
-        .await
-        .map_err(|error| Problem::of_read(context.id(), &error))?;
+    let maps = context.maps().await?;
     let facts = within(options.max_time, maps.facts(grid, layer, limits(options))).await?;
     let facts = facts.map_err(|error| Problem::of_drawing(context.id(), &error))?;
     drop(slot);

@@ -24,11 +24,7 @@ pub async fn layer_json(service: Service, input: Input) -> Result<Response, Prob
         return Ok(response);
     }
     let slot = context.service.slots().enter().await?;
-    let maps = context
-        .snapshot
-        .maps()
-        .await
-        .map_err(|error| Problem::of_read(context.id(), &error))?;
+    let maps = context.maps().await?;
     let facts = maps
         .terrain_facts()
         .map_err(|error| Problem::of_grid(context.id(), &error))?;
@@ -71,11 +67,7 @@ pub async fn tile(service: Service, input: Input) -> Result<Response, Problem> {
         return Ok(response);
     }
     let draw = async |limits| {
-        let maps = context
-            .snapshot
-            .maps()
-            .await
-            .map_err(|error| Problem::of_read(context.id(), &error))?;
+        let maps = context.maps().await?;
         let drawn = maps.terrain(at, limits).await;
         drawn
             .map_err(|error| Problem::of_drawing(context.id(), &error))
