@@ -10,7 +10,7 @@ use crate::overviews::errors::measure;
 use crate::overviews::levels::build_levels;
 use crate::overviews::options::OverviewOptions;
 use crate::overviews::publish::{Level, publish};
-use crate::overviews::work::Work;
+use crate::overviews::work::{Work, clear};
 use crate::pipeline::BuildOptions;
 use crate::store::{Cache, Codec, OpenOptions, Overview, TileReader};
 
@@ -46,6 +46,8 @@ pub struct OverviewSummary {
 pub async fn make(path: impl AsRef<Path>, options: OverviewOptions) -> Result<OverviewSummary, OverviewError> {
     let began = Instant::now();
     let target = Target::lock(path.as_ref())?;
+    // Also if there is nothing to do: whoever was killed may have published.
+    let folder = clear(path.as_ref())?;
     let before = target.read().await?;
     let length = before.file_length();
     let summary = |is_new, overviews, file_bytes| OverviewSummary {
@@ -62,7 +64,7 @@ pub async fn make(path: impl AsRef<Path>, options: OverviewOptions) -> Result<Ov
         return Ok(summary(false, before.overviews().to_vec(), length));
     }
     drop(before);
-    let work = Work::new(path.as_ref(), &options, build)?;
+    let work = Work::new(folder, &options, build)?;
     // Passes read each tile once, so none is kept.
     let open = OpenOptions::default().memory(work.shares.pass()).cache(&Cache::new(0));
     let base = target.open(open).await?;
@@ -107,6 +109,7 @@ async fn measured(base: &TileReader, paths: &[PathBuf], work: &Work) -> Result<V
 /// cannot be written. The file is then as it was.
 pub async fn remove(path: impl AsRef<Path>) -> Result<usize, OverviewError> {
     let target = Target::lock(path.as_ref())?;
+    clear(path.as_ref())?;
     let base = target.read().await?;
     let count = base.overviews().len() + base.stale_overviews().len();
     if count > 0 {

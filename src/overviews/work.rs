@@ -26,19 +26,8 @@ pub(super) struct Work {
 }
 
 impl Work {
-    /// Creates the work folder for a file, which must be locked. What an earlier attempt left there is
-    /// removed.
-    pub(super) fn new(file: &Path, options: &OverviewOptions, build: BuildOptions) -> Result<Self, OverviewError> {
-        let target = output_target(file).map_err(OverviewError::io(file, "open it"))?;
-        let mut name = OsString::from(target);
-        name.push(".overviews.partial");
-        let folder = PathBuf::from(name);
-        let is_ours = is_ours(&folder).map_err(OverviewError::io(&folder, "look into the work folder"))?;
-        match is_ours {
-            Some(false) => return Err(OverviewError::NotOurs(folder)),
-            Some(true) => fs::remove_dir_all(&folder).map_err(OverviewError::io(&folder, "empty the work folder"))?,
-            None => {}
-        }
+    /// Creates the work folder, which [`clear`] returned.
+    pub(super) fn new(folder: PathBuf, options: &OverviewOptions, build: BuildOptions) -> Result<Self, OverviewError> {
         fs::create_dir(&folder).map_err(OverviewError::io(&folder, "make the work folder"))?;
         let shares = OverviewShares(options.memory);
         Ok(Self {
@@ -99,6 +88,21 @@ impl Drop for Work {
             tracing::warn!(folder = %self.folder.display(), %error, "the work folder could not be removed");
         }
     }
+}
+
+/// Returns the path of the work folder of a file, which must be locked. Removes what an attempt that was
+/// killed has left there.
+pub(super) fn clear(file: &Path) -> Result<PathBuf, OverviewError> {
+    let mut name = OsString::from(output_target(file).map_err(OverviewError::io(file, "open it"))?);
+    name.push(".overviews.partial");
+    let folder = PathBuf::from(name);
+    let is_ours = is_ours(&folder).map_err(OverviewError::io(&folder, "look into the work folder"))?;
+    match is_ours {
+        Some(false) => return Err(OverviewError::NotOurs(folder)),
+        Some(true) => fs::remove_dir_all(&folder).map_err(OverviewError::io(&folder, "empty the work folder"))?,
+        None => {}
+    }
+    Ok(folder)
 }
 
 /// Returns whether a folder has nothing but the files of this work; `None` if there is none.

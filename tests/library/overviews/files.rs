@@ -135,10 +135,20 @@ fn the_remains_of_a_killed_process_are_removed_and_those_of_others_are_not() {
         let refused = make_small(&scratch.path).await.unwrap_err();
         assert!(matches!(refused, OverviewError::NotOurs(_)), "{refused}");
         assert_eq!(fs::read_to_string(folder.join("mine")).unwrap(), "precious");
-        fs::remove_file(folder.join("mine")).unwrap();
-        fs::create_dir(folder.join("level-1-2.partial")).unwrap();
-        fs::write(folder.join("level-1-1"), "unfinished").unwrap();
-        make_small(&scratch.path).await.unwrap();
+        fs::remove_dir_all(&folder).unwrap();
+        let leave_remains = || {
+            fs::create_dir_all(folder.join("level-1-2.partial")).unwrap();
+            fs::write(folder.join("level-1-1"), "unfinished").unwrap();
+        };
+        leave_remains();
+        assert!(make_small(&scratch.path).await.unwrap().is_new);
+        assert!(!folder.exists());
+        // It was killed after it had published.
+        leave_remains();
+        assert!(!make_small(&scratch.path).await.unwrap().is_new);
+        assert!(!folder.exists());
+        leave_remains();
+        overviews::remove(&scratch.path).await.unwrap();
         assert!(!folder.exists());
     });
 }
