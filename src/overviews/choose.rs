@@ -1,6 +1,7 @@
 //! Chooses the vertices of a level from those of the finer level below it, and builds it.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use futures::stream::{StreamExt, TryStreamExt};
 
@@ -141,7 +142,7 @@ async fn search(fine: &TileReader, coarse: &TileReader, work: &Work, level: u32)
 
 async fn search_tile(tile: TileInPass, coarse: &PassReader, seed: u64) -> Result<Vec<Candidate>, ReadError> {
     let corners = (0..tile.corner_count() as u32).map(VertexIndex);
-    let points: Vec<Point> = corners.map(|corner| tile.point(corner)).collect();
+    let points: Arc<[Point]> = corners.map(|corner| tile.point(corner)).collect();
     let part = SurfacePart::within(coarse, Rect::around(points.iter().copied())).await?;
     let found = part.at(points).await?;
     spawn(move || candidates(&tile, &found, seed)).await

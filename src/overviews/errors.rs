@@ -85,13 +85,16 @@ pub(super) async fn measure<E: From<ReadError>>(
 }
 
 async fn measure_tile(tile: TileInPass, levels: &[PassReader]) -> Result<Vec<Measured>, ReadError> {
-    let points: Vec<Point> = tile.points().collect();
+    let points: Arc<[Point]> = tile.points().collect();
     let bounds = Rect::around(points.iter().copied());
     let mut measured = Vec::with_capacity(levels.len());
     let tile = Arc::new(tile);
     let mut is_finer: Vec<bool> = vec![true; points.len()];
     for level in levels {
-        let found = SurfacePart::within(level, bounds).await?.at(points.clone()).await?;
+        let found = SurfacePart::within(level, bounds)
+            .await?
+            .at(Arc::clone(&points))
+            .await?;
         let tile = Arc::clone(&tile);
         let of_level = spawn(move || {
             let of_level = compare(&tile, &found, &mut is_finer);

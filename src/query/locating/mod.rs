@@ -1,5 +1,6 @@
 //! Point location, one point or many at once, and the triangles in a rectangle.
 
+mod at_spot;
 mod batch;
 #[cfg(feature = "map-tiles")]
 mod ground_many;

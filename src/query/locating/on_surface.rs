@@ -1,16 +1,17 @@
 //! The surface at many points, as [overviews](crate::overviews) ask for it.
 
+use std::convert::Infallible;
 use std::sync::Arc;
 
 use foldhash::{HashMap, HashMapExt};
 
 use super::batch::{At, BulkOptions, Outcome, Question, ask};
+use super::sorted_walk::{half_edge_at, walk_from};
 use super::walk::{Locate, Spot, SpotStep};
 use crate::geometry::{HalfEdge, Point, Rect};
-use crate::mesh::{Walk, WalkEnd};
 use crate::query::request::Contradiction;
 use crate::store::{PassReader, ReadError, Tile, TileId, TileReader, spawn};
-use crate::terrain::{FileSurface, Surface, TileSurface};
+use crate::terrain::{Facet, Place, facet};
 
 /// The surface at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,14 +33,14 @@ pub(crate) enum OnSurface {
 pub(crate) struct SurfacePart {
     reader: PassReader,
     tiles: HashMap<TileId, Arc<Tile>>,
-    surface: FileSurface,
 }
 
 /// The triangle in which a walk ended.
-#[derive(Clone, Copy)]
 struct Near<'a> {
     tile: &'a Tile,
     half_edge: HalfEdge,
+    /// The triangle, if the point was inside it.
+    facet: Option<Facet>,
 }
 
 impl TileReader {
@@ -48,9 +49,8 @@ impl TileReader {
     /// # Errors
     /// If a tile cannot be read or is damaged.
     async fn on_surface(&self, points: Vec<Point>) -> Result<Vec<OnSurface>, ReadError> {
-        let surface = surface_of(self);
         let options = BulkOptions::default().threads(1);
-        ask(self, points.into(), options, Where { surface }, OnSurface::Outside).await
+        ask(self, points.into(), options, Where, OnSurface::Outside).await
     }
 }
 
@@ -67,7 +67,6 @@ impl SurfacePart {
         Ok(Self {
             reader: reader.clone(),
             tiles,
-            surface: surface_of(reader),
         })
     }
 
@@ -76,14 +75,10 @@ impl SurfacePart {
     ///
     /// # Errors
     /// If a tile cannot be read or is damaged.
-    pub(crate) async fn at(self, points: Vec<Point>) -> Result<Vec<OnSurface>, ReadError> {
+    pub(crate) async fn at(self, points: Arc<[Point]>) -> Result<Vec<OnSurface>, ReadError> {
         let reader = self.reader.clone();
-        let (points, found) = spawn(move || {
-            let found = self.find(&points);
-            (points, found)
-        })
-        .await?;
-        let (mut found, open) = found?;
+        let all = Arc::clone(&points);
+        let (mut found, open) = spawn(move || self.find(&all)).await??;
         if !open.is_empty() {
             let rest = open.iter().map(|&place| points[place]).collect();
             for (place, at) in open.into_iter().zip(reader.on_surface(rest).await?) {
@@ -95,38 +90,53 @@ impl SurfacePart {
 
     /// Returns the surface at points, and which of them need other tiles.
     fn find(&self, points: &[Point]) -> Result<(Vec<OnSurface>, Vec<usize>), ReadError> {
-        let question = Where {
-            surface: self.surface.clone(),
-        };
         let (mut found, mut open) = (Vec::with_capacity(points.len()), Vec::new());
         let mut near = None;
         for (place, &point) in points.iter().enumerate() {
-            match self.walk(point, &mut near)? {
-                Some((tile, spot)) => found.push(question.at(tile, &question.surface.in_tile(tile), point, spot)),
+            found.push(match self.find_one(point, &mut near)? {
+                Some(at) => at,
                 None => {
                     open.push(place);
-                    found.push(OnSurface::Outside);
+                    OnSurface::Outside
                 }
-            }
+            });
         }
         Ok((found, open))
+    }
+
+    /// Returns the surface at a point, close to where the walk before ended. Returns `None` if that
+    /// needs a tile that is not there.
+    fn find_one<'a>(&'a self, point: Point, near: &mut Option<Near<'a>>) -> Result<Option<OnSurface>, ReadError> {
+        // Most points lie in the triangle of the point before.
+        if let Some(Near { facet: Some(facet), .. }) = near
+            && facet.place(point) == Some(Place::Inside)
+        {
+            return Ok(Some(OnSurface::inside(facet, point)));
+        }
+        let Some((tile, spot)) = self.walk(point, near)? else {
+            return Ok(None);
+        };
+        let Spot::Triangle(triangle) = spot else {
+            return Ok(Some(OnSurface::at(tile, point, spot)));
+        };
+        let facet = facet(tile, triangle);
+        if let Some(near) = near {
+            near.facet = facet;
+        }
+        Ok(Some(
+            facet.map_or(OnSurface::BETWEEN, |facet| OnSurface::inside(&facet, point)),
+        ))
     }
 
     /// Walks to a point, from where the walk before ended. Returns `None` if it needs a tile that is not
     /// there.
     fn walk<'a>(&'a self, point: Point, near: &mut Option<Near<'a>>) -> Result<Option<(&'a Tile, Spot)>, ReadError> {
         let triangles = self.reader.metadata().triangles;
-        if let Some(Near { tile, half_edge }) = *near {
-            let end = Walk::new(point, triangles).run(tile, half_edge);
-            let (half_edge, spot) = match end.map_err(|error| self.reader.damaged(tile.id(), error.to_string()))? {
-                WalkEnd::Triangle(triangle) => (HalfEdge::new(triangle, 0), Some(Spot::Triangle(triangle))),
-                WalkEnd::Edge(half_edge) => (half_edge, Some(Spot::Edge(half_edge))),
-                WalkEnd::Vertex(half_edge) => (half_edge, Some(Spot::Vertex(tile.origin(half_edge)))),
-                WalkEnd::Hull(exit) => (exit, Some(Spot::Outside(None))),
-                WalkEnd::Elsewhere(exit) => (exit, None),
-            };
-            if let Some(spot) = spot {
-                *near = Some(Near { tile, half_edge });
+        if let Some(near) = near {
+            let (tile, mut half_edge) = (near.tile, near.half_edge);
+            let spot = walk_from(tile, triangles, point, &mut half_edge);
+            if let Some(spot) = spot.map_err(|error| self.reader.damaged(tile.id(), error.to_string()))? {
+                *near = Near::new(tile, half_edge);
                 return Ok(Some((tile, spot)));
             }
         }
@@ -137,14 +147,8 @@ impl SurfacePart {
             match step.map_err(|error| self.reader.damaged(tile.id(), error.to_string()))? {
                 SpotStep::Need(other) => id = Some(other),
                 SpotStep::There(spot) => {
-                    let half_edge = match spot {
-                        Spot::Triangle(triangle) => Some(HalfEdge::new(triangle, 0)),
-                        Spot::Edge(half_edge) => Some(half_edge),
-                        Spot::Vertex(corner) if tile.has_vertex(corner) => tile.leaving(corner),
-                        Spot::Vertex(_) | Spot::Outside(_) => None,
-                    };
-                    if let Some(half_edge) = half_edge {
-                        *near = Some(Near { tile, half_edge });
+                    if let Some(half_edge) = half_edge_at(tile, spot) {
+                        *near = Some(Near::new(tile, half_edge));
                     }
                     return Ok(Some((tile, spot)));
                 }
@@ -154,57 +158,13 @@ impl SurfacePart {
     }
 }
 
-fn surface_of(reader: &TileReader) -> FileSurface {
-    FileSurface::without_peeling(Surface::default().holes(true), reader.metadata())
-}
-
-struct Where {
-    surface: FileSurface,
-}
-
-impl Where {
-    /// Returns the surface at a point whose walk ended in a tile.
-    fn at(&self, tile: &Tile, in_tile: &TileSurface, point: Point, spot: Spot) -> OnSurface {
-        match spot {
-            Spot::Outside(_) => OnSurface::Outside,
-            Spot::Vertex(corner) => OnSurface::Vertex(tile.z(corner).unwrap_or(f64::NAN)),
-            Spot::Triangle(triangle) => {
-                let facet = in_tile.facet(tile, triangle);
-                facet.map_or(OnSurface::BETWEEN, |facet| OnSurface::Between {
-                    z: facet.z_inside(point),
-                    area: facet.doubled_area(),
-                })
-            }
-            Spot::Edge(half_edge) => {
-                // Which of the two triangles the walk comes to depends on where it starts.
-                let [a, b] = tile.ends(half_edge).map(|end| end.point);
-                let (dx, dy) = (b.x - a.x, b.y - a.y);
-                let facet = in_tile.facet(tile, half_edge.triangle());
-                let z = facet.and_then(|facet| Some(facet.z_at(point, facet.place(point)?)));
-                OnSurface::Between {
-                    z: z.unwrap_or(f64::NAN),
-                    area: dx * dx + dy * dy,
-                }
-            }
+impl<'a> Near<'a> {
+    fn new(tile: &'a Tile, half_edge: HalfEdge) -> Self {
+        Self {
+            tile,
+            half_edge,
+            facet: None,
         }
-    }
-}
-
-impl Question for Where {
-    type Answer = OnSurface;
-    type Errand = std::convert::Infallible;
-    type InTile = TileSurface;
-
-    fn in_tile(&self, tile: &Tile) -> TileSurface {
-        self.surface.in_tile(tile)
-    }
-
-    fn answer(&self, at: &At<'_, TileSurface>, spot: Spot, _: TileId) -> Result<Outcome<Self>, Contradiction> {
-        Ok(Outcome::Answer(self.at(at.tile, at.in_tile, at.point, spot)))
-    }
-
-    fn finish(&self, _: &At<'_, TileSurface>, errand: Self::Errand) -> Result<OnSurface, Contradiction> {
-        match errand {}
     }
 }
 
@@ -214,4 +174,53 @@ impl OnSurface {
         z: f64::NAN,
         area: f64::NAN,
     };
+
+    /// Returns the surface at a point inside a triangle.
+    fn inside(facet: &Facet, point: Point) -> Self {
+        Self::Between {
+            z: facet.z_inside(point),
+            area: facet.doubled_area(),
+        }
+    }
+
+    /// Returns the surface at a point whose walk ended at a spot of a tile.
+    fn at(tile: &Tile, point: Point, spot: Spot) -> Self {
+        match spot {
+            Spot::Outside(_) => Self::Outside,
+            Spot::Vertex(corner) => Self::Vertex(tile.z(corner).unwrap_or(f64::NAN)),
+            Spot::Triangle(triangle) => {
+                facet(tile, triangle).map_or(Self::BETWEEN, |facet| Self::inside(&facet, point))
+            }
+            Spot::Edge(half_edge) => {
+                // Which of the two triangles the walk comes to depends on where it starts.
+                let [a, b] = tile.ends(half_edge).map(|end| end.point);
+                let (dx, dy) = (b.x - a.x, b.y - a.y);
+                let facet = facet(tile, half_edge.triangle());
+                let z = facet.and_then(|facet| Some(facet.z_at(point, facet.place(point)?)));
+                Self::Between {
+                    z: z.unwrap_or(f64::NAN),
+                    area: dx * dx + dy * dy,
+                }
+            }
+        }
+    }
+}
+
+/// The question what the surface is.
+struct Where;
+
+impl Question for Where {
+    type Answer = OnSurface;
+    type Errand = Infallible;
+    type InTile = ();
+
+    fn in_tile(&self, _: &Tile) {}
+
+    fn answer(&self, at: &At<'_, ()>, spot: Spot, _: TileId) -> Result<Outcome<Self>, Contradiction> {
+        Ok(Outcome::Answer(OnSurface::at(at.tile, at.point, spot)))
+    }
+
+    fn finish(&self, _: &At<'_, ()>, errand: Infallible) -> Result<OnSurface, Contradiction> {
+        match errand {}
+    }
 }

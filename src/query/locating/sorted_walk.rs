@@ -2,7 +2,7 @@
 
 use super::walk::{Locate, Spot, SpotStep};
 use crate::geometry::{HalfEdge, MortonSquare, Point, Rect, VertexIndex};
-use crate::mesh::{Walk, WalkEnd};
+use crate::mesh::{EndlessWalk, Walk, WalkEnd};
 use crate::query::request::Contradiction;
 use crate::store::{Tile, TileId};
 
@@ -62,32 +62,48 @@ fn along_curve(points: &[Point], numbers: impl Iterator<Item = u32>) -> (Vec<u32
 
 /// Walks to a point from the triangle of `near`, which moves to the end of the walk.
 fn walk(tile: &Tile, triangles: u64, target: Point, near: &mut Option<HalfEdge>) -> Result<Arrival, Contradiction> {
-    if let Some(start) = *near {
-        let (end, spot) = match Walk::new(target, triangles).run(tile, start)? {
-            WalkEnd::Triangle(triangle) => (HalfEdge::new(triangle, 0), Some(Spot::Triangle(triangle))),
-            WalkEnd::Edge(half_edge) => (half_edge, Some(Spot::Edge(half_edge))),
-            WalkEnd::Vertex(half_edge) => (half_edge, Some(Spot::Vertex(tile.origin(half_edge)))),
-            WalkEnd::Hull(exit) => (exit, Some(Spot::Outside(None))),
-            WalkEnd::Elsewhere(exit) => (exit, None),
-        };
-        *near = Some(end);
-        if let Some(spot) = spot {
-            return Ok(Arrival::There(spot));
-        }
+    if let Some(near) = near
+        && let Some(spot) = walk_from(tile, triangles, target, near)?
+    {
+        return Ok(Arrival::There(spot));
     }
     let mut locate = Locate::new(target, triangles);
     Ok(match locate.step_to_spot(tile)? {
         SpotStep::Need(other) => Arrival::Leaves(Box::new(locate), other),
         SpotStep::There(spot) => {
-            *near = match spot {
-                Spot::Triangle(triangle) => Some(HalfEdge::new(triangle, 0)),
-                Spot::Edge(half_edge) => Some(half_edge),
-                Spot::Vertex(corner) if tile.has_vertex(corner) => tile.leaving(corner),
-                Spot::Vertex(_) | Spot::Outside(_) => *near,
-            };
+            *near = half_edge_at(tile, spot).or(*near);
             Arrival::There(spot)
         }
     })
+}
+
+/// Walks to a point from the triangle of `near`, which moves to the end of the walk. Returns `None` if
+/// the walk leaves the tile.
+pub(super) fn walk_from(
+    tile: &Tile,
+    triangles: u64,
+    target: Point,
+    near: &mut HalfEdge,
+) -> Result<Option<Spot>, EndlessWalk> {
+    let (end, spot) = match Walk::new(target, triangles).run(tile, *near)? {
+        WalkEnd::Triangle(triangle) => (HalfEdge::new(triangle, 0), Some(Spot::Triangle(triangle))),
+        WalkEnd::Edge(half_edge) => (half_edge, Some(Spot::Edge(half_edge))),
+        WalkEnd::Vertex(half_edge) => (half_edge, Some(Spot::Vertex(tile.origin(half_edge)))),
+        WalkEnd::Hull(exit) => (exit, Some(Spot::Outside(None))),
+        WalkEnd::Elsewhere(exit) => (exit, None),
+    };
+    *near = end;
+    Ok(spot)
+}
+
+/// Returns a half-edge of a triangle at a spot, if the tile has one.
+pub(super) fn half_edge_at(tile: &Tile, spot: Spot) -> Option<HalfEdge> {
+    match spot {
+        Spot::Triangle(triangle) => Some(HalfEdge::new(triangle, 0)),
+        Spot::Edge(half_edge) => Some(half_edge),
+        Spot::Vertex(corner) if tile.has_vertex(corner) => tile.leaving(corner),
+        Spot::Vertex(_) | Spot::Outside(_) => None,
+    }
 }
 
 /// The vertices of a tile of a file without triangles, in order.

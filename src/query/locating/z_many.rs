@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
+use super::at_spot::{Found, Rest, find, find_rest};
 use super::batch::{At, BulkOptions, Outcome, Question, ask};
-use super::locate::triangles_at;
 use super::walk::Spot;
-use crate::geometry::{Point, TriangleId, VertexIndex};
-use crate::mesh::Twin;
-use crate::query::request::{Contradiction, half_edge_towards};
-use crate::store::{ReadError, Tile, TileId, TileReader, VertexId};
-use crate::terrain::{FileSurface, Surface, TileSurface};
+use crate::geometry::{Point, TriangleId};
+use crate::query::request::Contradiction;
+use crate::store::{ReadError, Tile, TileId, TileReader};
+use crate::terrain::{FileSurface, Surface, TileSurface, facet};
 
 /// Heights at many points.
 impl TileReader {
@@ -96,18 +95,9 @@ struct Height {
     all_count: bool,
 }
 
-/// What is asked in another tile, because no triangle at the point counts of those that the first tile
-/// has.
-enum Asked {
-    /// An edge between a vertex that the tile owns and another one.
-    Edge(VertexIndex, VertexId),
-    /// A vertex that the tile owns.
-    Vertex(VertexIndex),
-}
-
 impl Question for Height {
     type Answer = f64;
-    type Errand = Asked;
+    type Errand = Rest;
     type InTile = TileSurface;
 
     fn in_tile(&self, tile: &Tile) -> TileSurface {
@@ -115,68 +105,29 @@ impl Question for Height {
     }
 
     fn answer(&self, at: &At<'_, TileSurface>, spot: Spot, _: TileId) -> Result<Outcome<Self>, Contradiction> {
-        let tile = at.tile;
-        let z = match spot {
-            Spot::Outside(_) => None,
-            Spot::Triangle(triangle) => inside(at, triangle),
-            Spot::Edge(half_edge) => {
-                let other = || match tile.twin(half_edge) {
-                    Twin::HalfEdge(twin) => on_triangle(at, twin.triangle()),
-                    Twin::Hull | Twin::Elsewhere => None,
-                };
-                let z = on_triangle(at, half_edge.triangle()).or_else(other);
-                if z.is_none() && tile.twin(half_edge) == Twin::Elsewhere {
-                    let [a, b] = tile.ends(half_edge).map(|end| end.id);
-                    return Ok(Outcome::Ask(a.tile, Asked::Edge(a.index, b)));
-                }
-                z
-            }
-            Spot::Vertex(corner) => {
-                let vertex = tile.vertex(corner).id;
-                let z = self.on_vertex(at, vertex, corner);
-                if z.is_none() && vertex.tile != tile.id() {
-                    return Ok(Outcome::Ask(vertex.tile, Asked::Vertex(vertex.index)));
-                }
-                z
-            }
+        let z = match (spot, find(at.tile, spot, |triangle| at.in_tile.has(at.tile, triangle))) {
+            (_, Found::Ask(tile, rest)) if !self.all_count => return Ok(Outcome::Ask(tile, rest)),
+            (Spot::Triangle(_), Found::In(triangle)) => facet(at.tile, triangle).map(|facet| facet.z_inside(at.point)),
+            (Spot::Edge(_), Found::In(triangle)) => on_edge(at, triangle),
+            (Spot::Vertex(corner), Found::In(_)) => at.tile.z(corner),
+            (Spot::Vertex(corner), _) if self.all_count => at.tile.z(corner),
+            _ => None,
         };
         Ok(Outcome::Answer(z.unwrap_or(f64::NAN)))
     }
 
-    fn finish(&self, at: &At<'_, TileSurface>, asked: Asked) -> Result<f64, Contradiction> {
-        let tile = at.tile;
-        let (Asked::Vertex(index) | Asked::Edge(index, _)) = asked;
-        if !tile.has_vertex(index) {
-            return Err(Contradiction::NoVertex(index));
-        }
-        let z = match asked {
-            Asked::Edge(a, b) => {
-                let other = half_edge_towards(tile, a, b)?;
-                other.and_then(|half_edge| on_triangle(at, half_edge.triangle()))
-            }
-            Asked::Vertex(index) => self.on_vertex(at, VertexId { tile: tile.id(), index }, index),
-        };
+    fn finish(&self, at: &At<'_, TileSurface>, rest: Rest) -> Result<f64, Contradiction> {
+        let found = find_rest(at.tile, &rest, |triangle| at.in_tile.has(at.tile, triangle))?;
+        let z = found.and_then(|triangle| match rest {
+            Rest::Edge(..) => on_edge(at, triangle),
+            Rest::Vertex(vertex) => at.tile.z(vertex),
+        });
         Ok(z.unwrap_or(f64::NAN))
     }
 }
 
-impl Height {
-    /// Returns the z of a vertex, if a triangle of the tile there counts.
-    fn on_vertex(&self, at: &At<'_, TileSurface>, vertex: VertexId, corner: VertexIndex) -> Option<f64> {
-        let counts = |triangle| at.in_tile.has(at.tile, triangle);
-        let is_on_surface = self.all_count || triangles_at(at.tile, vertex).any(counts);
-        is_on_surface.then(|| at.tile.z(corner))?
-    }
-}
-
-/// Returns the z at a point inside a triangle, if that counts.
-fn inside(at: &At<'_, TileSurface>, triangle: TriangleId) -> Option<f64> {
-    let facet = at.in_tile.facet(at.tile, triangle)?;
-    Some(facet.z_inside(at.point))
-}
-
-/// Returns the z at a point on a triangle, if that counts.
-fn on_triangle(at: &At<'_, TileSurface>, triangle: TriangleId) -> Option<f64> {
-    let facet = at.in_tile.facet(at.tile, triangle)?;
+/// Returns the z at a point on an edge of a triangle.
+fn on_edge(at: &At<'_, TileSurface>, triangle: TriangleId) -> Option<f64> {
+    let facet = facet(at.tile, triangle)?;
     Some(facet.z_at(at.point, facet.place(at.point)?))
 }
