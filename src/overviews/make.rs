@@ -102,7 +102,8 @@ async fn measured(base: &TileReader, paths: &[PathBuf], work: &Work) -> Result<V
 }
 
 /// Removes the overviews of a file from its directory, stale ones too. Their bytes stay in the file until
-/// it is [compacted](TileReader::compact). Returns how many there were.
+/// it is [compacted](TileReader::compact). What a killed attempt left beside the file is removed too. Returns
+/// how many overviews there were.
 ///
 /// # Errors
 /// Returns an error if the file cannot be opened, is damaged, or is locked by another editor, or if it

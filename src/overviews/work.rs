@@ -26,9 +26,12 @@ pub(super) struct Work {
 }
 
 impl Work {
-    /// Creates the work folder, which [`clear`] returned.
+    /// Creates the work folder, whose path [`clear`] returned.
     pub(super) fn new(folder: PathBuf, options: &OverviewOptions, build: BuildOptions) -> Result<Self, OverviewError> {
-        fs::create_dir(&folder).map_err(OverviewError::io(&folder, "make the work folder"))?;
+        match fs::create_dir(&folder) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => return Err(OverviewError::NotOurs(folder)),
+            made => made.map_err(OverviewError::io(&folder, "make the work folder"))?,
+        }
         let shares = OverviewShares(options.memory);
         Ok(Self {
             shares,
@@ -91,34 +94,27 @@ impl Drop for Work {
 }
 
 /// Returns the path of the work folder of a file, which must be locked. Removes what an attempt that was
-/// killed has left there.
+/// killed has left there. A folder of others stays.
 pub(super) fn clear(file: &Path) -> Result<PathBuf, OverviewError> {
     let mut name = OsString::from(output_target(file).map_err(OverviewError::io(file, "open it"))?);
     name.push(".overviews.partial");
     let folder = PathBuf::from(name);
-    let is_ours = is_ours(&folder).map_err(OverviewError::io(&folder, "look into the work folder"))?;
-    match is_ours {
-        Some(false) => return Err(OverviewError::NotOurs(folder)),
-        Some(true) => fs::remove_dir_all(&folder).map_err(OverviewError::io(&folder, "empty the work folder"))?,
-        None => {}
+    // One that cannot be read is of others, or not there.
+    if is_ours(&folder).unwrap_or(false) {
+        fs::remove_dir_all(&folder).map_err(OverviewError::io(&folder, "empty the work folder"))?;
     }
     Ok(folder)
 }
 
-/// Returns whether a folder has nothing but the files of this work; `None` if there is none.
-fn is_ours(folder: &Path) -> io::Result<Option<bool>> {
-    let entries = match fs::read_dir(folder) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Err(error) if error.kind() == io::ErrorKind::NotADirectory => return Ok(Some(false)),
-        entries => entries?,
-    };
-    if fs::symlink_metadata(folder)?.is_symlink() {
-        return Ok(Some(false));
+/// Returns whether a folder has nothing but the files of this work.
+fn is_ours(folder: &Path) -> io::Result<bool> {
+    if !fs::symlink_metadata(folder)?.is_dir() {
+        return Ok(false);
     }
-    for entry in entries {
+    for entry in fs::read_dir(folder)? {
         if !entry?.file_name().to_string_lossy().starts_with(PREFIX) {
-            return Ok(Some(false));
+            return Ok(false);
         }
     }
-    Ok(Some(true))
+    Ok(true)
 }

@@ -27,7 +27,7 @@ pub(super) enum Rest {
 pub(super) fn find(tile: &Tile, spot: Spot, counts: impl Fn(TriangleId) -> bool) -> Found {
     let (found, rest) = match spot {
         Spot::Outside(_) => (None, None),
-        Spot::Triangle(triangle) => (Some(triangle).filter(|&triangle| counts(triangle)), None),
+        Spot::Triangle(triangle) => (counts(triangle).then_some(triangle), None),
         Spot::Edge(half_edge) => {
             let twin = tile.twin(half_edge);
             let other = twin.half_edge().map(|twin| twin.triangle());

@@ -147,6 +147,12 @@ fn the_remains_of_a_killed_process_are_removed_and_those_of_others_are_not() {
         leave_remains();
         assert!(!make_small(&scratch.path).await.unwrap().is_new);
         assert!(!folder.exists());
+        // Those of others are no obstacle if there is nothing to make.
+        fs::create_dir(&folder).unwrap();
+        fs::write(folder.join("mine"), "precious").unwrap();
+        assert!(!make_small(&scratch.path).await.unwrap().is_new);
+        assert_eq!(fs::read_to_string(folder.join("mine")).unwrap(), "precious");
+        fs::remove_dir_all(&folder).unwrap();
         leave_remains();
         overviews::remove(&scratch.path).await.unwrap();
         assert!(!folder.exists());
