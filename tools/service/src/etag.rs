@@ -6,24 +6,24 @@ use xxhash_rust::xxh3::xxh3_64;
 /// The version of all code that makes answers from files. A change of any answer raises it.
 pub const RENDERER: u32 = 1;
 
-/// A strong entity tag.
+/// A strong entity tag, in its quotes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tag(String);
 
 impl Tag {
     /// Creates the tag of a resource, in words that say what it depends on besides the state of its file.
     pub fn new(version: &str, resource: &str) -> Self {
-        Self(format!("{version}-r{RENDERER}-{:016x}", xxh3_64(resource.as_bytes())))
+        Self(format!("\"{version}-r{RENDERER}-{:016x}\"", xxh3_64(resource.as_bytes())))
     }
 
     /// Returns the tag of the same resource, compressed.
     pub fn compressed(&self) -> Self {
-        Self(format!("{}-gz", self.0))
+        Self(format!("{}-gz\"", self.0.trim_end_matches('"')))
     }
 
     /// Returns the tag as the value of a header.
     pub fn value(&self) -> HeaderValue {
-        HeaderValue::try_from(format!("\"{}\"", self.0)).unwrap_or(HeaderValue::from_static("\"\""))
+        HeaderValue::from_str(&self.0).unwrap_or(HeaderValue::from_static("\"\""))
     }
 
     /// Returns whether a header names this tag, or this resource in another compression, or `*`.
@@ -31,11 +31,11 @@ impl Tag {
     pub fn is_in(&self, headers: &HeaderMap, name: &HeaderName) -> Option<bool> {
         let mut values = headers.get_all(name).iter().peekable();
         values.peek()?;
-        let own = [self.clone(), self.compressed()].map(|tag| format!("\"{}\"", tag.0));
+        let own = [self, &self.compressed()];
         let is_own = |tag: &str| {
             let tag = tag.trim();
             let tag = tag.strip_prefix("W/").unwrap_or(tag);
-            tag == "*" || own.iter().any(|own| own == tag)
+            tag == "*" || own.iter().any(|own| own.0 == tag)
         };
         let texts = values.filter_map(|value| value.to_str().ok());
         Some(texts.flat_map(|text| text.split(',')).any(is_own))

@@ -24,11 +24,11 @@ pub enum What {
     Terrain(TerrainCoord),
 }
 
-/// A map tile of a state of a file: its name in the catalogue, its identity and its generation.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+/// A map tile of a state of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Key {
-    /// The version of the file.
-    pub version: String,
+    /// The number of the state.
+    pub snapshot: u64,
     /// The tile.
     pub what: What,
 }
@@ -37,8 +37,8 @@ pub struct Key {
 struct Bytewise;
 
 impl Weighter<Key, Bytes> for Bytewise {
-    fn weight(&self, key: &Key, tile: &Bytes) -> u64 {
-        (tile.len() + key.version.len() + ENTRY) as u64
+    fn weight(&self, _: &Key, tile: &Bytes) -> u64 {
+        (tile.len() + ENTRY) as u64
     }
 }
 

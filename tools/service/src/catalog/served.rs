@@ -95,7 +95,7 @@ impl Served {
         let current = match (opened, &before.current) {
             (Ok(new), Ok(old)) if self.is_same(&new, old, before.stamp, stamp) => Ok(Arc::clone(old)),
             (Ok(new), _) => {
-                tracing::info!(file = self.id, version = new.version(), "a new state of a file");
+                tracing::info!(file = self.id, version = &**new.version(), "a new state of a file");
                 Ok(Arc::new(new))
             }
             (Err(error), _) => Err(Problem::of_read(&self.id, &error)),

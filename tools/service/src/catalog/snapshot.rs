@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use bytes::{Bytes, BytesMut};
 use delaunay_tiles::crs::Crs;
@@ -16,12 +17,18 @@ const HEAD: u64 = 2 * 4096;
 /// How often a file is opened again because its superblocks changed meanwhile.
 const ATTEMPTS: usize = 5;
 
+/// The number of the next state.
+static NEXT: AtomicU64 = AtomicU64::new(0);
+
 /// One state of a file. A request works on one snapshot, so it never sees two states.
 pub struct Snapshot {
     /// The reader of this state. Its name is the id.
     pub reader: TileReader,
     /// The coordinate reference system.
     pub crs: Option<Crs>,
+    /// A number that no other state of any file has.
+    pub number: u64,
+    version: Arc<str>,
     /// The superblocks of this state.
     head: Bytes,
     source: Arc<dyn ReadAt>,
@@ -49,6 +56,8 @@ impl Snapshot {
             let crs = reader.crs().await?.map(|text| Crs::new(&text));
             if source.read_at(head).await.map_err(io_error)? == before {
                 return Ok(Self {
+                    number: NEXT.fetch_add(1, Ordering::Relaxed),
+                    version: version(&reader).into(),
                     reader,
                     crs,
                     head: before,
@@ -64,9 +73,8 @@ impl Snapshot {
     }
 
     /// Returns the name of this state: that of the file, and its generation.
-    pub fn version(&self) -> String {
-        let id = self.reader.file_id().to_string();
-        format!("{}-{}", &id[..16], self.reader.generation())
+    pub fn version(&self) -> &Arc<str> {
+        &self.version
     }
 
     /// Returns whether another snapshot has the same content.
@@ -99,4 +107,9 @@ impl Snapshot {
         bytes.extend_from_slice(&read[(end - range.start) as usize..]);
         Ok(bytes.freeze())
     }
+}
+
+fn version(reader: &TileReader) -> String {
+    let id = reader.file_id().to_string();
+    format!("{}-{}", &id[..16], reader.generation())
 }

@@ -2,6 +2,8 @@
 
 pub mod number;
 
+use std::fmt::Display;
+
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Mode, Search};
 
@@ -45,7 +47,7 @@ impl Parameters {
     fn parsed<T>(
         &mut self,
         name: &str,
-        form: &str,
+        form: impl Display,
         parse: impl FnOnce(&str) -> Option<T>,
     ) -> Result<Option<T>, Problem> {
         let Some(text) = self.text(name)? else { return Ok(None) };
@@ -98,8 +100,8 @@ impl Parameters {
     /// # Errors
     /// Fails if it is something else.
     pub fn count(&mut self, name: &str, least: u64, most: u64) -> Result<Option<u64>, Problem> {
-        let form = format!("a whole number from {least} up to {most}");
-        self.parsed(name, &form, |text| {
+        let form = format_args!("a whole number from {least} up to {most}");
+        self.parsed(name, form, |text| {
             let is_number = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
             let number = text.parse().ok().filter(|_| is_number);
             number.filter(|number| (least..=most).contains(number))

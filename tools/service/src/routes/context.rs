@@ -15,39 +15,38 @@ use crate::reply::{Keep, Reply, add_tag, not_modified};
 use crate::state::Service;
 
 /// A request for a file.
-pub struct Context {
+pub struct Context<'a> {
     /// The service.
     pub service: Service,
     /// The state of the file.
     pub snapshot: Arc<Snapshot>,
     /// The version of the state.
-    pub version: String,
-    /// The headers of the request.
-    pub headers: HeaderMap,
+    pub version: Arc<str>,
+    headers: &'a HeaderMap,
     keep: Keep,
 }
 
-impl Context {
+impl<'a> Context<'a> {
     /// Finds the file. Takes `v` from the parameters.
     ///
     /// # Errors
     /// Fails if there is no such file, if it cannot be read, or if the service ends.
-    pub async fn new(service: Service, input: &Input, parameters: &mut Parameters) -> Result<Self, Problem> {
+    pub async fn new(service: Service, input: &'a Input, parameters: &mut Parameters) -> Result<Self, Problem> {
         if service.is_draining() {
             return Err(Problem::busy("the service ends"));
         }
         let snapshot = service.catalog().get(input.part("id"))?.snapshot().await?;
-        let version = snapshot.version();
+        let version = Arc::clone(snapshot.version());
         // Another version may be one that is to come; so only this one is kept.
         let keep = match parameters.version()? {
-            Some(known) if known == version => Keep::Forever,
+            Some(known) if *known == *version => Keep::Forever,
             _ => Keep::Ask,
         };
         Ok(Self {
             service,
             snapshot,
             version,
-            headers: input.headers.clone(),
+            headers: &input.headers,
             keep,
         })
     }
@@ -73,7 +72,7 @@ impl Context {
 
     /// Returns the response to a client that has the resource already.
     pub fn known(&self, tag: &Tag) -> Option<Response> {
-        tag.is_known(&self.headers).then(|| not_modified(tag, self.keep))
+        tag.is_known(self.headers).then(|| not_modified(tag, self.keep))
     }
 
     /// Returns how long the client may keep an answer.
@@ -95,6 +94,6 @@ impl Context {
             Some(tag) => reply.tagged(tag, self.keep),
             None => reply,
         };
-        reply.send(&self.headers, self.service.outgoing()).await
+        reply.send(self.headers, self.service.outgoing()).await
     }
 }

@@ -64,7 +64,7 @@ pub async fn file(service: Service, input: Input) -> Result<Response, Problem> {
     context.send(Reply::json(&document), Some(tag)).await
 }
 
-fn document(context: &Context, maps: &MapSource) -> Value {
+fn document(context: &Context<'_>, maps: &MapSource) -> Value {
     let (id, reader) = (context.id(), &context.snapshot.reader);
     let metadata = reader.metadata();
     let layers: Vec<&str> = maps.layers().iter().map(|layer| layer.name()).collect();
@@ -91,7 +91,7 @@ fn document(context: &Context, maps: &MapSource) -> Value {
     }
     json!({
         "id": id,
-        "version": context.version,
+        "version": *context.version,
         "generation": reader.generation(),
         "bytes": reader.file_length(),
         "bounds": bounds(metadata.bounds),

@@ -8,15 +8,15 @@ use axum::http::{HeaderMap, Uri};
 
 use crate::parameters::Parameters;
 
-/// The parts of a request, without its body.
+/// The parts of a request, without its body. It takes the headers from the request.
 pub struct Input {
     /// The headers.
     pub headers: HeaderMap,
     /// The address as it came, with the prefix of a router around this one.
     pub original: Uri,
     uri: Uri,
-    route: String,
-    parts: Vec<(String, String)>,
+    route: Option<MatchedPath>,
+    parts: Option<RawPathParams>,
 }
 
 impl<S: Send + Sync> FromRequestParts<S> for Input {
@@ -24,17 +24,12 @@ impl<S: Send + Sync> FromRequestParts<S> for Input {
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Infallible> {
         // A part that is not UTF-8 names nothing, like one that is missing.
-        let params = RawPathParams::from_request_parts(parts, state).await.ok();
-        let named = params
-            .iter()
-            .flatten()
-            .map(|(name, value)| (name.to_owned(), value.to_owned()));
+        let of_path = RawPathParams::from_request_parts(parts, state).await.ok();
         let OriginalUri(original) = OriginalUri::from_request_parts(parts, state).await?;
-        let route = parts.extensions.get::<MatchedPath>();
         Ok(Self {
-            parts: named.collect(),
-            route: route.map_or("", MatchedPath::as_str).to_owned(),
-            headers: parts.headers.clone(),
+            parts: of_path,
+            route: parts.extensions.get().cloned(),
+            headers: std::mem::take(&mut parts.headers),
             uri: parts.uri.clone(),
             original,
         })
@@ -44,8 +39,8 @@ impl<S: Send + Sync> FromRequestParts<S> for Input {
 impl Input {
     /// Returns a part of the path; empty if it is missing.
     pub fn part(&self, name: &str) -> &str {
-        let found = self.parts.iter().find(|(other, _)| other == name);
-        found.map_or("", |(_, value)| value)
+        let mut parts = self.parts.iter().flatten();
+        parts.find(|(other, _)| *other == name).map_or("", |(_, value)| value)
     }
 
     /// Returns the parameters.
@@ -62,7 +57,7 @@ impl Input {
     pub fn resource(&self) -> String {
         format!(
             "{} {} {}",
-            self.route,
+            self.route.as_ref().map_or("", MatchedPath::as_str),
             self.uri.path(),
             self.uri.query().unwrap_or_default()
         )

@@ -51,19 +51,23 @@ pub async fn tile(service: Service, input: Input) -> Result<Response, Problem> {
 /// # Errors
 /// Returns the errors of `draw`, and fails if the service is busy.
 pub async fn finished(
-    context: &Context,
+    context: &Context<'_>,
     what: What,
     lowered: Option<u32>,
     draw: impl AsyncFnOnce(DrawLimits) -> Result<Bytes, Problem>,
 ) -> Result<Bytes, Problem> {
-    let (service, version) = (&context.service, format!("{}/{}", context.id(), context.version));
+    let service = &context.service;
     let options = service.options();
     let max_tiles = lowered.map_or(options.max_picture_tiles, |tiles| tiles.min(options.max_picture_tiles));
-    let key = Key { version, what };
+    let key = Key {
+        snapshot: context.snapshot.number,
+        what,
+    };
     let work = async || {
         let _slot = service.slots().enter().await?;
         let deadline = Instant::now().checked_add(options.max_time);
-        within(options.max_time, draw(DrawLimits { max_tiles, deadline })).await?
+        // Boxed: drawing has a large future, which finished tiles should not pay for.
+        Box::pin(within(options.max_time, draw(DrawLimits { max_tiles, deadline }))).await?
     };
     if max_tiles == options.max_picture_tiles {
         return service.finished().get(&key, work).await;
@@ -117,7 +121,7 @@ pub fn limits(options: &Options) -> DrawLimits {
     }
 }
 
-fn document(context: &Context, base: &str, facts: &LayerFacts) -> TileJSON {
+fn document(context: &Context<'_>, base: &str, facts: &LayerFacts) -> TileJSON {
     let (id, grid, layer) = (context.id(), facts.grid, facts.layer);
     let url = format!(
         "{base}/{id}/{grid}/{layer}/{{z}}/{{x}}/{{y}}.{}?v={}",
@@ -141,7 +145,7 @@ fn document(context: &Context, base: &str, facts: &LayerFacts) -> TileJSON {
     document.other.insert("grid_bounds".to_owned(), of(facts.bounds));
     document
         .other
-        .insert("version_of_file".to_owned(), json!(context.version));
+        .insert("version_of_file".to_owned(), json!(*context.version));
     match layer {
         Layer::Terrarium => {
             document.other.insert("encoding".to_owned(), json!("terrarium"));

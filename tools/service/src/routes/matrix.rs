@@ -1,7 +1,6 @@
 //! Walking distances between all points of two lists, with the answers of `tiletool query matrix`.
 
 use axum::body::{Body, to_bytes};
-use axum::extract::Request;
 use axum::http::{StatusCode, header};
 use axum::response::Response;
 use delaunay_tiles::geometry::Point;
@@ -45,13 +44,13 @@ fn some<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Vec<[f64; 2
 ///
 /// # Errors
 /// Fails if the request is invalid or too large, or if the file cannot be read.
-pub async fn matrix(service: Service, input: Input, request: Request) -> Result<Response, Problem> {
+pub async fn matrix(service: Service, input: Input, body: Body) -> Result<Response, Problem> {
     let mut parameters = input.parameters();
     let context = Context::new(service, &input, &mut parameters).await?;
     let options = context.service.options();
     let limits = query_limits(&mut parameters, options)?;
     parameters.end()?;
-    let lists = read(request, options).await?;
+    let lists = read(&input, body, options).await?;
     let slot = context.service.slots().enter().await?;
     // Searches have limits each; this one is of all.
     let body = within(limits.time, answer(&context, lists, limits)).await??;
@@ -60,16 +59,14 @@ pub async fn matrix(service: Service, input: Input, request: Request) -> Result<
 }
 
 /// Reads the body of a request.
-async fn read(request: Request<Body>, options: &Options) -> Result<Lists, Problem> {
+async fn read(input: &Input, body: Body, options: &Options) -> Result<Lists, Problem> {
     let too_large = || Problem::too_large(StatusCode::PAYLOAD_TOO_LARGE, "body", options.max_body);
-    let announced = request
-        .headers()
-        .get(header::CONTENT_LENGTH)
-        .and_then(|value| value.to_str().ok());
+    let announced = input.headers.get(header::CONTENT_LENGTH);
+    let announced = announced.and_then(|value| value.to_str().ok());
     if announced.is_some_and(|length| length.parse().is_ok_and(|length: u64| length > options.max_body as u64)) {
         return Err(too_large());
     }
-    let bytes = timeout(options.read_timeout, to_bytes(request.into_body(), options.max_body)).await;
+    let bytes = timeout(options.read_timeout, to_bytes(body, options.max_body)).await;
     let bytes = bytes.map_err(|_| Problem::too_slow())?.map_err(|_| too_large())?;
     let advice = r#"give {"from": [[x, y], …]}, and either "to": [[x, y], …] or "sites": true"#;
     let wrong = |what: String| Problem::invalid("body", what, advice);
@@ -101,7 +98,7 @@ fn check_pairs(from: usize, to: usize, options: &Options) -> Result<(), Problem>
     }
 }
 
-async fn answer(context: &Context, lists: Lists, limits: Limits) -> Result<Vec<u8>, Problem> {
+async fn answer(context: &Context<'_>, lists: Lists, limits: Limits) -> Result<Vec<u8>, Problem> {
     let reader = &context.snapshot.reader;
     let points = |list: Vec<[f64; 2]>| list.into_iter().map(|[x, y]| Point::new(x, y)).collect::<Vec<_>>();
     let from = NamedPoints::unnamed(points(lists.from));
@@ -137,7 +134,7 @@ async fn answer(context: &Context, lists: Lists, limits: Limits) -> Result<Vec<u
 }
 
 /// Returns all sites of the file, if they are few.
-async fn sites(context: &Context, limits: Limits) -> Result<NamedPoints, Problem> {
+async fn sites(context: &Context<'_>, limits: Limits) -> Result<NamedPoints, Problem> {
     let (reader, options) = (&context.snapshot.reader, context.service.options());
     let metadata = reader.metadata();
     if metadata.sites == 0 {

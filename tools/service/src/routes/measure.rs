@@ -25,21 +25,22 @@ pub async fn measure(State(service): State<Service>, request: Request, next: Nex
     metrics.in_flight.inc();
     let _in_flight = InFlight(&service);
     let began = Instant::now();
-    let route = request.extensions().get::<MatchedPath>();
-    // Paths of no route are not told apart: there are as many as clients wish.
-    let route = route.map_or("none", MatchedPath::as_str).to_owned();
+    let route = request.extensions().get::<MatchedPath>().cloned();
     let method = request.method().clone();
     let response = next.run(request).await;
     let (status, seconds) = (response.status(), began.elapsed().as_secs_f64());
+    // Paths of no route are not told apart: there are as many as clients wish.
+    let route = route.as_ref().map_or("none", MatchedPath::as_str).to_owned();
     tracing::debug!(%method, route, status = status.as_u16(), seconds, "answered");
     if status == StatusCode::SERVICE_UNAVAILABLE {
         metrics.rejected.inc();
     }
+    let route = Route { route };
+    metrics.times.get_or_create(&route).observe(seconds);
     let kind = Kind {
-        route: route.clone(),
+        route: route.route,
         status: status.as_u16(),
     };
     metrics.requests.get_or_create(&kind).inc();
-    metrics.times.get_or_create(&Route { route }).observe(seconds);
     response
 }

@@ -57,7 +57,7 @@ pub async fn answer(kind: &'static str, service: Service, input: Input) -> Resul
     context.send(Reply::new(GEOJSON, body), is_stable.then_some(tag)).await
 }
 
-fn body(context: &Context, ask: Ask, answer: &Answer) -> Result<Vec<u8>, Problem> {
+fn body(context: &Context<'_>, ask: Ask, answer: &Answer) -> Result<Vec<u8>, Problem> {
     let crs = context.snapshot.crs.as_ref();
     let asked = Asked::new(ask, &context.snapshot.reader, crs);
     let head = collection_with(crs, &members(asked, answer));

@@ -77,7 +77,7 @@ fn add(headers: &mut HeaderMap, name: header::HeaderName, text: &str) {
 }
 
 /// Returns the body: bytes that are at hand if they are few, else a stream of parts.
-async fn body(context: &Context, wanted: Range<u64>) -> Result<Body, Problem> {
+async fn body(context: &Context<'_>, wanted: Range<u64>) -> Result<Body, Problem> {
     let first = wanted.start..wanted.end.min(wanted.start + PART);
     let slot = context.service.slots().enter().await?;
     let bytes = context.snapshot.bytes(first.clone()).await.map_err(|error| {

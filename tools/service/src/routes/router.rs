@@ -4,6 +4,7 @@ use std::any::Any;
 use std::future::Future;
 
 use axum::Router;
+use axum::body::Body;
 use axum::extract::{Request, State};
 use axum::http::{HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
@@ -59,9 +60,12 @@ fn router(service: Service) -> Router {
     let router = router
         .fallback(async || Problem::no_route())
         .method_not_allowed_fallback(async || Problem::no_method())
-        .layer(from_fn(short_uri))
-        .layer(panics)
-        .layer(from_fn_with_state(service.clone(), measure::measure))
+        // In one, because a request passes a box for each call of `layer`.
+        .layer((
+            from_fn_with_state(service.clone(), measure::measure),
+            panics,
+            from_fn(short_uri),
+        ))
         .with_state(service);
     match options.cors.is_empty() {
         true => router,
@@ -82,8 +86,8 @@ async fn raw_bytes(State(service): State<Service>, method: Method, input: Input)
     raw::raw(service, input, method).await
 }
 
-async fn pairs(State(service): State<Service>, input: Input, request: Request) -> Result<Response, Problem> {
-    matrix::matrix(service, input, request).await
+async fn pairs(State(service): State<Service>, input: Input, body: Body) -> Result<Response, Problem> {
+    matrix::matrix(service, input, body).await
 }
 
 /// Answers with the description of all paths.

@@ -66,7 +66,7 @@ pub async fn profile(service: Service, input: Input) -> Result<Response, Problem
 }
 
 /// Returns the body of the profile along a line, for which at most `tiles` tiles are read.
-async fn find(context: &Context, line: [Point; 2], counted: Counted, tiles: u64) -> Result<Vec<u8>, Problem> {
+async fn find(context: &Context<'_>, line: [Point; 2], counted: Counted, tiles: u64) -> Result<Vec<u8>, Problem> {
     let reader = &context.snapshot.reader;
     if line[0] == line[1] && reader.metadata().has_z {
         return without_length(context, line[0]);
@@ -93,13 +93,13 @@ async fn find(context: &Context, line: [Point; 2], counted: Counted, tiles: u64)
 }
 
 /// Returns the body of an answer that a limit ended before its line was read.
-fn out_of_budget(context: &Context, [from, to]: [Point; 2]) -> Result<Vec<u8>, Problem> {
+fn out_of_budget(context: &Context<'_>, [from, to]: [Point; 2]) -> Result<Vec<u8>, Problem> {
     let members = json!({"from": position(from), "to": position(to), "status": "out_of_budget"});
     write(collection_with(context.snapshot.crs.as_ref(), &members), [])
 }
 
 /// Returns the body of the profile along a line whose ends are one point.
-fn without_length(context: &Context, at: Point) -> Result<Vec<u8>, Problem> {
+fn without_length(context: &Context<'_>, at: Point) -> Result<Vec<u8>, Problem> {
     let members = json!({
         "from": position(at),
         "to": position(at),

@@ -38,7 +38,7 @@ pub async fn layer_json(service: Service, input: Input) -> Result<Response, Prob
         "name": context.id(),
         "description": "Terrain of a tile file",
         // Viewers insert it as {version}.
-        "version": context.version,
+        "version": *context.version,
         "format": TerrainFacts::FORMAT,
         "scheme": "tms",
         "projection": TerrainFacts::PROJECTION,
