@@ -112,13 +112,13 @@ impl From<PmtError> for ArchiveError {
 pub struct TooMany {
     /// The zooms.
     pub zooms: Zooms,
-    /// About how many map tiles there are.
+    /// About how many map tiles there are, or more.
     pub tiles: u64,
     /// About how many bytes they have, by those of some of them.
     pub bytes: u64,
     /// The number of map tiles that is allowed.
     pub allowed: u64,
-    /// The last zoom down to which there are not too many.
+    /// A last zoom with which there are probably not too many.
     pub fitting: Option<u8>,
 }
 
@@ -134,11 +134,15 @@ impl fmt::Display for TooMany {
         let mebibytes = bytes.div_ceil(1 << 20);
         write!(
             f,
-            "the zooms {zooms} have about {tiles} map tiles with {mebibytes} MiB, but only {allowed} map tiles are \
+            "the zooms {zooms} have about {tiles} map tiles or more, with {mebibytes} MiB, but only {allowed} map tiles are \
              allowed; allow more (option `max_tiles`), or "
         )?;
         match fitting {
-            Some(last) => write!(f, "write fewer zooms: {}..{last} fit (option `zooms`)", zooms.first()),
+            Some(last) => write!(
+                f,
+                "write fewer zooms, such as {}..{last} (option `zooms`)",
+                zooms.first()
+            ),
             None => write!(f, "begin with an earlier zoom (option `zooms`)"),
         }
     }

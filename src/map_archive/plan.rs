@@ -8,6 +8,8 @@ use crate::map_tiles::{LayerFacts, MapSource, TileCoord};
 
 /// The number of map tiles that are drawn to estimate how large all are.
 const SAMPLES: usize = 16;
+/// The number of map tiles of a zoom from which on their growth is that of deeper zooms, or less.
+const TYPICAL: u64 = 512;
 
 /// The map tiles of an archive to write.
 #[derive(Clone, Debug)]
@@ -49,7 +51,8 @@ pub async fn plan(source: &MapSource, options: ArchiveOptions) -> Result<Archive
     let zooms = options.zooms.or_else(proposed).ok_or(ArchiveError::Deep)?;
     let mut count = Count::default();
     for zoom in zooms.first()..=zooms.last() {
-        if !count.add(source, &options, zoom).await? {
+        let fits = count.add(source, &options, zoom).await?;
+        if !fits || count.is_hopeless(zooms.last() - zoom, options.max_tiles) {
             return Err(count.too_many(source, &options, &facts, zooms, zoom).await?);
         }
     }
@@ -73,7 +76,7 @@ struct Count {
     /// Those of the last zoom.
     of_zoom: u64,
     /// Those of the zoom before.
-    of_zoom_before: Option<u64>,
+    of_zoom_before: u64,
     /// Some tiles of the last zoom, each `step`th.
     some: Vec<TileCoord>,
     step: u64,
@@ -82,7 +85,7 @@ struct Count {
 impl Count {
     /// Counts the tiles of a zoom. Returns false if there are too many.
     async fn add(&mut self, source: &MapSource, options: &ArchiveOptions, zoom: u8) -> Result<bool, ArchiveError> {
-        self.of_zoom_before = (self.tiles > 0).then_some(self.of_zoom);
+        self.of_zoom_before = self.of_zoom;
         self.of_zoom = 0;
         self.some.clear();
         self.step = 1;
@@ -112,9 +115,32 @@ impl Count {
         }
     }
 
-    /// Estimates the tiles of all zooms, of which `zoom` had too many.
+    /// Returns how many times the tiles of a zoom those of the next one are, at least: the files' area is
+    /// convex, so that its tiles grow by ever more, up to 4 times.
+    fn growth(&self) -> f64 {
+        match self.of_zoom_before {
+            0 => 1.0,
+            before => (self.of_zoom as f64 / before as f64).clamp(1.0, 4.0),
+        }
+    }
+
+    /// Returns about how many tiles there are with so many more zooms.
+    fn expected(&self, zooms: u8) -> f64 {
+        let growth = self.growth();
+        let deeper = (1..=i32::from(zooms)).map(|zoom| self.of_zoom as f64 * growth.powi(zoom));
+        self.tiles as f64 + deeper.sum::<f64>()
+    }
+
+    /// Returns whether there are by far too many tiles with so many more zooms. Counting them would
+    /// take long.
+    fn is_hopeless(&self, zooms: u8, allowed: u64) -> bool {
+        self.of_zoom >= TYPICAL && self.expected(zooms) > 2.0 * allowed as f64
+    }
+
+    /// Returns the error of too many tiles with so many more zooms, of which the last one may have
+    /// been counted in part.
     async fn too_many(
-        self,
+        &self,
         source: &MapSource,
         options: &ArchiveOptions,
         facts: &LayerFacts,
@@ -125,21 +151,26 @@ impl Count {
         for at in &self.some {
             bytes += draw(source, options, facts.min_zoom, *at).await?.1.len();
         }
-        // A zoom has up to four times the tiles of the one before.
-        let of_zoom = self.of_zoom.max(self.of_zoom_before.map_or(0, |before| 4 * before));
-        let deeper = (zoom..=zooms.last()).scan(of_zoom as f64, |tiles, _| {
-            let these = *tiles;
-            *tiles *= 4.0;
-            Some(these)
-        });
-        let tiles = (self.tiles - self.of_zoom) as f64 + deeper.sum::<f64>();
+        let tiles = self.expected(zooms.last() - zoom);
         let size = bytes as f64 / self.some.len().max(1) as f64;
         Ok(ArchiveError::TooMany(Box::new(TooMany {
             zooms,
             tiles: tiles as u64,
             bytes: (tiles * size) as u64,
             allowed: options.max_tiles,
-            fitting: (zoom > zooms.first()).then(|| zoom - 1),
+            fitting: self.fitting(options, zooms, zoom),
         })))
+    }
+
+    /// Returns the last zoom down to which there are not too many tiles, if they were counted.
+    fn fitting(&self, options: &ArchiveOptions, zooms: Zooms, zoom: u8) -> Option<u8> {
+        if self.tiles > options.max_tiles {
+            return (zoom > zooms.first()).then(|| zoom - 1);
+        }
+        let fits = |more: &u8| self.expected(*more) <= options.max_tiles as f64;
+        (0..=zooms.last() - zoom)
+            .take_while(fits)
+            .last()
+            .map(|more| zoom + more)
     }
 }
