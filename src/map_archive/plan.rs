@@ -83,8 +83,9 @@ struct Count {
 }
 
 impl Count {
-    /// Counts the tiles of a zoom. Returns false if there are too many.
+    /// Counts the tiles of a zoom. Returns false if there are too many; then the rest of them is estimated.
     async fn add(&mut self, source: &MapSource, options: &ArchiveOptions, zoom: u8) -> Result<bool, ArchiveError> {
+        let expected = (self.of_zoom as f64 * self.growth()) as u64;
         self.of_zoom_before = self.of_zoom;
         self.of_zoom = 0;
         self.some.clear();
@@ -97,6 +98,9 @@ impl Count {
             self.of_zoom += 1;
             self.tiles += 1;
             if self.tiles > options.max_tiles {
+                let left = expected.saturating_sub(self.of_zoom);
+                self.of_zoom += left;
+                self.tiles += left;
                 return Ok(false);
             }
         }
@@ -115,8 +119,8 @@ impl Count {
         }
     }
 
-    /// Returns how many times the tiles of a zoom those of the next one are, at least: the files' area is
-    /// convex, so that its tiles grow by ever more, up to 4 times.
+    /// Returns how many times the tiles of a zoom the next one has, at least. The area of a file is convex,
+    /// so the number of its tiles grows ever faster from zoom to zoom, up to four times.
     fn growth(&self) -> f64 {
         match self.of_zoom_before {
             0 => 1.0,
@@ -137,8 +141,7 @@ impl Count {
         self.of_zoom >= TYPICAL && self.expected(zooms) > 2.0 * allowed as f64
     }
 
-    /// Returns the error of too many tiles with so many more zooms, of which the last one may have
-    /// been counted in part.
+    /// Returns the error of too many tiles, found at `zoom`.
     async fn too_many(
         &self,
         source: &MapSource,
