@@ -174,6 +174,7 @@
 //! | [`export`] | the triangulation in other programs' formats |
 //! | [`terrain`] | the triangulation as a surface: rasters, contours, profiles, volumes |
 //! | `map_tiles` | map tiles, drawn (feature `map-tiles`) |
+//! | `map_archive` | map tiles as one file, PMTiles (feature `pmtiles`) |
 //! | [`constraints`] | checks of polygons, and splitting of lines where they cross |
 //! | [`mesh`] | in-core triangulations, with and without constraints |
 //! | [`geometry`] | points, rectangles and exact predicates |
@@ -209,6 +210,7 @@
 //! | `geotiff` | the export of rasters to GeoTIFF |
 //! | `epsg` | the definitions of EPSG codes |
 //! | `map-tiles` | drawing of map tiles: pictures, heights, vector tiles, terrain meshes |
+//! | `pmtiles` | map tiles as one file: PMTiles |
 //! | `object-store` | tile files on web servers and in S3 |
 //! | `serde` | `serde::Serialize` for answers and summaries |
 //! | `baselines` | other methods for the same queries, for comparison |
@@ -241,6 +243,8 @@ pub mod export;
 pub mod geometry;
 pub mod input;
 pub mod io;
+#[cfg(feature = "pmtiles")]
+pub mod map_archive;
 #[cfg(feature = "map-tiles")]
 pub mod map_tiles;
 pub mod memory;

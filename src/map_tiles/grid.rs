@@ -131,6 +131,19 @@ impl TileGrid {
         self.lon_lat
     }
 
+    /// Returns where a viewer of Web Mercator shows the vertices, in degrees of longitude and latitude:
+    /// a rectangle around them. A viewer that is given tiles of the grid
+    /// [`Native`](GridKind::Native) shows the square of the grid in place of the world.
+    #[must_use]
+    pub fn shown_bounds(&self) -> Rect {
+        let extent = self.extent;
+        let place = |x: f64, y: f64| {
+            let [lon, lat] = lon_lat_of_fraction([x.clamp(0.0, 1.0), y.clamp(0.0, 1.0)]);
+            Point::new(lon, lat)
+        };
+        Rect::around([place(extent.min_x, extent.max_y), place(extent.max_x, extent.min_y)])
+    }
+
     /// Returns the zoom at which a typical edge is 16 pixels long. Deeper tiles are drawn too.
     #[must_use]
     pub fn max_zoom(&self) -> u8 {

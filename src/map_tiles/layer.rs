@@ -51,6 +51,16 @@ impl Layer {
         }
     }
 
+    /// Returns what it shows, in a few words.
+    #[must_use]
+    pub const fn description(self) -> &'static str {
+        match self {
+            Self::Shade => "Shaded relief, or the plane without heights, with holes, lines and sites",
+            Self::Terrarium => "Heights in metres as colours",
+            Self::Mesh => "Cells, triangles, lines, holes and sites",
+        }
+    }
+
     /// Returns the layers of vector tiles, which only [`Mesh`](Self::Mesh) has, with the fields of
     /// their features.
     #[must_use]

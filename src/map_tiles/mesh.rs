@@ -15,7 +15,7 @@ use crate::map_tiles::window::{PER_PIXEL, Window, doubled_area};
 use crate::store::{CellContent, ReadError, Tile, spawn};
 
 /// How far shapes reach over the sides of a tile, in units.
-const BUFFER: i32 = 4 * PER_PIXEL;
+pub(super) const BUFFER: i32 = 4 * PER_PIXEL;
 /// The typical length of edges in pixels up to which a level is fine enough, and below which
 /// triangles are left out.
 const EDGE: [f64; 2] = [12.0, 2.0];

@@ -17,6 +17,7 @@
 //! | `projection`, `grid` | the way from fractions of a square to coordinates of the file |
 //! | `source`, `heights`, `facts` | a file to draw, its range of heights, what describes it |
 //! | `budget`, `gather` | the tiles that a drawing needs; what it asks of them |
+//! | `presence` | whether the file has anything in a map tile, without drawing it |
 //! | `lattice`, `samples`, `edges` | the points at which a picture asks; pixels that need more of them |
 //! | `window`, `chains`, `shapes`, `facets` | what of the plane is in a tile, in whole units |
 //! | `draw`, `picture`, `shade`, `paint` | pictures |
@@ -47,6 +48,7 @@ mod layer;
 mod mesh;
 mod paint;
 mod picture;
+mod presence;
 mod projection;
 mod quantized;
 mod samples;

@@ -32,6 +32,11 @@ fn crs(text: &str) -> anyhow::Result<Crs> {
 }
 
 impl CrsArgs {
+    /// Returns whether a system is given.
+    pub fn is_given(&self) -> bool {
+        self.crs.is_some()
+    }
+
     /// Returns an agreement on the given system, if there is one, or else on that of `files`.
     ///
     /// # Errors

@@ -44,13 +44,13 @@ class Outputs(Ground):
         clip: Any = None,
         **options: Any,
     ) -> Any:
-        """Writes the triangulation, its surface or its contours for other programs, as `tiletool export` does.
+        """Writes the triangulation, its surface, contours or map tiles for other programs, as `tiletool export` does.
 
         Parameters
         ----------
         out : str or path
-            `.ply`, `.node`, `.obj`, `.glb`, `.geojson`, `.fgb`, `.parquet`, `.tif` or `.asc`. It appears when it is
-            complete.
+            `.ply`, `.node`, `.obj`, `.glb`, `.geojson`, `.fgb`, `.parquet`, `.tif`, `.asc` or
+            `.pmtiles`. It appears when it is complete.
         **options
             The options of the tool, such as ``what="edges"``, ``resolution=1``, ``contours=5``, ``cog=True``,
             ``memory="1GiB"``.

@@ -8,7 +8,6 @@ use serde_json::{Map, Value, json};
 
 use super::context::Context;
 use super::input::Input;
-use super::maps::description;
 use super::query::KINDS;
 use crate::problem::Problem;
 use crate::reply::{JSON, Reply};
@@ -37,7 +36,7 @@ pub async fn catalog(service: Service, input: Input) -> Result<Response, Problem
 fn sources(id: &str, maps: &MapSource) -> Vec<(String, Value)> {
     let grids = GridKind::ALL.into_iter().filter(|grid| maps.grid(*grid).is_ok());
     let of = |grid: GridKind, layer: Layer| {
-        let about = json!({"content_type": layer.media_type(), "description": description(layer)});
+        let about = json!({"content_type": layer.media_type(), "description": layer.description()});
         (format!("{id}/{grid}/{layer}"), about)
     };
     grids

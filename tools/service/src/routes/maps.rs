@@ -131,7 +131,7 @@ fn document(context: &Context<'_>, base: &str, facts: &LayerFacts) -> TileJSON {
     let mut document = tilejson! {
         tiles: vec![url],
         name: format!("{id} {layer}"),
-        description: description(layer).to_owned(),
+        description: layer.description().to_owned(),
         minzoom: facts.min_zoom,
         maxzoom: facts.max_zoom.max(facts.min_zoom),
         scheme: "xyz".to_owned(),
@@ -165,15 +165,6 @@ fn document(context: &Context<'_>, base: &str, facts: &LayerFacts) -> TileJSON {
         Layer::Shade => {}
     }
     document
-}
-
-/// Returns what a layer shows.
-pub const fn description(layer: Layer) -> &'static str {
-    match layer {
-        Layer::Shade => "Shaded relief, or the plane without heights, with holes, lines and sites",
-        Layer::Terrarium => "Heights in metres as colours",
-        Layer::Mesh => "Cells, triangles, lines, holes and sites",
-    }
 }
 
 fn grid(input: &Input) -> Result<GridKind, Problem> {

@@ -8,18 +8,23 @@ use delaunay_tiles::{Point, Rect};
 use delaunay_tiles_answers::question::{length, point};
 
 use super::formats::{AnyFormat, Shown};
+use super::given::first_given;
+#[cfg(feature = "pmtiles")]
+use super::map_args::MapArgs;
 use crate::common::MemoryArgs;
 use crate::crs::CrsArgs;
 use crate::input_args::rect;
 
 /// Export the triangulation: PLY, Triangle's .node and .ele, OBJ, glTF, GeoJSON, FlatGeobuf, GeoParquet;
-/// and its surface as a raster or as contours: GeoTIFF, ASCII grid; GeoJSON, FlatGeobuf
+/// its surface as a raster or as contours: GeoTIFF, ASCII grid; GeoJSON, FlatGeobuf; and map tiles: PMTiles
 ///
 /// PLY, Triangle's format, OBJ and glTF are meshes: all vertices, numbered in the order of the file, and
 /// triangles. GeoJSON, FlatGeobuf and GeoParquet are features for GIS and databases, by --what.
 ///
 /// A raster holds, for each cell, the height of the triangle at its centre, or, by --what, its slope,
 /// aspect or shade. Cells without a triangle have the value -9999, of shades 0.
+///
+/// Map tiles are those of `tiletool serve`, byte for byte, as one file that needs no server.
 ///
 /// Triangles in holes are left out, and with --max-edge and --clip further ones, but never vertices of
 /// a mesh. An existing output is replaced when the new one is complete.
@@ -32,16 +37,18 @@ use crate::input_args::rect;
   tiletool export survey.tiles -o dem.tif --resolution 1
   tiletool export survey.tiles -o contours.fgb --contours 5
   tiletool export survey.tiles -o shaded.tif --resolution 0.5 --what hillshade --cog
+  tiletool export town.tiles -o town.pmtiles              # pictures for web maps
+  tiletool export town.tiles -o mesh.pmtiles --layer mesh --zooms 0..16
   tiletool export survey.tiles -o - --format geojson | gzip > survey.geojson.gz")]
 pub struct ExportArgs {
     /// Tile file to read
     pub file: PathBuf,
-    /// File to write: .ply, .node or .ele (writes both), .obj, .glb, .geojson, .fgb, .parquet, .tif or
-    /// .asc; - is standard output
+    /// File to write: .ply, .node or .ele (writes both), .obj, .glb, .geojson, .fgb, .parquet, .tif, .asc
+    /// or .pmtiles; - is standard output
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
     /// Output format [default: by the suffix of the output]
-    #[arg(long, value_name = "ply|node|obj|glb|geojson|fgb|parquet|tif|asc")]
+    #[arg(long, value_name = "ply|node|obj|glb|geojson|fgb|parquet|tif|asc|pmtiles")]
     pub format: Option<AnyFormat>,
     /// For GeoJSON, FlatGeobuf and GeoParquet: a feature for each of the triangles, vertices or edges
     /// (constraint edges, with the kind and number of their lines) [default: triangles; vertices if
@@ -74,6 +81,9 @@ pub struct ExportArgs {
     pub raster: RasterArgs,
     #[command(flatten)]
     pub contours: ContourArgs,
+    #[cfg(feature = "pmtiles")]
+    #[command(flatten)]
+    pub maps: MapArgs,
     /// Print the summary as one JSON object
     #[arg(long)]
     pub json: bool,
@@ -166,7 +176,7 @@ impl RasterArgs {
             ("--float32", self.float32),
             ("--cog", self.cog),
         ];
-        given.into_iter().find_map(|(name, is_given)| is_given.then_some(name))
+        first_given(given)
     }
 }
 

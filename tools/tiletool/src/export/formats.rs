@@ -1,5 +1,6 @@
 //! The formats of all kinds of exports, and what they show.
 
+use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -14,14 +15,39 @@ pub enum AnyFormat {
     Mesh(Format),
     /// Cells.
     Raster(RasterFormat),
+    /// Map tiles.
+    #[cfg(feature = "pmtiles")]
+    Archive,
 }
+
+/// The suffix and the name of the format of map tiles.
+#[cfg(feature = "pmtiles")]
+const ARCHIVE: &str = "pmtiles";
 
 impl AnyFormat {
     /// Returns the format that a file's suffix indicates.
     pub fn from_path(path: &Path) -> anyhow::Result<Self> {
+        #[cfg(feature = "pmtiles")]
+        if path
+            .extension()
+            .is_some_and(|suffix| suffix.eq_ignore_ascii_case(ARCHIVE))
+        {
+            return Ok(Self::Archive);
+        }
         match RasterFormat::from_path(path) {
             Some(format) => Ok(Self::Raster(format)),
             None => Format::from_path(path).map(Self::Mesh).map_err(with_rasters),
+        }
+    }
+}
+
+impl fmt::Display for AnyFormat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Mesh(format) => format.fmt(f),
+            Self::Raster(format) => format.fmt(f),
+            #[cfg(feature = "pmtiles")]
+            Self::Archive => f.write_str(ARCHIVE),
         }
     }
 }
@@ -30,6 +56,10 @@ impl FromStr for AnyFormat {
     type Err = anyhow::Error;
 
     fn from_str(name: &str) -> anyhow::Result<Self> {
+        #[cfg(feature = "pmtiles")]
+        if name == ARCHIVE {
+            return Ok(Self::Archive);
+        }
         match name.parse() {
             Ok(format) => Ok(Self::Raster(format)),
             Err(_) => name.parse().map(Self::Mesh).map_err(with_rasters),
@@ -37,9 +67,12 @@ impl FromStr for AnyFormat {
     }
 }
 
-/// Returns the error of an unknown format, with the formats of rasters.
+/// Returns the error of an unknown format, with the formats of rasters and of map tiles.
 fn with_rasters(error: delaunay_tiles::export::UnknownFormat) -> anyhow::Error {
-    anyhow!("{error}; rasters are tif and asc")
+    match cfg!(feature = "pmtiles") {
+        true => anyhow!("{error}; rasters are tif and asc; map tiles are pmtiles"),
+        false => anyhow!("{error}; rasters are tif and asc"),
+    }
 }
 
 /// What an export shows: the elements of a mesh, or a measure of the surface.

@@ -4,9 +4,14 @@
 //! and on the disk. An export that fails or is interrupted leaves no files, and does not change
 //! existing ones.
 
+#[cfg(feature = "pmtiles")]
+mod archive;
 mod args;
 mod contours;
 mod formats;
+mod given;
+#[cfg(feature = "pmtiles")]
+mod map_args;
 mod mesh;
 mod progress;
 mod raster;
@@ -68,6 +73,8 @@ async fn write_from(
         AnyFormat::Mesh(format) if args.contours.are_given() => contours::write(args, format, reader, clip, bar).await,
         AnyFormat::Mesh(format) => mesh::write(args, format, reader, clip, bar).await,
         AnyFormat::Raster(format) => raster::write(args, format, reader, clip, bar).await,
+        #[cfg(feature = "pmtiles")]
+        AnyFormat::Archive => archive::write(args, reader, bar).await,
     }
 }
 
@@ -121,6 +128,10 @@ fn format(args: &ExportArgs) -> Result<AnyFormat, clap::Error> {
             usage(&format!("{output}: {error}; choose another suffix or a --format"))
         })?,
     };
+    #[cfg(feature = "pmtiles")]
+    if let (Some(option), false) = (args.maps.given(), matches!(format, AnyFormat::Archive)) {
+        return Err(usage(&format!("{option} is for pmtiles, and not for {format}")));
+    }
     match format {
         AnyFormat::Mesh(format) if args.contours.are_given() => contours::check(args, format)?,
         AnyFormat::Mesh(format) => mesh::check(args, format)?,
@@ -129,6 +140,8 @@ fn format(args: &ExportArgs) -> Result<AnyFormat, clap::Error> {
             return Err(usage(&format!("--contours is for {formats}, and not for {format}")));
         }
         AnyFormat::Raster(format) => raster::check(args, format)?,
+        #[cfg(feature = "pmtiles")]
+        AnyFormat::Archive => archive::check(args)?,
     }
     Ok(format)
 }

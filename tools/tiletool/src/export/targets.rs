@@ -1,8 +1,12 @@
 //! The files of an export, under temporary names until all are complete; or standard output.
 
+#[cfg(feature = "pmtiles")]
+use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+#[cfg(feature = "pmtiles")]
+use anyhow::bail;
 use anyhow::{Context, ensure};
 
 use crate::common;
@@ -51,6 +55,15 @@ impl Targets {
             Ok::<Box<dyn Write + Send>, anyhow::Error>(Box::new(copy))
         };
         self.files.iter_mut().zip(&self.names).map(writer).collect()
+    }
+
+    /// Returns the only file, to be written in any order.
+    #[cfg(feature = "pmtiles")]
+    pub fn file(&mut self) -> anyhow::Result<File> {
+        let [file] = &mut self.files[..] else {
+            bail!("the output must be one file");
+        };
+        file.file().try_clone().with_context(|| joined(&self.names))
     }
 
     /// Returns the result of writing, with the names of the files if it failed. Errors of standard

@@ -6,6 +6,8 @@
 mod support;
 
 mod against;
+#[cfg(feature = "pmtiles")]
+mod archive;
 mod backends;
 mod bench;
 mod changed;

@@ -22,10 +22,12 @@ fn prepare(folder: &Path) {
 }
 
 /// Commands that write a file whose name has this suffix.
-const WRITERS: [(&str, &str); 7] = [
+const WRITERS: &[(&str, &str)] = &[
     ("build p.csv --force --quiet -o", "tiles"),
     ("compact t.tiles --force -o", "tiles"),
     ("export t.tiles --format ply -o", "ply"),
+    #[cfg(feature = "pmtiles")]
+    ("export t.tiles --format pmtiles --grid native --zooms 0 -o", "pmtiles"),
     ("inspect t.tiles --plot", "svg"),
     ("query knn t.tiles --at 3,3 --plot", "svg"),
     ("query path t.tiles --from 3,3 --to 9,9 --plot", "svg"),
@@ -55,7 +57,7 @@ fn folders_sockets_pipes_and_devices_are_never_replaced() {
         .chain(has_device.then_some("device"));
     for other in others {
         let before = fs::symlink_metadata(path.join(other)).unwrap().file_type();
-        for (args, suffix) in WRITERS {
+        for (args, suffix) in WRITERS.iter().copied() {
             // An export and raw points are written directly to pipes and devices.
             let is_stream = args.starts_with("export") || args.starts_with("generate");
             if is_stream && (before.is_fifo() || before.is_char_device()) {
@@ -94,7 +96,7 @@ fn all_commands_write_through_links_and_keep_them() {
     let path = folder.path();
     prepare(path);
     fs::create_dir(path.join("far")).unwrap();
-    for (args, suffix) in WRITERS {
+    for (args, suffix) in WRITERS.iter().copied() {
         let [link, target] = [format!("link.{suffix}"), format!("far/target.{suffix}")].map(|name| path.join(name));
         symlink(path.join(format!("middle.{suffix}")), &link).unwrap();
         symlink(format!("far/target.{suffix}"), path.join(format!("middle.{suffix}"))).unwrap();
@@ -134,7 +136,7 @@ fn a_missing_folder_is_named() {
     prepare(path);
     symlink("gone/away", path.join("link")).unwrap();
     let before = names(path);
-    for (args, suffix) in WRITERS {
+    for (args, suffix) in WRITERS.iter().copied() {
         for (output, missing) in [
             (format!("missing/out.{suffix}"), "missing"),
             (format!("missing/deep/out.{suffix}"), "missing/deep"),
@@ -167,7 +169,7 @@ fn the_next_run_removes_the_files_of_a_killed_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     prepare(path);
-    for (args, suffix) in WRITERS {
+    for (args, suffix) in WRITERS.iter().copied() {
         let name = format!("out.{suffix}");
         let partial = match args.starts_with("build") {
             true => path.join(format!("{name}.partial")),
