@@ -4,9 +4,10 @@
 //! on the samples at its place and at those of its eight neighbours alone, so that tiles agree
 //! where they meet. The gradient is Horn's, 1981.
 
-use crate::map_tiles::colours::{FREE, HOLE, brightness, lit, tint};
+use crate::map_tiles::colours::{FREE, HOLE, LIGHT};
 use crate::map_tiles::grid::PIXELS;
 use crate::query::Ground;
+use crate::terrain::shading::{brightness, lit, tint};
 
 /// The width of samples with a margin of one pixel.
 const WIDTH: usize = PIXELS as usize + 2;
@@ -77,7 +78,7 @@ fn pixel_of(samples: &Samples, at: usize, row: usize, within: Option<std::ops::R
     if z.is_nan() {
         return ([0.0; 3], 0.0);
     }
-    let colour = lit(relief.colour(z), brightness(relief.slope(at, z, row)));
+    let colour = lit(relief.colour(z), brightness(relief.slope(at, z, row), LIGHT));
     (mixed(colour, HOLE_OPACITY * hole), share.unwrap_or(1.0))
 }
 

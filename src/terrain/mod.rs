@@ -18,6 +18,7 @@
 //! | `cells`, `raster` | blocks of a raster, filled by threads |
 //! | `chord`, `profile` | the part of a segment in a triangle; heights along a line |
 //! | `overlap`, `exact_sum`, `volume` | the part of a triangle in polygons; sums without rounding; cut and fill |
+//! | [`shading`] | colours of heights, and the light on slopes |
 //! | `strips` | segments, found by their place |
 //! | `levels`, `contours`, `chain`, `strands` | contours in a tile, and how those of several tiles join |
 //! | `cut` | the parts of a line in polygons |
@@ -41,6 +42,7 @@ mod ponds;
 mod profile;
 mod raster;
 mod scan;
+pub mod shading;
 mod strands;
 mod strips;
 mod surface;

@@ -13,7 +13,10 @@ pub struct Tag(String);
 impl Tag {
     /// Creates the tag of a resource, in words that say what it depends on besides the state of its file.
     pub fn new(version: &str, resource: &str) -> Self {
-        Self(format!("\"{version}-r{RENDERER}-{:016x}\"", xxh3_64(resource.as_bytes())))
+        Self(format!(
+            "\"{version}-r{RENDERER}-{:016x}\"",
+            xxh3_64(resource.as_bytes())
+        ))
     }
 
     /// Returns the tag of the same resource, compressed.

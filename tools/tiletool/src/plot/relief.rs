@@ -6,24 +6,12 @@
 //! over the tiles suffices.
 
 use delaunay_tiles::store::TileReader;
+use delaunay_tiles::terrain::shading::{brightness, lit, tint};
 use delaunay_tiles::terrain::{Grid, RasterOptions};
 use resvg::tiny_skia::{Pixmap, PremultipliedColorU8};
 
 use super::image::blank;
 use super::page::Page;
-
-/// The colours from the lowest to the highest z. Each is lighter than the one before, and they go from
-/// blue to yellow, so that they remain apart for people who do not see red and green.
-pub const RAMP: [[u8; 3]; 8] = [
-    [88, 124, 142],
-    [104, 144, 154],
-    [126, 162, 160],
-    [153, 178, 160],
-    [187, 198, 163],
-    [217, 214, 172],
-    [238, 229, 191],
-    [251, 244, 220],
-];
 
 /// Maximum number of cells whose heights are computed at once, with 16 bytes for each.
 const BAND: usize = 1 << 18;
@@ -35,8 +23,8 @@ const TAIL: f64 = 0.005;
 const LONG_TAILS: f64 = 1.5;
 /// The slope at which the steepest tenth of the pixels is drawn.
 const STEEP: f64 = 0.8;
-/// How much of the light is seen; 1 draws slopes away from it in black.
-const STRENGTH: f64 = 0.5;
+/// How much of the light on slopes is seen.
+const LIGHT: f64 = 0.5;
 
 /// The heights of the pixels of a frame.
 pub struct Relief {
@@ -139,7 +127,8 @@ impl Relief {
             if let Some(slope) = self.slope(cell) {
                 let z = self.base + f64::from(self.heights[cell]);
                 let share = if span > 0.0 { (z - heights.min) / span } else { 0.5 };
-                let [r, g, b] = lit(ramp(share), brightness(slope.map(|change| change * factor)));
+                let bright = brightness(slope.map(|change| change * factor), LIGHT);
+                let [r, g, b] = lit(tint(share), bright).map(|c| c.round() as u8);
                 *pixel = PremultipliedColorU8::from_rgba(r, g, b, 255).unwrap_or(*pixel);
             }
         }
@@ -202,33 +191,6 @@ fn quantiles<const N: usize>(numbers: impl Iterator<Item = f32>, shares: [f64; N
     })
 }
 
-/// Returns the colour of a share between 0 and 1 of the range of heights.
-fn ramp(share: f64) -> [f64; 3] {
-    let steps = (RAMP.len() - 1) as f64;
-    let position = share.clamp(0.0, 1.0) * steps;
-    let before = position.floor().min(steps - 1.0);
-    let (a, b) = (RAMP[before as usize], RAMP[before as usize + 1]);
-    let weight = position - before;
-    [0, 1, 2].map(|i| f64::from(a[i]) * (1.0 - weight) + f64::from(b[i]) * weight)
-}
-
-/// Returns how bright a slope is in light from the north-west, halfway up; 1 is as bright as flat
-/// ground.
-fn brightness([east, north]: [f64; 2]) -> f64 {
-    let up = 0.5f64.sqrt();
-    let seen = (0.5 * east - 0.5 * north + up) / (1.0 + east * east + north * north).sqrt();
-    let seen = if seen.is_nan() { up } else { seen };
-    1.0 + STRENGTH * (seen.max(0.0) / up - 1.0)
-}
-
-/// Returns a colour in light: darker, or closer to white.
-fn lit(colour: [f64; 3], brightness: f64) -> [u8; 3] {
-    colour.map(|c| match brightness > 1.0 {
-        true => (c + (255.0 - c) * (brightness - 1.0)).round() as u8,
-        false => (c * brightness).round() as u8,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -240,16 +202,6 @@ mod tests {
             relief.set_row(row, &values);
         }
         relief
-    }
-
-    #[test]
-    fn higher_is_lighter_and_slopes_towards_the_light_are_brighter() {
-        let luminance = |[r, g, b]: [f64; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
-        let shares: Vec<_> = (0..=100).map(|i| luminance(ramp(f64::from(i) / 100.0))).collect();
-        assert!(shares.windows(2).all(|pair| pair[0] < pair[1]));
-        assert!((brightness([0.0, 0.0]) - 1.0).abs() < 1e-12);
-        assert!(brightness([0.5, -0.5]) > 1.1 && brightness([-0.5, 0.5]) < 0.8);
-        assert!((brightness([0.5, 0.5]) - brightness([-0.5, -0.5])).abs() < 1e-12);
     }
 
     #[test]

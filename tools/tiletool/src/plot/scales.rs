@@ -2,11 +2,12 @@
 
 use delaunay_tiles::crs::{Crs, Unit};
 use delaunay_tiles::store::TileReader;
+use delaunay_tiles::terrain::shading::RAMP;
 use delaunay_tiles_answers::units::{Measure, number, unit};
 
 use super::axis::{label, round_above, text_width};
 use super::page::Page;
-use super::relief::{Heights, RAMP};
+use super::relief::Heights;
 use super::style::{GREY, INK, fill};
 use super::svg::{Anchor, Svg};
 

@@ -57,7 +57,7 @@ fn folders_sockets_pipes_and_devices_are_never_replaced() {
         .chain(has_device.then_some("device"));
     for other in others {
         let before = fs::symlink_metadata(path.join(other)).unwrap().file_type();
-        for (args, suffix) in WRITERS.iter().copied() {
+        for (args, suffix) in WRITERS {
             // An export and raw points are written directly to pipes and devices.
             let is_stream = args.starts_with("export") || args.starts_with("generate");
             if is_stream && (before.is_fifo() || before.is_char_device()) {
@@ -65,7 +65,7 @@ fn folders_sockets_pipes_and_devices_are_never_replaced() {
             }
             let link = path.join(format!("link.{suffix}"));
             symlink(other, &link).unwrap();
-            let direct = if suffix == "svg" { None } else { Some(other.to_owned()) };
+            let direct = if *suffix == "svg" { None } else { Some(other.to_owned()) };
             for name in direct.into_iter().chain([format!("link.{suffix}")]) {
                 let output = within_a_minute(tiletool(path, &format!("{args} {name}")));
                 let errors = crate::support::errors(&output);
@@ -96,7 +96,7 @@ fn all_commands_write_through_links_and_keep_them() {
     let path = folder.path();
     prepare(path);
     fs::create_dir(path.join("far")).unwrap();
-    for (args, suffix) in WRITERS.iter().copied() {
+    for (args, suffix) in WRITERS {
         let [link, target] = [format!("link.{suffix}"), format!("far/target.{suffix}")].map(|name| path.join(name));
         symlink(path.join(format!("middle.{suffix}")), &link).unwrap();
         symlink(format!("far/target.{suffix}"), path.join(format!("middle.{suffix}"))).unwrap();
@@ -136,7 +136,7 @@ fn a_missing_folder_is_named() {
     prepare(path);
     symlink("gone/away", path.join("link")).unwrap();
     let before = names(path);
-    for (args, suffix) in WRITERS.iter().copied() {
+    for (args, suffix) in WRITERS {
         for (output, missing) in [
             (format!("missing/out.{suffix}"), "missing"),
             (format!("missing/deep/out.{suffix}"), "missing/deep"),
@@ -169,7 +169,7 @@ fn the_next_run_removes_the_files_of_a_killed_one() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     prepare(path);
-    for (args, suffix) in WRITERS.iter().copied() {
+    for (args, suffix) in WRITERS {
         let name = format!("out.{suffix}");
         let partial = match args.starts_with("build") {
             true => path.join(format!("{name}.partial")),
