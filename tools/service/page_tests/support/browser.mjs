@@ -1,0 +1,52 @@
+// Chromium, with WebGL in software, and tabs that note what goes wrong in them.
+import { chromium as launcher } from 'playwright-core';
+import { chromium } from './settings.mjs';
+import { Tab } from './tab.mjs';
+
+const FLAGS = [
+  '--use-angle=swiftshader',
+  '--enable-unsafe-swiftshader',
+  '--ignore-gpu-blocklist',
+  // No name but that of this machine is known, so that a call elsewhere fails.
+  '--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1',
+];
+
+export class Browser {
+  // Fails if the browser has no WebGL: nothing would be drawn.
+  static async launch() {
+    const asRoot = process.getuid() === 0 ? ['--no-sandbox'] : [];
+    const browser = await launcher.launch({ executablePath: chromium, args: [...FLAGS, ...asRoot] });
+    const started = new Browser(browser);
+    const hasWebGl = await started.blank.then((page) =>
+      page.evaluate(() => document.createElement('canvas').getContext('webgl2') !== null),
+    );
+    if (!hasWebGl) {
+      await started.close();
+      throw new Error('the browser has no WebGL 2: nothing of the map would be drawn');
+    }
+    return started;
+  }
+
+  constructor(browser) {
+    this.browser = browser;
+    // A page of nothing, to decode pictures in.
+    this.blank = browser.newPage();
+  }
+
+  // Opens the page of a service at `address`, as a visitor who comes for the first time. `hash` is what follows the #.
+  async open(address, hash = '', context = {}) {
+    const tab = await this.tab(address, context);
+    await tab.visit(hash);
+    return tab;
+  }
+
+  // A tab for a page at `address`, which is not open yet.
+  async tab(address, context = {}) {
+    const created = await this.browser.newContext({ viewport: { width: 1200, height: 800 }, ...context });
+    return new Tab(await created.newPage(), address);
+  }
+
+  async close() {
+    await this.browser.close();
+  }
+}
