@@ -23,7 +23,7 @@ for (const mode of ['exact', 'fast']) {
 }
 
 test('two clicks ask for the path between them', async () => {
-  const tab = await it.open('file=town&x=500&y=600&zoom=16&ask=path');
+  const tab = await it.open('file=town&x=500&y=600&zoom=6&ask=path');
   const [from, to] = await tab.places(2);
   await tab.page.mouse.click(...from);
   await tab.page.mouse.click(...to);

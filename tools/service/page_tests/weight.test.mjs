@@ -30,11 +30,17 @@ for (const file of ['town', 'survey']) {
 // A page that has MapLibre as the page of the service has it, and draws nothing by it.
 const EMPTY = (vendor) => `<!doctype html><title>empty</title><link rel="stylesheet" href="${vendor}maplibre-gl.css">
 <style>body { margin: 0 } #map { height: 100vh }</style><main data-idle="false"><div id="map"></div></main>
-<script src="${vendor}maplibre-gl-csp.js"></script><script>
-maplibregl.setWorkerUrl('${vendor}maplibre-gl-csp-worker.js');
-new maplibregl.Map({ container: 'map', style: { version: 8, sources: {}, layers: [] } })
+<script type="module">import { Map } from '${vendor}maplibre-gl.mjs';
+new Map({ container: 'map', style: { version: 8, sources: {}, layers: [] } })
   .once('idle', () => { document.querySelector('main').dataset.idle = 'true'; });
 </script>`;
+
+// Returns the address of the folder of MapLibre that the page names.
+async function vendorOf(address) {
+  const page = await (await fetch(address)).text();
+  const [, style] = /href="([^"]*)maplibre-gl\.css"/.exec(page);
+  return new URL(style, address).href;
+}
 
 // Milliseconds from the start of a visit until the page is at rest for the first time.
 async function firstPicture(tab, hash) {
@@ -52,7 +58,7 @@ function median(values) {
 }
 
 test('the first picture comes, and an empty page of MapLibre is measured beside it', async (context) => {
-  const vendor = `${it.service.address}page/vendor/maplibre-gl/`;
+  const vendor = await vendorOf(it.service.address);
   const times = { empty: [], town: [] };
   for (let visit = 0; visit < VISITS; visit += 1) {
     const empty = await it.browser.tab(it.service.address);

@@ -1,29 +1,27 @@
 // What a picture shows, in numbers.
 
-// Returns the mean luminance of a picture from 0 to 255, and how far its pixels are from it (standard deviation). `part`
-// is the share of width and height around the centre that counts.
-export async function luminance(browser, png, part = 1) {
+// Returns the mean luminance of a picture from 0 to 255, and how far its pixels are from it (standard deviation): of all of
+// it, or of a square of 16 pixels around a point.
+export async function luminance(browser, png, around) {
   const page = await browser.blank;
-  return page.evaluate(async ({ base64, part }) => {
+  return page.evaluate(async ({ base64, around }) => {
     const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
     const image = await createImageBitmap(new Blob([bytes], { type: 'image/png' }));
     const context = new OffscreenCanvas(image.width, image.height).getContext('2d');
     context.drawImage(image, 0, 0);
-    const width = Math.max(1, Math.round(image.width * part));
-    const height = Math.max(1, Math.round(image.height * part));
-    const left = Math.floor((image.width - width) / 2);
-    const top = Math.floor((image.height - height) / 2);
-    const { data } = context.getImageData(left, top, width, height);
+    const { data } = around
+      ? context.getImageData(around[0] - 8, around[1] - 8, 16, 16)
+      : context.getImageData(0, 0, image.width, image.height);
     let sum = 0, squares = 0;
     for (let at = 0; at < data.length; at += 4) {
       const grey = 0.2126 * data[at] + 0.7152 * data[at + 1] + 0.0722 * data[at + 2];
       sum += grey;
       squares += grey * grey;
     }
-    const pixels = width * height;
+    const pixels = data.length / 4;
     const mean = sum / pixels;
     return { mean, deviation: Math.sqrt(Math.max(0, squares / pixels - mean * mean)) };
-  }, { base64: png.toString('base64'), part });
+  }, { base64: png.toString('base64'), around });
 }
 
 // Returns the share of pixels in which two pictures of one size differ.

@@ -2,6 +2,12 @@
 import assert from 'node:assert/strict';
 
 const QUIET_FRAMES = 3;
+// What people read on the switches of layers and on the kinds of questions.
+const LAYERS = {
+  shade: 'Picture', heights: 'Heights', cells: 'Cells of tiles', triangles: 'Triangles', lines: 'Break lines', walls: 'Walls',
+  holes: 'Holes', sites: 'Sites', three: '3D',
+};
+const QUESTIONS = { here: 'Here', sites: 'Nearest sites', reach: 'Within reach', path: 'Path' };
 
 export class Tab {
   constructor(page, address) {
@@ -46,6 +52,45 @@ export class Tab {
   async parameters() {
     const hash = await this.page.evaluate(() => location.hash.slice(1));
     return Object.fromEntries(new URLSearchParams(hash));
+  }
+
+  get panel() {
+    return this.page.locator('#panel');
+  }
+
+  // The switch of a layer, by its name in the address.
+  layer(name) {
+    return this.page.getByRole('switch', { name: LAYERS[name], exact: true });
+  }
+
+  // The radio button of a kind of question, by its name in the address.
+  question(name) {
+    return this.page.getByRole('radio', { name: QUESTIONS[name], exact: true });
+  }
+
+  // Chooses another file in the list of files.
+  async choose(file) {
+    await this.page.getByRole('button', { name: /other files/i }).click();
+    await this.page.getByRole('button', { name: `Show ${file} on the map` }).click();
+    await this.idle();
+  }
+
+  // Pulls the panel of a phone down with a finger.
+  async pullDown() {
+    const grip = await this.page.getByRole('button', { name: 'Panel' }).boundingBox();
+    const [x, y] = [grip.x + grip.width / 2, grip.y + grip.height / 2];
+    const session = await this.page.context().newCDPSession(this.page);
+    const touch = (type, ...touchPoints) => session.send('Input.dispatchTouchEvent', { type, touchPoints });
+    await touch('touchStart', { x, y });
+    for (const pulled of [30, 60, 90, 120]) await touch('touchMove', { x, y: y + pulled });
+    await touch('touchEnd');
+    await this.idle();
+  }
+
+  // The point of the screen that shows the centre of the view, which the panel does not cover.
+  async centre() {
+    const cross = await this.page.locator('#cross').boundingBox();
+    return [cross.x + cross.width / 2, cross.y + cross.height / 2];
   }
 
   get answer() {
