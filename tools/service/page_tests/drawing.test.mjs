@@ -40,9 +40,9 @@ for (const { file, x, y, step } of PLACES) {
 test('the centre of the map is the place that the address names', async () => {
   // The middle of an obstacle, and a point of the street beside it.
   const tab = await it.open('file=town&x=15.4&y=13.4&zoom=11&layers=shade');
-  const inside = await luminance(it.browser, await tab.map(), await tab.centre());
+  const inside = await luminance(it.browser, await tab.map(await tab.centre()));
   await tab.follow('file=town&x=25&y=13.4&zoom=11&layers=shade');
-  const outside = await luminance(it.browser, await tab.map(), await tab.centre());
+  const outside = await luminance(it.browser, await tab.map(await tab.centre()));
   assert.ok(Math.abs(inside.mean - outside.mean) > 10, `obstacle ${inside.mean}, street ${outside.mean}`);
   await tab.close();
 });

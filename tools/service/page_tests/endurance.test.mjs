@@ -22,7 +22,7 @@ async function held(session) {
 async function move(tab, place, number) {
   const { mouse } = tab.page;
   const [x, y] = place;
-  const [right, down] = [[90, 20], [-20, 70], [-90, -20], [20, -70]][number % 4];
+  const [right, down] = [[90, 20], [-20, 70], [-90, -20], [20, -70]][(number / 2) % 4 | 0];
   await mouse.move(x, y);
   if (number % 2) {
     await mouse.wheel(0, number % 20 < 10 ? -240 : 240);

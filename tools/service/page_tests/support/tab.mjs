@@ -145,15 +145,16 @@ export class Tab {
     return places;
   }
 
-  // The map as it is seen, without what lies on it.
-  async map() {
-    const canvas = this.page.locator('canvas.maplibregl-canvas');
+  // The map as it is seen, without what lies on it: all of it, or a square of 16 pixels around a point.
+  async map(around) {
+    const canvas = await this.page.locator('canvas.maplibregl-canvas').boundingBox();
+    const clip = around ? { x: around[0] - 8, y: around[1] - 8, width: 16, height: 16 } : canvas;
     await this.page.evaluate(() => {
       const sheet = new CSSStyleSheet();
       sheet.replaceSync('body * { visibility: hidden !important } canvas.maplibregl-canvas { visibility: visible !important }');
       document.adoptedStyleSheets = [...document.adoptedStyleSheets, sheet];
     });
-    const picture = await this.page.screenshot({ clip: await canvas.boundingBox() });
+    const picture = await this.page.screenshot({ clip });
     await this.page.evaluate(() => { document.adoptedStyleSheets = document.adoptedStyleSheets.slice(0, -1); });
     return picture;
   }
