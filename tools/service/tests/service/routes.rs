@@ -6,20 +6,6 @@ use crate::support::{Files, get, post, send};
 use serde_json::json;
 
 #[tokio::test]
-async fn the_page_lists_all_files_and_has_no_scripts() {
-    let router = Files::new().await.router(Options::default()).await;
-    let page = get(&router, "/").await;
-    let text = String::from_utf8(page.bytes.to_vec()).unwrap();
-    assert_eq!(page.status, StatusCode::OK);
-    assert!(page.header("content-type").starts_with("text/html"));
-    assert!(
-        text.contains("href=\"town\"") && text.contains("href=\"hill\""),
-        "{text}"
-    );
-    assert!(!text.contains("<script") && !text.contains("{{"));
-}
-
-#[tokio::test]
 async fn the_catalogue_has_all_files_and_layers() {
     let router = Files::new().await.router(Options::default()).await;
     let tiles = get(&router, "/catalog").await.json()["tiles"].clone();
