@@ -17,9 +17,9 @@ export function element(name, attributes = {}, ...children) {
   return created;
 }
 
-/** Creates an element that shows a number and has all of its digits in `value`. */
-export function exact(value, text) {
-  return element('data', {value: String(value)}, text);
+/** Creates an element that shows a number and has all of its digits in `value`. `name` says which number it is. */
+export function exact(name, value, text) {
+  return element('data', {'data-name': name, value: String(value)}, text);
 }
 
 /** Creates a list of names and values. */

@@ -6,21 +6,21 @@ import {ask} from './service.js';
 
 /** Returns the facts of a file. */
 function about(file) {
-  const count = number => exact(number, grouped(number));
   const {counts, bounds} = file;
+  const count = name => exact(name, counts[name], grouped(counts[name]));
   const pixel = bounds ? Math.max(bounds[2] - bounds[0], bounds[3] - bounds[1]) / 10_000 || 1 : 1;
   const range = (from, to) => `${coordinate(from, pixel)} … ${coordinate(to, pixel)}`;
   return facts([
-    ['Triangles', count(counts.triangles)],
-    ['Vertices', count(counts.vertices)],
-    ['Sites', count(counts.sites)],
+    ['Triangles', count('triangles')],
+    ['Vertices', count('vertices')],
+    ['Sites', count('sites')],
     ['Heights', file.has_z ? 'yes' : 'no'],
     ['Reference system', file.crs?.summary ?? 'not named'],
     bounds && ['x', range(bounds[0], bounds[2])],
     bounds && ['y', range(bounds[1], bounds[3])],
-    ['Overviews', count(counts.overviews)],
-    ['Generation', count(file.generation)],
-    ['Size', exact(file.bytes, bytes(file.bytes))],
+    ['Overviews', count('overviews')],
+    ['Generation', exact('generation', file.generation, grouped(file.generation))],
+    ['Size', exact('bytes', file.bytes, bytes(file.bytes))],
   ]);
 }
 

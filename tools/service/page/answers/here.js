@@ -19,7 +19,7 @@ function text(body) {
 function corners(body, file) {
   return body.vertices.map((id, i) => {
     const z = body.vertex_z[i];
-    const height = z == null ? [] : [', ', exact(z, distance(z, file.z_unit))];
+    const height = z == null ? [] : [', ', exact('vertex_z', z, distance(z, file.z_unit))];
     return [i === 0 ? (body.vertices.length > 1 ? 'Vertices' : 'Vertex') : '', id, ...height];
   });
 }
@@ -31,11 +31,11 @@ export function here(body, state, file, plane, zoom, ground) {
   const z = body.z ?? ground;
   const names = {triangle: 'in a triangle', edge: 'on an edge', vertex: 'on a vertex'};
   const rows = facts([
-    ['x', exact(x, coordinate(x, pixel))],
-    ['y', exact(y, coordinate(y, pixel))],
-    z != null && ['Height', exact(z, distance(z, file.z_unit))],
+    ['x', exact('x', x, coordinate(x, pixel))],
+    ['y', exact('y', y, coordinate(y, pixel))],
+    z != null && ['Height', exact('z', z, distance(z, file.z_unit))],
     body.element !== 'outside' && ['Where', names[body.element]],
-    body.region > 0 && ['Region', exact(body.region, String(body.region))],
+    body.region > 0 && ['Region', exact('region', body.region, String(body.region))],
     ...corners(body, file),
   ]);
   return {title: title(body), text: text(body), parts: [rows]};

@@ -16,7 +16,7 @@ export function list(sites, file, goTo) {
       'button',
       {type: 'button', class: 'site', onclick: () => goTo(site.to), title: bounds || null},
       element('span', {class: 'name'}, site.site),
-      exact(site.distance, distance(site.distance, file.unit)),
+      exact('distance', site.distance, distance(site.distance, file.unit)),
     );
     return element('li', {}, button);
   };
