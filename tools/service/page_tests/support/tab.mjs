@@ -87,6 +87,22 @@ export class Tab {
     await this.idle();
   }
 
+  // The point of the file that the page names under a point of the screen.
+  async under(place) {
+    await this.page.mouse.move(...place);
+    const text = await this.page.locator('#coordinates').innerText();
+    return text.split(', ').map((number) => Number(number.replaceAll('\u202f', '').replace('\u2212', '-')));
+  }
+
+  // The points of the screen that show points of the file, by what the page names under two other points.
+  async screen(...points) {
+    const places = await this.places(2);
+    const [a, b] = [await this.under(places[0]), await this.under(places[1])];
+    const along = (axis, value) =>
+      places[0][axis] + ((value - a[axis]) / (b[axis] - a[axis])) * (places[1][axis] - places[0][axis]);
+    return points.map((point) => point.map((value, axis) => along(axis, value)));
+  }
+
   // The point of the screen that shows the centre of the view, which the panel does not cover.
   async centre() {
     const cross = await this.page.locator('#cross').boundingBox();
