@@ -2,6 +2,8 @@
 import assert from 'node:assert/strict';
 
 const QUIET_FRAMES = 3;
+// Milliseconds after which something that is waited for will not come.
+const MOST_WAITED = 30_000;
 // What people read on the switches of layers and on the kinds of questions.
 const LAYERS = {
   shade: 'Picture', heights: 'Heights', cells: 'Cells of tiles', triangles: 'Triangles', lines: 'Break lines', walls: 'Walls',
@@ -15,7 +17,7 @@ export class Tab {
     this.address = address;
     this.errors = [];
     this.elsewhere = [];
-    page.setDefaultTimeout(15_000);
+    page.setDefaultTimeout(MOST_WAITED);
     page.on('console', (message) => {
       if (message.type() === 'error') this.errors.push(`${message.text()} (${message.location().url})`);
     });
