@@ -1,6 +1,6 @@
 /** The answer to a question: on the panel and on the map. */
 
-import {element} from './dom.js';
+import {element, exact} from './dom.js';
 import {counted, grouped} from './numbers.js';
 import {Marks} from './marks.js';
 import {explain} from './answers/statuses.js';
@@ -20,9 +20,9 @@ function cost(headers) {
   const milliseconds = Number(time[1]);
   const shown = milliseconds < 10 ? milliseconds.toFixed(1) : grouped(milliseconds);
   const children = [
-    element('data', {value: tiles}, counted(Number(tiles), 'tile')),
+    exact(tiles, counted(Number(tiles), 'tile'), 'tiles_read'),
     ' read in ',
-    element('data', {value: time[1]}, `${shown}\u202fms`),
+    exact(time[1], `${shown}\u202fms`, 'time'),
   ];
   return element('p', {class: 'cost'}, ...children);
 }

@@ -41,7 +41,7 @@ class Page {
       goTo: point => this.chart.goTo(point),
       use: (which, point) => this.change({[which]: point}),
       failed: () => this.watch.look(),
-      answered: () => this.sheet.open(),
+      answered: () => this.sheet.open(byId('answer')),
     });
     this.watch = new Watch({
       changed: () => this.renew(),
@@ -137,10 +137,11 @@ class Page {
     if ('three' in changed) this.chart.tilt(changed.three);
     this.show();
     this.remember(!more);
-    clearTimeout(this.resting);
     if ('layers' in changed || 'three' in changed || 'height' in changed) return;
-    if (more) this.idle.begin('query');
-    this.resting = setTimeout(() => this.ask(), more ? REST : 0);
+    clearTimeout(this.resting);
+    this.idle.begin('query');
+    if (more) this.resting = setTimeout(() => this.ask(), REST);
+    else this.ask();
   }
 
   /** Asks at a point. */

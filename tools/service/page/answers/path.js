@@ -23,15 +23,15 @@ function bendList(bends, goTo) {
 
 /** Returns what to show of a path. */
 export function path(body, state, file, goTo) {
-  const shown = value => exact(value, distance(value, file.unit));
+  const shown = (value, name) => exact(value, distance(value, file.unit), name);
   const beeline = Math.hypot(state.to[0] - state.from[0], state.to[1] - state.from[1]);
   const rows = facts([
-    ['At least', shown(body.lower)],
-    ['At most', shown(body.upper)],
+    ['At least', shown(body.lower, 'lower')],
+    ['At most', shown(body.upper, 'upper')],
     ['As the crow flies', shown(beeline)],
   ]);
   const bends = body.bends ?? [];
-  const parts = [element('p', {class: 'large'}, shown(body.distance)), rows];
+  const parts = [element('p', {class: 'large'}, shown(body.distance, 'distance')), rows];
   parts.push(bends.length ? bendList(bends, goTo) : element('p', {}, 'The path is straight.'));
   return {title: state.mode === 'fast' ? 'A short path' : 'The shortest path', text: [], parts};
 }
