@@ -168,6 +168,13 @@ impl MapSource {
         Some(heights.coloured.map(|z| z * self.inner.units.z))
     }
 
+    /// Returns the height in metres that [`Layer::Terrarium`] has where there is no surface: the lowest
+    /// of the file, or a lower one. `None` without z, and without vertices.
+    #[must_use]
+    pub fn lowest_height(&self) -> Option<f64> {
+        Some(self.inner.heights?.all[0] * self.inner.units.z)
+    }
+
     /// Returns the number of the coarsest level in which a typical edge is not longer than this, in
     /// units of the file; 0 is the file.
     pub(super) fn level_for(&self, length: f64) -> usize {

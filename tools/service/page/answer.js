@@ -20,9 +20,9 @@ function cost(headers) {
   const milliseconds = Number(time[1]);
   const shown = milliseconds < 10 ? milliseconds.toFixed(1) : grouped(milliseconds);
   const children = [
-    exact('tiles_read', tiles, counted(Number(tiles), 'tile')),
+    exact(tiles, counted(Number(tiles), 'tile'), 'tiles_read'),
     ' read in ',
-    exact('time', time[1], `${shown}\u202fms`),
+    exact(time[1], `${shown}\u202fms`, 'time'),
   ];
   return element('p', {class: 'cost'}, ...children);
 }

@@ -5,8 +5,11 @@ import {nativeUrl} from './plane.js';
 import {drawn} from './layers.js';
 import {addresses, deepest, pageColour, rasterPaint, styleOf} from './style.js';
 
-/** Room round the data, in pixels, when all of it is shown. */
+/** Room round the data, in pixels, when all of it is shown: for the legend too, where there is space. */
 const ROOM = 28;
+const WIDE = matchMedia('(min-width: 1000px)');
+const ROOM_OF_LEGEND = 215;
+const ROOM_OF_SCALE = 52;
 /** The slope of the view at which 3D begins. */
 const PITCH = 55;
 
@@ -86,15 +89,23 @@ export class Chart {
   }
 
   /** Shows a view of the address, or everything. */
-  setView({x, y, zoom, bearing, pitch}) {
+  setView({x, y, zoom, three, ...angles}) {
+    const bearing = three ? angles.bearing : 0;
+    const pitch = three ? (angles.pitch ?? PITCH) : 0;
     if (x === null || y === null) this.fit({duration: 0, bearing, pitch});
     else this.map.jumpTo({center: this.plane.toMap([x, y]), zoom: zoom ?? this.map.getZoom(), bearing, pitch});
   }
 
   /** Shows all of the file. */
   fit(options = {}) {
-    const bounds = this.plane.boundsOnMap();
-    this.map.fitBounds(bounds, {padding: ROOM, duration: this.look.still ? 0 : 500, bearing: this.map.getBearing(), pitch: this.map.getPitch(), ...options});
+    const [right, bottom] = WIDE.matches ? [ROOM_OF_LEGEND, ROOM_OF_SCALE] : [ROOM, ROOM];
+    this.map.fitBounds(this.plane.boundsOnMap(), {
+      padding: {top: ROOM, left: ROOM, right, bottom},
+      duration: this.look.still ? 0 : 500,
+      bearing: this.map.getBearing(),
+      pitch: this.map.getPitch(),
+      ...options,
+    });
   }
 
   /** Moves to a view, softly unless the visitor wants no movement. */

@@ -17,16 +17,16 @@ export function element(name, attributes = {}, ...children) {
   return created;
 }
 
-/** Creates an element that shows a number and has all of its digits in `value`. `name` says which number it is. */
-export function exact(name, value, text) {
-  return element('data', {'data-name': name, value: String(value)}, text);
+/** Creates an element that shows a number and has all of its digits in `value`. `name` is its key in the answer. */
+export function exact(value, text, name = null) {
+  return element('data', {value: String(value), 'data-name': name}, text);
 }
 
 /** Creates a list of names and values. */
 export function facts(rows) {
   const parts = rows.filter(Boolean).flatMap(([name, ...values]) => [
     element('dt', {}, name),
-    element('dd', {}, ...values),
+    ...values.map(value => element('dd', {}, value)),
   ]);
   return element('dl', {class: 'facts'}, ...parts);
 }

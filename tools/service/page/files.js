@@ -6,21 +6,21 @@ import {ask} from './service.js';
 
 /** Returns the facts of a file. */
 function about(file) {
+  const count = number => exact(number, grouped(number));
   const {counts, bounds} = file;
-  const count = name => exact(name, counts[name], grouped(counts[name]));
   const pixel = bounds ? Math.max(bounds[2] - bounds[0], bounds[3] - bounds[1]) / 10_000 || 1 : 1;
   const range = (from, to) => `${coordinate(from, pixel)} … ${coordinate(to, pixel)}`;
   return facts([
-    ['Triangles', count('triangles')],
-    ['Vertices', count('vertices')],
-    ['Sites', count('sites')],
+    ['Triangles', count(counts.triangles)],
+    ['Vertices', count(counts.vertices)],
+    ['Sites', count(counts.sites)],
     ['Heights', file.has_z ? 'yes' : 'no'],
     ['Reference system', file.crs?.summary ?? 'not named'],
     bounds && ['x', range(bounds[0], bounds[2])],
     bounds && ['y', range(bounds[1], bounds[3])],
-    ['Overviews', count('overviews')],
-    ['Generation', exact('generation', file.generation, grouped(file.generation))],
-    ['Size', exact('bytes', file.bytes, bytes(file.bytes))],
+    ['Overviews', count(counts.overviews)],
+    ['Generation', count(file.generation)],
+    ['Size', exact(file.bytes, bytes(file.bytes))],
   ]);
 }
 
@@ -49,10 +49,9 @@ export class Files {
       this.dialog.close();
       if (!isCurrent) this.choose(id);
     };
-    const button = element('button', {type: 'button', class: 'action', onclick: show}, isCurrent ? 'Back to the map' : 'Show on the map');
+    const button = element('button', {type: 'button', class: 'quiet', onclick: show}, isCurrent ? 'Back to the map' : `Show ${id}`);
     const body = element('div', {}, element('p', {class: 'note'}, 'Loading …'));
     const item = element('li', {'aria-current': isCurrent ? 'true' : null}, element('h3', {}, id), body, button);
-    button.setAttribute('aria-label', isCurrent ? 'Back to the map' : `Show ${id} on the map`);
     const load = async () => {
       try {
         body.replaceChildren(about((await ask(id)).body));

@@ -25,7 +25,9 @@ export class Idle {
     map.on('idle', () => this.end('map'));
   }
 
+  /** Shows work at once, and rest when the page has been painted. */
   show() {
-    this.main.dataset.idle = String(this.tasks.size === 0);
+    if (this.tasks.size > 0) this.main.dataset.idle = 'false';
+    else requestAnimationFrame(() => requestAnimationFrame(() => (this.main.dataset.idle = String(this.tasks.size === 0))));
   }
 }

@@ -18,6 +18,9 @@ export const HEIGHTS = ['#3b4a7a', '#3f6f8f', '#4b928f', '#6db386', '#a6cb78', '
 /** The colours of heights in pictures. */
 export const RELIEF = ['#587c8e', '#68909a', '#7ea2a0', '#99b2a0', '#bbc6a3', '#d9d6ac', '#eee5bf', '#fbf4dc'];
 
+/** Heights of tiles are rounded to this, in metres. */
+const STEP = 1 / 256;
+
 /** All layers in the order in which they are drawn: name, title, and whether a file has it. */
 const LAYERS = [
   {name: 'shade', title: 'Picture', is: () => true},
@@ -25,8 +28,8 @@ const LAYERS = [
   {name: 'holes', title: 'Holes', is: file => file.counts.hole_triangles > 0},
   {name: 'triangles', title: 'Triangles', is: () => true},
   {name: 'cells', title: 'Cells of tiles', is: () => true},
-  {name: 'lines', title: 'Break lines', is: file => file.counts.constraint_edges > 0},
-  {name: 'walls', title: 'Walls', is: file => file.counts.constraint_edges > 0},
+  {name: 'lines', title: 'Break lines', is: file => file.line_kinds.includes('break line')},
+  {name: 'walls', title: 'Walls', is: file => file.line_kinds.some(kind => kind !== 'break line')},
   {name: 'sites', title: 'Sites', is: file => file.counts.sites > 0},
 ];
 
@@ -48,12 +51,13 @@ function growing(base, ...stops) {
   return ['interpolate', ['linear'], ['zoom'], ...stops.flatMap(([zoom, value]) => [base + zoom, value])];
 }
 
-/** Returns what colours heights: lowest to highest. Where there is no surface, the colour is nothing. */
-function colouredHeights([low, high]) {
+/** Returns what colours heights. Where there is no surface, the tiles have the lowest height: it has no colour. */
+function colouredHeights({coloured_heights: [low, high], lowest_height: lowest}) {
   const steps = HEIGHTS.length - 1;
-  const span = high > low ? high - low : 1;
-  const stops = HEIGHTS.flatMap((colour, step) => [low + (span * step) / steps, colour]);
-  return ['interpolate', ['linear'], ['elevation'], ...stops];
+  const first = Math.max(low, lowest + 2 * STEP);
+  const span = high > first ? high - first : 1;
+  const stops = HEIGHTS.flatMap((colour, step) => [first + (span * step) / steps, colour]);
+  return ['interpolate', ['linear'], ['elevation'], lowest, 'rgba(59,74,122,0)', lowest + STEP, HEIGHTS[0], ...stops];
 }
 
 /** Returns the layers of MapLibre for a layer of the page. `base` is the zoom of single edges. */
@@ -90,7 +94,7 @@ export function drawn(file, base) {
     ],
   };
   if (file.coloured_heights) {
-    const paint = {'color-relief-color': colouredHeights(file.coloured_heights), 'color-relief-opacity': 0.8};
+    const paint = {'color-relief-color': colouredHeights(file), 'color-relief-opacity': 0.8};
     all.heights = [{id: 'heights', type: 'color-relief', source: 'heights', paint}];
   }
   return layersOf(file).map(({name}) => ({name, layers: all[name]}));

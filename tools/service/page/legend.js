@@ -3,17 +3,16 @@
 import {byId, element} from './dom.js';
 import {COLOURS, HEIGHTS, RELIEF} from './layers.js';
 import {ANSWER_COLOURS} from './marks.js';
-import {distance} from './numbers.js';
+import {grouped} from './numbers.js';
 
-const METRES = {name: 'm', metres: 1};
-
-/** Returns a drawing of a colour: an area, a line, a thin line, a broken line or a dot. */
+/** Returns a drawing of a colour: an area, a veil, a line, a thin line, a broken line or a dot. */
 function swatch(kind, colour) {
   const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
   svg.setAttribute('viewBox', '0 0 24 16');
   svg.setAttribute('aria-hidden', 'true');
   const shapes = {
     area: ['rect', {x: 2, y: 2, width: 20, height: 12, rx: 2, fill: colour}],
+    veil: ['rect', {x: 3, y: 2, width: 18, height: 12, rx: 2, fill: colour, 'fill-opacity': 0.2, stroke: colour, 'stroke-width': 1.5}],
     line: ['path', {d: 'M2 12 9 5l6 5 7-6', fill: 'none', stroke: colour, 'stroke-width': 2.4}],
     thin: ['path', {d: 'M2 13 12 3l10 10zM12 3v10', fill: 'none', stroke: colour, 'stroke-width': 1}],
     broken: ['path', {d: 'M2 3h20v10H2z', fill: 'none', stroke: colour, 'stroke-width': 1.4, 'stroke-dasharray': '4 2'}],
@@ -40,7 +39,9 @@ function scale(title, colours, [low, high]) {
   const stops = colours.map((colour, i) => `<stop offset="${i / (colours.length - 1)}" stop-color="${colour}"/>`);
   // All of it is constant but for the colours of this program.
   svg.innerHTML = `<defs><linearGradient id="${id}">${stops.join('')}</linearGradient></defs><rect width="100%" height="10" fill="url(#${id})"/>`;
-  const ends = element('span', {class: 'ends'}, element('span', {}, distance(low, METRES)), element('span', {}, distance(high, METRES)));
+  const decimals = Math.min(3, Math.max(0, 2 - Math.floor(Math.log10(high - low || 1))));
+  const end = height => element('span', {}, `${grouped(height, decimals)}\u202fm`);
+  const ends = element('span', {class: 'ends'}, end(low), end(high));
   return element('li', {class: 'scale'}, element('span', {}, title), svg, ends);
 }
 
@@ -49,7 +50,10 @@ function picture(file) {
   const heights = file.coloured_heights;
   const ground = heights ? scale('Height, shaded', RELIEF, heights) : entry('area', COLOURS.free, 'Free ground');
   const hole = file.counts.hole_triangles > 0 ? [entry('area', COLOURS.hole, 'Obstacle or hole')] : [];
-  return [ground, ...hole];
+  const entries = [ground, ...hole];
+  // In the dark, pictures are dimmed.
+  for (const part of entries) part.classList.add('picture');
+  return entries;
 }
 
 const ENTRIES = {
@@ -59,14 +63,17 @@ const ENTRIES = {
   triangles: () => [entry('thin', COLOURS.triangles, 'Triangle')],
   cells: () => [entry('broken', COLOURS.cells, 'Cell of a tile')],
   lines: () => [entry('line', COLOURS.lines, 'Break line')],
-  walls: () => [entry('line', COLOURS.walls, 'Wall'), entry('line', COLOURS.outline, 'Rim of an obstacle')],
+  walls: file => [
+    ...(file.line_kinds.includes('wall') ? [entry('line', COLOURS.walls, 'Wall')] : []),
+    ...(file.line_kinds.includes('obstacle') ? [entry('line', COLOURS.outline, 'Rim of an obstacle')] : []),
+  ],
   sites: () => [entry('dot', COLOURS.sites, 'Site')],
 };
 
 const ANSWERS = {
   path: () => [entry('line', ANSWER_COLOURS.path, 'Path')],
   sites: () => [entry('line', ANSWER_COLOURS.path, 'Way to a site')],
-  reach: () => [entry('area', ANSWER_COLOURS.area, 'Within reach')],
+  reach: () => [entry('veil', ANSWER_COLOURS.area, 'Within reach')],
   here: () => [],
 };
 

@@ -1,6 +1,6 @@
 /** The page: what it shows follows from the state, which the address holds. */
 
-import {byId} from './dom.js';
+import {byId, element} from './dom.js';
 import {Controls} from './controls.js';
 import {Files} from './files.js';
 import {Idle} from './idle.js';
@@ -41,7 +41,7 @@ class Page {
       goTo: point => this.chart.goTo(point),
       use: (which, point) => this.change({[which]: point}),
       failed: () => this.watch.look(),
-      answered: () => this.sheet.open(),
+      answered: () => this.sheet.open(byId('answer')),
     });
     this.watch = new Watch({
       changed: () => this.renew(),
@@ -103,7 +103,7 @@ class Page {
     byId('name').textContent = id;
     const parts = [counted(counts.triangles, 'triangle'), counted(counts.vertices, 'vertex', 'vertices')];
     if (counts.sites > 0) parts.push(counted(counts.sites, 'site'));
-    byId('summary').textContent = parts.join(' · ');
+    byId('summary').replaceChildren(...parts.map(part => element('span', {}, part)));
   }
 
   /** Takes a state: view, layers and question. */
@@ -137,10 +137,11 @@ class Page {
     if ('three' in changed) this.chart.tilt(changed.three);
     this.show();
     this.remember(!more);
-    clearTimeout(this.resting);
     if ('layers' in changed || 'three' in changed || 'height' in changed) return;
-    if (more) this.idle.begin('query');
-    this.resting = setTimeout(() => this.ask(), more ? REST : 0);
+    clearTimeout(this.resting);
+    this.idle.begin('query');
+    if (more) this.resting = setTimeout(() => this.ask(), REST);
+    else this.ask();
   }
 
   /** Asks at a point. */
@@ -165,7 +166,7 @@ class Page {
     this.controls.show(state);
     showLegend(file, state);
     byId('hint').textContent = hint(file, state);
-    byId('clear').hidden = !(state.at || state.from);
+    byId('clear').hidden = !(state.ask === 'path' ? state.from : state.at);
   }
 
   /** Says which layers are left out because they have too much. */

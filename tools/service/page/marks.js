@@ -44,7 +44,7 @@ export function answerLayers() {
     }),
     layer('found', 'circle', 'found', {
       'circle-color': ANSWER_COLOURS.found,
-      'circle-radius': 10,
+      'circle-radius': ['case', ['==', ['get', 'label'], ''], 6, 10],
       'circle-stroke-color': WHITE,
       'circle-stroke-width': 2,
     }),

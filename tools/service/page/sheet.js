@@ -32,9 +32,11 @@ export class Sheet {
     this.moved();
   }
 
-  /** Opens the sheet, so that an answer can be read. */
-  open() {
-    if (PHONE.matches && this.panel.classList.contains('down')) this.toggle(true);
+  /** Opens the sheet on a phone, and shows an answer. */
+  open(answer) {
+    if (!PHONE.matches) return;
+    if (this.panel.classList.contains('down')) this.toggle(true);
+    answer.scrollIntoView({block: 'nearest'});
   }
 
   /** Returns the part of the map that the panel covers. */

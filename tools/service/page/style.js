@@ -21,8 +21,16 @@ function tiles(file, layer, ending) {
 /** Returns the addresses of the tiles of each source. */
 export function addresses(file) {
   const all = {shade: tiles(file, 'shade', 'png'), mesh: tiles(file, 'mesh', 'mvt')};
-  if (file.coloured_heights) all.heights = all.ground = tiles(file, 'terrarium', 'png');
+  if (file.coloured_heights) all.heights = all.ground = [`${tiles(file, 'terrarium', 'png')[0]}&opaque=true`];
   return all;
+}
+
+/** The height of a terrarium tile whose colour is black, in metres. */
+const BLACK = -32_768;
+
+/** Returns the encoding of tiles of heights above the lowest one. So the ground does not drop where there are no tiles. */
+function aboveLowest({lowest_height: lowest}) {
+  return {encoding: 'custom', redFactor: 256, greenFactor: 1, blueFactor: 1 / 256, baseShift: lowest - BLACK};
 }
 
 function sources(file, plane) {
@@ -31,7 +39,7 @@ function sources(file, plane) {
   const types = {
     shade: {type: 'raster', tileSize: 256},
     heights: {type: 'raster-dem', tileSize: 256, encoding: 'terrarium'},
-    ground: {type: 'raster-dem', tileSize: 256, encoding: 'terrarium'},
+    ground: {type: 'raster-dem', tileSize: 256, ...aboveLowest(file)},
     mesh: {type: 'vector', minzoom: mapZoom(0)},
   };
   const of = ([name, tiles]) => [name, {...zooms, bounds, tiles, ...types[name]}];

@@ -1,6 +1,6 @@
 /** What is at a point. */
 
-import {exact, facts} from '../dom.js';
+import {element, exact, facts} from '../dom.js';
 import {coordinate, distance} from '../numbers.js';
 
 /** Returns the name of what is at the point. */
@@ -15,28 +15,30 @@ function text(body) {
   return [`There are no triangles here, ${passes}.`];
 }
 
-/** Returns the rows of the vertices, each with its height if there are heights. */
+/** Returns the row of the vertices, each with its height if there are heights. */
 function corners(body, file) {
-  return body.vertices.map((id, i) => {
+  const one = (id, i) => {
     const z = body.vertex_z[i];
-    const height = z == null ? [] : [', ', exact('vertex_z', z, distance(z, file.z_unit))];
-    return [i === 0 ? (body.vertices.length > 1 ? 'Vertices' : 'Vertex') : '', id, ...height];
-  });
+    const height = z == null ? null : exact(z, `, ${distance(z, file.z_unit)}`);
+    return element('span', {}, id, height);
+  };
+  return body.vertices.length > 0 && [body.vertices.length > 1 ? 'Vertices' : 'Vertex', ...body.vertices.map(one)];
 }
 
 /** Returns what to show of a place. `ground` is the height of the ground, where paths may not pass. */
 export function here(body, state, file, plane, zoom, ground) {
-  const pixel = plane.pixel(zoom);
+  // The point was rounded to an eighth of a pixel.
+  const pixel = plane.pixel(zoom) / 8;
   const [x, y] = state.at;
   const z = body.z ?? ground;
   const names = {triangle: 'in a triangle', edge: 'on an edge', vertex: 'on a vertex'};
   const rows = facts([
-    ['x', exact('x', x, coordinate(x, pixel))],
-    ['y', exact('y', y, coordinate(y, pixel))],
-    z != null && ['Height', exact('z', z, distance(z, file.z_unit))],
-    body.element !== 'outside' && ['Where', names[body.element]],
-    body.region > 0 && ['Region', exact('region', body.region, String(body.region))],
-    ...corners(body, file),
+    ['x', exact(x, coordinate(x, pixel), 'x')],
+    ['y', exact(y, coordinate(y, pixel), 'y')],
+    z != null && ['Height', exact(z, distance(z, file.z_unit), 'z')],
+    body.element !== 'outside' && ['Where', element('data', {value: body.element, 'data-name': 'element'}, names[body.element])],
+    body.region > 0 && ['Region', exact(body.region, String(body.region), 'region')],
+    corners(body, file),
   ]);
   return {title: title(body), text: text(body), parts: [rows]};
 }

@@ -18,20 +18,20 @@ function bendList(bends, goTo) {
     element('li', {}, element('button', {type: 'button', class: 'site', onclick: () => goTo(bend.at)},
       element('span', {class: 'name'}, around(bend)), element('span', {}, `turns ${bend.turns}`)));
   const list = element('ol', {class: 'sites'}, ...bends.map(item));
-  return element('details', {open: bends.length <= LISTED}, element('summary', {}, 'Bends at ', exact('bends', bends.length, counted(bends.length, 'corner'))), list);
+  return element('details', {open: bends.length <= LISTED}, element('summary', {}, `Bends at ${counted(bends.length, 'corner')}`), list);
 }
 
 /** Returns what to show of a path. */
 export function path(body, state, file, goTo) {
-  const shown = (name, value) => exact(name, value, distance(value, file.unit));
+  const shown = (value, name) => exact(value, distance(value, file.unit), name);
   const beeline = Math.hypot(state.to[0] - state.from[0], state.to[1] - state.from[1]);
   const rows = facts([
-    ['At least', shown('lower', body.lower)],
-    ['At most', shown('upper', body.upper)],
-    ['As the crow flies', shown('beeline', beeline)],
+    ['At least', shown(body.lower, 'lower')],
+    ['At most', shown(body.upper, 'upper')],
+    ['As the crow flies', shown(beeline)],
   ]);
   const bends = body.bends ?? [];
-  const parts = [element('p', {class: 'large'}, shown('distance', body.distance)), rows];
+  const parts = [element('p', {class: 'large'}, shown(body.distance, 'distance')), rows];
   parts.push(bends.length ? bendList(bends, goTo) : element('p', {}, 'The path is straight.'));
   return {title: state.mode === 'fast' ? 'A short path' : 'The shortest path', text: [], parts};
 }

@@ -8,8 +8,8 @@ import {found, list} from './sites.js';
 export function reach(body, state, file, goTo) {
   const all = found(body);
   const parts = [];
-  if (body.area != null) parts.push(element('p', {class: 'large'}, exact('area', body.area, area(body.area, file.unit))));
-  if (file.counts.sites > 0) parts.push(element('p', {}, exact('sites', all.length, counted(all.length, 'site')), ' within reach'));
+  if (body.area != null) parts.push(element('p', {class: 'large'}, exact(body.area, area(body.area, file.unit), 'area')));
+  if (file.counts.sites > 0) parts.push(element('p', {}, `${counted(all.length, 'site')} within reach`));
   if (all.length) parts.push(list(all, file, goTo));
   return {title: `Within ${distance(state.radius, file.unit)}`, text: [], parts};
 }

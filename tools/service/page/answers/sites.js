@@ -15,8 +15,8 @@ export function list(sites, file, goTo) {
     const button = element(
       'button',
       {type: 'button', class: 'site', onclick: () => goTo(site.to), title: bounds || null},
-      element('span', {class: 'name'}, site.site),
-      exact('distance', site.distance, distance(site.distance, file.unit)),
+      element('data', {class: 'name', value: site.site, 'data-name': 'site'}, site.site),
+      exact(site.distance, distance(site.distance, file.unit), 'distance'),
     );
     return element('li', {}, button);
   };

@@ -20,20 +20,20 @@ function insideObstacle(body, state, file) {
   const shown = {title: `${called} is inside an obstacle`, text: []};
   if (!free) return {...shown, text: ['There is no free point in this file.']};
   const away = Math.hypot(free[0] - body.inside_point[0], free[1] - body.inside_point[1]);
-  const text = ['The nearest free point is ', exact('away', away, distance(away, file.unit)), ' away.'];
+  const text = ['The nearest free point is ', exact(away, distance(away, file.unit), 'nearest_free'), ' away.'];
   return {...shown, text, fix: {label: 'Use the nearest free point', which, point: free}};
 }
 
 function outOfBudget(body, state, file) {
-  const least = exact('lower_bound', body.lower_bound, distance(body.lower_bound, file.unit));
+  const least = exact(body.lower_bound, distance(body.lower_bound, file.unit), 'lower_bound');
   const known = {
     path: ['What is known: the path is at least ', least, ' long.'],
     sites: ['What is known: all other sites are at least ', least, ' away.'],
     reach: ['What is known: all that was not found is at least ', least, ' away.'],
     here: [],
   };
-  const text = ['The server lets a question read only so many tiles, for so long. ', ...known[state.ask]];
-  if (state.ask !== 'here' && state.mode === 'exact') text.push(' A fast answer may need less, and so may a shorter way.');
+  const text = ['The server limits how many tiles a question may read, and for how long. ', ...known[state.ask]];
+  if (state.ask !== 'here' && state.mode === 'exact') text.push(' A fast answer may need less.');
   return {title: 'The search reached its limit', text};
 }
 

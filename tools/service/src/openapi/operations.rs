@@ -171,7 +171,11 @@ fn of_files(ids: &[&str], options: &Options) -> Vec<Operation> {
             "A picture",
             binary("image/png", OF_TILE),
         )
-        .takes(of_tile().chain([take::grid(), take::layer(&["shade", "terrarium"])])),
+        .takes(of_tile().chain([take::grid(), take::layer(&["shade", "terrarium"])]))
+        .takes([take::flag(
+            "opaque",
+            "Of the layer terrarium: leave no pixel transparent. Browsers forget the heights of such pixels",
+        )]),
         Operation::new(
             "/{id}/{grid}/mesh/{z}/{x}/{y}.mvt",
             "vectors",

@@ -80,6 +80,7 @@ fn file() -> Value {
         "unit": unit,
         "z_unit": unit,
         "has_z": {"type": "boolean"},
+        "line_kinds": {"type": "array", "items": {"enum": ["break line", "wall", "obstacle"]}},
         "coloured_heights": {
             "type": ["array", "null"],
             "items": {"type": "number"},
@@ -88,6 +89,10 @@ fn file() -> Value {
             "description": "The heights of the first and the last colour of pictures, in metres",
         },
         "counts": {"type": "object", "additionalProperties": {"type": "integer", "minimum": 0}},
+        "lowest_height": {
+            "type": ["number", "null"],
+            "description": "The height that the layer terrarium has where there is no surface, in metres",
+        },
         "layers": texts,
         "grids": {"type": "object", "additionalProperties": grid},
         "terrain": {"type": "object", "properties": {"layer": {"type": "string"}, "missing": {"type": "string"}}},

@@ -4,6 +4,7 @@ use axum::response::Response;
 use delaunay_tiles::crs::{Crs, Unit};
 use delaunay_tiles::geometry::Rect;
 use delaunay_tiles::map_tiles::{GridKind, Layer, MapSource};
+use delaunay_tiles::store::{LineKind, Metadata};
 use serde_json::{Map, Value, json};
 
 use super::context::Context;
@@ -100,7 +101,9 @@ fn document(context: &Context, maps: &MapSource) -> Value {
         "unit": unit(plane),
         "z_unit": unit(height),
         "has_z": metadata.has_z,
+        "line_kinds": line_kinds(metadata),
         "coloured_heights": maps.coloured_heights(),
+        "lowest_height": maps.lowest_height(),
         "counts": {
             "tiles": metadata.tiles,
             "vertices": metadata.vertices,
@@ -124,6 +127,20 @@ fn document(context: &Context, maps: &MapSource) -> Value {
 /// Returns what is known of a coordinate reference system.
 fn crs(crs: &Crs) -> Value {
     json!({"name": crs.name(), "epsg": crs.epsg(), "summary": crs.summary(), "wkt": crs.wkt()})
+}
+
+/// Returns the names of the kinds of lines that a file has; all of them if it does not state them.
+fn line_kinds(metadata: &Metadata) -> Vec<String> {
+    let stated = match metadata.line_kinds {
+        0 if metadata.constraint_edges > 0 => u32::MAX,
+        stated => stated,
+    };
+    let kinds = [LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle].into_iter();
+    kinds
+        .zip(0..)
+        .filter(|(_, bit)| stated & (1 << bit) != 0)
+        .map(|(kind, _)| kind.to_string())
+        .collect()
 }
 
 /// Returns the units of x and y, and of z. z has that of x and y if no other is known and it is a length.
