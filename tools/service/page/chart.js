@@ -89,7 +89,9 @@ export class Chart {
   }
 
   /** Shows a view of the address, or everything. */
-  setView({x, y, zoom, bearing, pitch}) {
+  setView({x, y, zoom, three, ...angles}) {
+    const bearing = three ? angles.bearing : 0;
+    const pitch = three ? (angles.pitch ?? PITCH) : 0;
     if (x === null || y === null) this.fit({duration: 0, bearing, pitch});
     else this.map.jumpTo({center: this.plane.toMap([x, y]), zoom: zoom ?? this.map.getZoom(), bearing, pitch});
   }

@@ -49,10 +49,9 @@ export class Files {
       this.dialog.close();
       if (!isCurrent) this.choose(id);
     };
-    const button = element('button', {type: 'button', class: 'action', onclick: show}, isCurrent ? 'Back to the map' : 'Show on the map');
+    const button = element('button', {type: 'button', class: 'quiet', onclick: show}, isCurrent ? 'Back to the map' : `Show ${id}`);
     const body = element('div', {}, element('p', {class: 'note'}, 'Loading …'));
     const item = element('li', {'aria-current': isCurrent ? 'true' : null}, element('h3', {}, id), body, button);
-    button.setAttribute('aria-label', isCurrent ? 'Back to the map' : `Show ${id} on the map`);
     const load = async () => {
       try {
         body.replaceChildren(about((await ask(id)).body));

@@ -50,7 +50,10 @@ function picture(file) {
   const heights = file.coloured_heights;
   const ground = heights ? scale('Height, shaded', RELIEF, heights) : entry('area', COLOURS.free, 'Free ground');
   const hole = file.counts.hole_triangles > 0 ? [entry('area', COLOURS.hole, 'Obstacle or hole')] : [];
-  return [ground, ...hole];
+  const entries = [ground, ...hole];
+  // In the dark, pictures are dimmed.
+  for (const part of entries) part.classList.add('picture');
+  return entries;
 }
 
 const ENTRIES = {

@@ -1,6 +1,6 @@
 /** The page: what it shows follows from the state, which the address holds. */
 
-import {byId} from './dom.js';
+import {byId, element} from './dom.js';
 import {Controls} from './controls.js';
 import {Files} from './files.js';
 import {Idle} from './idle.js';
@@ -103,7 +103,7 @@ class Page {
     byId('name').textContent = id;
     const parts = [counted(counts.triangles, 'triangle'), counted(counts.vertices, 'vertex', 'vertices')];
     if (counts.sites > 0) parts.push(counted(counts.sites, 'site'));
-    byId('summary').textContent = parts.join(' · ');
+    byId('summary').replaceChildren(...parts.map(part => element('span', {}, part)));
   }
 
   /** Takes a state: view, layers and question. */
@@ -166,7 +166,7 @@ class Page {
     this.controls.show(state);
     showLegend(file, state);
     byId('hint').textContent = hint(file, state);
-    byId('clear').hidden = !(state.at || state.from);
+    byId('clear').hidden = !(state.ask === 'path' ? state.from : state.at);
   }
 
   /** Says which layers are left out because they have too much. */

@@ -5,7 +5,7 @@ export const ASKS = ['here', 'sites', 'reach', 'path'];
 /** The names of the parameters that hold points. */
 const POINTS = ['at', 'from', 'to'];
 /** The parameters that hold numbers, and what they are if they are missing. */
-const NUMBERS = {x: null, y: null, zoom: null, bearing: 0, pitch: 0, k: 8, radius: null, height: 1};
+const NUMBERS = {x: null, y: null, zoom: null, bearing: 0, pitch: null, k: 8, radius: null, height: 1};
 
 /** Returns a point of a text `X,Y`; `null` if it is none. */
 export function point(text) {
@@ -47,7 +47,6 @@ export function format(state) {
   if (state.ask === 'reach' && state.radius) add('radius', state.radius);
   if (state.ask !== 'here') add('mode', state.mode);
   if (state.three) add('three', 1);
-  for (const name of ['bearing', 'pitch']) if (state[name]) add(name, state[name]);
-  if (state.three && state.height !== 1) add('height', state.height);
+  if (state.three) for (const name of ['pitch', 'bearing', 'height']) add(name, state[name]);
   return `#${parts.join('&')}`;
 }
