@@ -91,6 +91,16 @@ export function drawn(file, base) {
         'circle-stroke-width': growing(base, [-3, 0], [-1, 1], [3, 1.5]),
         'circle-opacity': growing(base, [-6, 0.5], [-2, 1]),
       }),
+      mesh('site-names', 'sites', 'symbol', {'text-color': COLOURS.sites, 'text-halo-color': '#ffffff', 'text-halo-width': 1.6}, {
+        minzoom: Math.max(0, base + 1),
+        layout: {
+          'text-field': ['to-string', ['coalesce', ['get', 'id'], ['get', 'number']]],
+          'text-font': ['sans-serif'],
+          'text-size': 12,
+          'text-anchor': 'top',
+          'text-offset': [0, 0.5],
+        },
+      }),
     ],
   };
   if (file.coloured_heights) {

@@ -46,7 +46,7 @@ class Page {
     this.watch = new Watch({
       changed: () => this.renew(),
       gone: problem => notify(`${problem.message} ${problem.advice} This page goes on asking.`, {stays: true}),
-      back: () => notify('The server is back.'),
+      back: () => this.again(),
     });
     this.listen();
   }
@@ -212,6 +212,13 @@ class Page {
       this.setState(this.state);
     }
     notify(`The file was replaced. The map shows its new state, generation ${file.generation}.`);
+  }
+
+  /** Asks again for all that the server did not answer. */
+  again() {
+    notify('The server is back.');
+    this.chart.renew(this.file, this.plane);
+    if (byId('answer').dataset.status === 'error') this.ask();
   }
 
   /** Keeps the centre of the map out from under the panel. */

@@ -11,12 +11,14 @@ export class Readout {
     this.chart = chart;
     this.pointer = null;
     chart.map.on('move', () => this.show());
-    chart.map.on('mousemove', event => this.at(event.lngLat));
+    chart.map.on('mousemove', event => this.at(event.point));
     chart.map.on('mouseout', () => this.at(null));
+    // The keyboard asks at the centre.
+    chart.map.getCanvas().addEventListener('keydown', () => this.at(null));
   }
 
-  at(place) {
-    this.pointer = place;
+  at(pixel) {
+    this.pointer = pixel;
     this.show();
   }
 
@@ -28,7 +30,7 @@ export class Readout {
     byId('scale-text').textContent = distance(length, file.unit);
     byId('scale-bar').style.width = `${length / pixel}px`;
     byId('scale').hidden = map.getPitch() > 0;
-    const [x, y] = plane.toPlane(this.pointer ?? map.getCenter());
+    const [x, y] = plane.toPlane(this.pointer ? map.unproject(this.pointer) : map.getCenter());
     byId('coordinates').textContent = `${coordinate(x, pixel)}, ${coordinate(y, pixel)}`;
   }
 }

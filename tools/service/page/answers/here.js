@@ -37,7 +37,7 @@ export function here(body, state, file, plane, zoom, ground) {
     ['y', exact(y, coordinate(y, pixel), 'y')],
     z != null && ['Height', exact(z, distance(z, file.z_unit), 'z')],
     body.element !== 'outside' && ['Where', element('data', {value: body.element, 'data-name': 'element'}, names[body.element])],
-    body.region > 0 && ['Region', exact(body.region, String(body.region), 'region')],
+    body.region !== null && file.counts.regions > 0 && ['Region', exact(body.region, String(body.region), 'region')],
     corners(body, file),
   ]);
   return {title: title(body), text: text(body), parts: [rows]};
