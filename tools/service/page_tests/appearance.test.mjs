@@ -75,11 +75,31 @@ test('on a phone the page fits, the panel can be pulled down, and a finger asks'
   await tab.close();
 });
 
-test('who wants no motion sees none', async () => {
-  const tab = await it.open('file=town', { reducedMotion: 'reduce' });
-  const moving = await tab.page.evaluate(() => [...document.querySelectorAll('body *')]
-    .filter((element) => getComputedStyle(element).transitionDuration.split(',').some((time) => parseFloat(time) > 0.01))
-    .map((element) => element.outerHTML.slice(0, 80)));
-  assert.deepEqual(moving, []);
-  await tab.close();
+for (const [name, context] of [['beside the map', {}], ['on a phone', PHONE]]) {
+  test(`nothing in the panel ${name} is cut off, whatever is asked`, async () => {
+    const tab = await it.open('file=town&at=500.5,600.25&from=100,100&to=900,900', context);
+    for (const ask of ['here', 'sites', 'reach', 'path']) {
+      await tab.question(ask).check({ force: true });
+      await tab.answered('ok');
+      const cut = await tab.panel.evaluate((panel) => {
+        const { left, right } = panel.getBoundingClientRect();
+        const isCut = (box) => box.width > 0 && (box.left < left || box.right > right);
+        const outside = [...panel.querySelectorAll('#sheet > *:not(#legend) *')].filter((element) => isCut(element.getBoundingClientRect()));
+        return outside.map((element) => element.outerHTML.slice(0, 80));
+      });
+      assert.deepEqual(cut, [], ask);
+    }
+    await tab.close();
+  });
+}
+
+test('who wants no motion sees none, and others do', async () => {
+  for (const reducedMotion of ['reduce', 'no-preference']) {
+    const tab = await it.open('file=town', { reducedMotion });
+    const moving = await tab.page.evaluate(() => [...document.querySelectorAll('body *')]
+      .filter((element) => getComputedStyle(element).transitionDuration.split(',').some((time) => parseFloat(time) > 0.01))
+      .length);
+    assert.equal(moving > 0, reducedMotion === 'no-preference', `${moving} elements move`);
+    await tab.close();
+  }
 });

@@ -9,6 +9,7 @@ const it = world(['town', 'survey']);
 const TILE = /^\/\w+\/native\/\w+\/\d+\/\d+\/\d+\.(png|mvt)/;
 const MOST_BYTES = 700_000;
 const VISITS = 3;
+const MOVING = { reducedMotion: 'no-preference' };
 
 for (const file of ['town', 'survey']) {
   test(`the page of ${file} asks for less than ${MOST_BYTES / 1000} KB before its first tile`, async (context) => {
@@ -61,12 +62,12 @@ test('the first picture comes, and an empty page of MapLibre is measured beside 
   const vendor = await vendorOf(it.service.address);
   const times = { empty: [], town: [] };
   for (let visit = 0; visit < VISITS; visit += 1) {
-    const empty = await it.browser.tab(it.service.address);
+    const empty = await it.browser.tab(it.service.address, MOVING);
     await empty.page.route('**/empty', (route) => route.fulfill({ contentType: 'text/html', body: EMPTY(vendor) }));
     empty.address += 'empty';
     times.empty.push(await firstPicture(empty, ''));
     await empty.close();
-    const tab = await it.browser.tab(it.service.address);
+    const tab = await it.browser.tab(it.service.address, MOVING);
     times.town.push(await firstPicture(tab, 'file=town'));
     await tab.close();
   }

@@ -3,6 +3,9 @@ import { chromium as launcher } from 'playwright-core';
 import { chromium } from './settings.mjs';
 import { Tab } from './tab.mjs';
 
+// All is drawn in software, so views are small, and nothing moves softly unless a test wants it.
+const VISITOR = { viewport: { width: 1000, height: 660 }, reducedMotion: 'reduce' };
+
 const FLAGS = [
   '--use-angle=swiftshader',
   '--enable-unsafe-swiftshader',
@@ -42,7 +45,7 @@ export class Browser {
 
   // A tab for a page at `address`, which is not open yet.
   async tab(address, context = {}) {
-    const created = await this.browser.newContext({ viewport: { width: 1200, height: 800 }, ...context });
+    const created = await this.browser.newContext({ ...VISITOR, ...context });
     return new Tab(await created.newPage(), address);
   }
 

@@ -73,7 +73,7 @@ export class Tab {
   // Chooses another file in the list of files.
   async choose(file) {
     await this.page.getByRole('button', { name: /other files/i }).click();
-    await this.page.getByRole('button', { name: `Show ${file} on the map` }).click();
+    await this.page.getByRole('button', { name: `Show ${file}`, exact: true }).click();
     await this.idle();
   }
 
