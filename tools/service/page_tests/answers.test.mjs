@@ -7,10 +7,12 @@ import { keep } from './support/shots.mjs';
 
 const it = world(['town', 'survey', 'indonesia']);
 
+const ENDS = { from: '450,540', to: '545,640' };
+
 for (const mode of ['exact', 'fast']) {
   test(`a path in mode ${mode} has the length, the bounds and the bends that the tool finds`, async () => {
-    const truth = await query('town', 'path', { from: '100,100', to: '900,900', mode });
-    const tab = await it.open(`file=town&ask=path&from=100,100&to=900,900&mode=${mode}`);
+    const truth = await query('town', 'path', { ...ENDS, mode });
+    const tab = await it.open(`file=town&x=490&y=590&zoom=6.5&ask=path&from=${ENDS.from}&to=${ENDS.to}&mode=${mode}`);
     await tab.answered('ok');
     assert.equal(await tab.number('distance'), truth.distance);
     assert.equal(await tab.number('lower'), truth.lower);
@@ -39,7 +41,7 @@ test('two clicks ask for the path between them', async () => {
 
 test('the nearest sites and their walking distances are those that the tool finds', async () => {
   const truth = await query('town', 'knn', { at: '500.5,600.25', k: 8 });
-  const tab = await it.open('file=town&ask=sites&at=500.5,600.25&k=8');
+  const tab = await it.open('file=town&x=500&y=600&zoom=7&ask=sites&at=500.5,600.25&k=8');
   await tab.answered('ok');
   assert.deepEqual(await tab.numbers('distance'), truth.sites.map((site) => site.distance));
   await keep('sites', tab.page);
@@ -48,7 +50,7 @@ test('the nearest sites and their walking distances are those that the tool find
 
 test('the area within reach, and its sites, are those that the tool finds', async () => {
   const truth = await query('town', 'range', { at: '500.5,600.25', radius: 120, area: true });
-  const tab = await it.open('file=town&ask=reach&at=500.5,600.25&radius=120');
+  const tab = await it.open('file=town&x=500&y=600&zoom=5.5&ask=reach&at=500.5,600.25&radius=120');
   await tab.answered('ok');
   assert.equal(await tab.number('area'), truth.area);
   assert.deepEqual(await tab.numbers('distance'), truth.sites.map((site) => site.distance));

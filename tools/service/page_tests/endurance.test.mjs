@@ -35,7 +35,7 @@ async function move(tab, place, number) {
 }
 
 test(`after ${MOVES} pans and zooms the tab holds what it held, and draws at all zooms`, async (context) => {
-  const tab = await it.open('file=town&layers=shade,walls,triangles,sites', { viewport: { width: 800, height: 600 }, reducedMotion: 'no-preference' });
+  const tab = await it.open('file=town&layers=shade,walls,triangles,sites', { viewport: { width: 700, height: 500 } });
   const { zoom } = await tab.parameters();
   const [place] = await tab.places(1);
   const session = await tab.page.context().newCDPSession(tab.page);
