@@ -76,9 +76,11 @@ class Page {
     try {
       if (this.file?.id !== id) await this.setFile(await (described ?? describe(id)), state);
       this.setState({...state, file: id});
+      this.remember(false);
     } catch (problem) {
       notify(`${problem.message} ${problem.advice ?? ''}`, {stays: true});
     } finally {
+      reveal();
       this.idle.end('file');
     }
   }
@@ -93,6 +95,7 @@ class Page {
     this.controls.setFile(file, this.plane);
     this.watch.follow(file);
     this.describe();
+    reveal();
     await this.chart.show(file, this.plane, state.layers ?? atFirst(file));
   }
 
@@ -229,6 +232,11 @@ class Page {
   }
 }
 
+/** Shows the controls, which do nothing before a file is there or has failed. */
+function reveal() {
+  for (const id of ['panel', 'tools', 'readout']) byId(id).hidden = false;
+}
+
 async function start() {
   const ids = JSON.parse(byId('ids').textContent);
   const state = parse(location.hash);
@@ -238,7 +246,6 @@ async function start() {
   const {Chart} = await import('./chart.js');
   const page = new Page(ids, Chart);
   await page.open(state, described);
-  page.remember(false);
 }
 
 start().catch(error => {

@@ -153,7 +153,7 @@ pub fn run(args: &ServeArgs) -> anyhow::Result<()> {
 fn show(address: SocketAddr) {
     let url = format!("http://{}/", reachable(address));
     if let Err(error) = open::that_detached(&url) {
-        common::say(&format!("note: cannot open a browser: {error}; open {url} in one"));
+        common::say(format!("note: cannot open a browser: {error}; open {url} in one"));
     }
 }
 

@@ -33,7 +33,8 @@ async fn a_file_is_described() {
             .contains("reference system")
     );
     assert_eq!(answer["unit"], json!({"name": "coordinate units", "metres": null}));
-    assert_eq!(answer["line_kinds"], json!(["wall", "obstacle"]));
+    // The file does not state which lines it has.
+    assert_eq!(answer["line_kinds"], json!(["break line", "wall", "obstacle"]));
     assert_eq!(
         (&answer["coloured_heights"], &answer["lowest_height"]),
         (&json!(null), &json!(null))

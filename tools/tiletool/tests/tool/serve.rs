@@ -7,7 +7,7 @@ use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::support::command;
 use crate::town::Town;
@@ -75,6 +75,7 @@ impl Drop for Service {
 fn answers_are_what_query_prints() {
     let town = Town::new();
     let service = Service::start(&town, &[]);
+    assert_eq!(service.json("/town")["line_kinds"], json!(["wall", "obstacle"]));
     for (path, args) in [
         ("locate?at=3.5,-3.9", "locate town.tiles --at 3.5,-3.9"),
         ("nearest?at=3,3&k=3", "nearest town.tiles --at 3,3 -k 3"),
