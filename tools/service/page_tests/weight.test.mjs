@@ -15,7 +15,8 @@ for (const file of ['town', 'survey']) {
   test(`the page of ${file} asks for less than ${MOST_BYTES / 1000} KB before its first tile`, async (context) => {
     const relay = await Relay.start(it.service.address, (path) => TILE.test(path));
     try {
-      const tab = await it.browser.open(relay.address, `file=${file}`);
+      const tab = await it.browser.first(relay.address);
+      await tab.visit(`file=${file}`);
       assert.ok(relay.isOver, 'no tile was asked for');
       // What is counted is all there is, or the relay does not see the page.
       assert.ok(relay.bytes > 100_000, `${relay.bytes} bytes are not a page`);
@@ -62,12 +63,12 @@ test('the first picture comes, and an empty page of MapLibre is measured beside 
   const vendor = await vendorOf(it.service.address);
   const times = { empty: [], town: [] };
   for (let visit = 0; visit < VISITS; visit += 1) {
-    const empty = await it.browser.tab(it.service.address, MOVING);
+    const empty = await it.browser.first(it.service.address, MOVING);
     await empty.page.route('**/empty', (route) => route.fulfill({ contentType: 'text/html', body: EMPTY(vendor) }));
     empty.address += 'empty';
     times.empty.push(await firstPicture(empty, ''));
     await empty.close();
-    const tab = await it.browser.tab(it.service.address, MOVING);
+    const tab = await it.browser.first(it.service.address, MOVING);
     times.town.push(await firstPicture(tab, 'file=town'));
     await tab.close();
   }

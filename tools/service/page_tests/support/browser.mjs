@@ -32,21 +32,26 @@ export class Browser {
 
   constructor(browser) {
     this.browser = browser;
+    this.visitors = new Map();
     // A page of nothing, to decode pictures in.
     this.blank = browser.newPage();
   }
 
-  // Opens the page of a service at `address`, as a visitor who comes for the first time. `hash` is what follows the #.
-  async open(address, hash = '', context = {}) {
-    const tab = await this.tab(address, context);
+  // Opens the page of a service at `address`. `hash` is what follows the #. Visits of the same kind of visitor share what the
+  // browser keeps of the service.
+  async open(address, hash = '', visitor = {}) {
+    const kind = JSON.stringify(visitor);
+    if (!this.visitors.has(kind)) this.visitors.set(kind, this.browser.newContext({ ...VISITOR, ...visitor }));
+    const context = await this.visitors.get(kind);
+    const tab = new Tab(await context.newPage(), address);
     await tab.visit(hash);
     return tab;
   }
 
-  // A tab for a page at `address`, which is not open yet.
-  async tab(address, context = {}) {
-    const created = await this.browser.newContext({ ...VISITOR, ...context });
-    return new Tab(await created.newPage(), address);
+  // A tab of a visitor who comes for the first time to a page at `address`, which is not open yet.
+  async first(address, visitor = {}) {
+    const context = await this.browser.newContext({ ...VISITOR, ...visitor });
+    return new Tab(await context.newPage(), address);
   }
 
   async close() {

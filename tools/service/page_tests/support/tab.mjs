@@ -22,7 +22,7 @@ export class Tab {
       if (message.type() === 'error') this.errors.push(`${message.text()} (${message.location().url})`);
     });
     page.on('pageerror', (error) => this.errors.push(`${error}`));
-    page.context().on('request', (request) => {
+    page.on('request', (request) => {
       const url = request.url();
       if (!url.startsWith(address) && !/^(data|blob):/.test(url)) this.elsewhere.push(url);
     });
@@ -179,7 +179,7 @@ export class Tab {
 
   // Fails if anything went wrong in this tab, or was asked elsewhere, and closes it.
   async close() {
-    await this.page.context().close();
+    await this.page.close();
     assert.deepEqual(this.errors, [], 'errors in the console');
     assert.deepEqual(this.elsewhere, [], 'requests elsewhere');
   }
