@@ -36,13 +36,39 @@ impl MapSource {
         }
         limits.check()?;
         match layer {
-            Layer::Terrarium => self.draw_terrarium(grid, at, limits).await,
+            Layer::Terrarium => self.draw_terrarium(grid, at, limits, 0).await,
             Layer::Shade => self.draw_shade(grid, at, limits).await,
             Layer::Mesh => self.draw_mesh(grid, at, limits).await,
         }
     }
 
-    async fn draw_terrarium(&self, grid: &TileGrid, at: TileCoord, limits: DrawLimits) -> Result<Drawn, DrawError> {
+    /// Draws a map tile of [`Layer::Terrarium`] whose pixels are all opaque: without a surface, they
+    /// have the [lowest height](Self::lowest_height). Browsers forget the colours of transparent pixels.
+    ///
+    /// # Errors
+    /// As [`draw`](Self::draw).
+    pub async fn draw_opaque_heights(
+        &self,
+        grid: GridKind,
+        at: TileCoord,
+        limits: DrawLimits,
+    ) -> Result<Drawn, DrawError> {
+        let grid = self.grid(grid)?;
+        if !self.layers().contains(&Layer::Terrarium) {
+            return Err(DrawError::NoLayer(Layer::Terrarium));
+        }
+        limits.check()?;
+        self.draw_terrarium(grid, at, limits, u8::MAX).await
+    }
+
+    /// `opacity` is that of pixels without a surface.
+    async fn draw_terrarium(
+        &self,
+        grid: &TileGrid,
+        at: TileCoord,
+        limits: DrawLimits,
+        opacity: u8,
+    ) -> Result<Drawn, DrawError> {
         let mut budget = Budget::new(limits);
         let level = self.level_for(grid.pixel_size(at.z()));
         budget.claim(self.level(level), grid.rect_of(at, 1.0)).await?;
@@ -51,7 +77,7 @@ impl MapSource {
         limits.check()?;
         let lowest = self.heights().map_or(0.0, |range| range.all[0]);
         let unit = self.units().z;
-        let bytes = spawn(move || terrarium(&heights, unit, lowest)).await?;
+        let bytes = spawn(move || terrarium(&heights, unit, lowest, opacity)).await?;
         Ok(Drawn {
             bytes,
             tiles: budget.used(),

@@ -160,6 +160,21 @@ impl MapSource {
         }
     }
 
+    /// Returns the heights that the first and the last colour of [`Layer::Shade`] mean, in metres as
+    /// [`Layer::Terrarium`] has them. `None` without z, and without vertices.
+    #[must_use]
+    pub fn coloured_heights(&self) -> Option<[f64; 2]> {
+        let heights = self.inner.heights?;
+        Some(heights.coloured.map(|z| z * self.inner.units.z))
+    }
+
+    /// Returns the height in metres that [`Layer::Terrarium`] has where there is no surface: the lowest
+    /// of the file, or a lower one. `None` without z, and without vertices.
+    #[must_use]
+    pub fn lowest_height(&self) -> Option<f64> {
+        Some(self.inner.heights?.all[0] * self.inner.units.z)
+    }
+
     /// Returns the number of the coarsest level in which a typical edge is not longer than this, in
     /// units of the file; 0 is the file.
     pub(super) fn level_for(&self, length: f64) -> usize {

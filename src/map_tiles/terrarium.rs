@@ -1,20 +1,21 @@
 //! Heights as colours, in the encoding that Mapzen called Terrarium.
 //!
 //! A height of `h` metres is `256 R + G + B / 256 - 32768`, so it is rounded to the nearest 1/256
-//! m, and cut off at -32768 m and 32767.996 m. Where there is no surface, a pixel is transparent
-//! and has the lowest height of the file.
+//! m, and cut off at -32768 m and 32767.996 m. Where there is no surface, a pixel has the lowest
+//! height of the file, and is transparent if that is wanted. Browsers forget the colours of transparent
+//! pixels.
 
 use bytes::Bytes;
 
 use crate::map_tiles::image::png;
 
 /// Returns a picture of heights, NaN where there is none. `unit` is theirs in metres, and `lowest`
-/// one of them.
-pub(super) fn terrarium(heights: &[f64], unit: f64, lowest: f64) -> Bytes {
+/// one of them. `opacity` is that of pixels without a height.
+pub(super) fn terrarium(heights: &[f64], unit: f64, lowest: f64, opacity: u8) -> Bytes {
     let pixels: Vec<[u8; 4]> = heights
         .iter()
         .map(|&z| match z.is_nan() {
-            true => encode(lowest * unit, 0),
+            true => encode(lowest * unit, opacity),
             false => encode(z * unit, 255),
         })
         .collect();

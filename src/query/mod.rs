@@ -122,5 +122,5 @@ pub(crate) use locating::Ground;
 pub use locating::{BulkOptions, Location, Place, TriangleRef, triangle_meets};
 pub(crate) use locating::{OnSurface, SurfacePart};
 pub use matrix::{DistanceOutcome, PairDistance};
-pub use request::{Explored, Mode, QueryError, QueryOptions, Search, UnknownMode, UnknownSearch};
+pub use request::{Explored, Mode, QueryError, QueryOptions, Search, TilesUsed, UnknownMode, UnknownSearch};
 pub use walking::{Cost, Progress};

@@ -99,12 +99,16 @@ impl HoleSearch {
                     self.push_edges(&tile, half_edge.triangle())
                 }
                 Some((tile, half_edge)) => {
-                    return Ok(Some(nearest_on(tile.ends(half_edge).map(|end| end.point), self.at)));
+                    let edges = HalfEdge::of_triangle(half_edge.triangle());
+                    let triangle = edges.map(|edge| tile.ends(edge).map(|end| end.point));
+                    let edge = tile.ends(half_edge).map(|end| end.point);
+                    return Ok(Some(free_on(edge, &triangle, self.at)));
                 }
                 None if tiles.outside_is_free() => {
                     let tile = tiles.get(to.tile).await?;
                     let back = tiles.checked(to.tile, half_edge_along_hull(FreeSpace::of(tiles, &tile), to, from))?;
-                    return Ok(Some(nearest_on(tile.ends(back).map(|end| end.point), self.at)));
+                    let [to, from] = tile.ends(back).map(|end| end.point);
+                    return Ok(Some(free_on([from, to], &[[from, to]], self.at)));
                 }
                 None => {}
             }
@@ -120,6 +124,30 @@ fn half_edge_along_hull(space: FreeSpace<'_>, from: VertexId, to: VertexId) -> R
     (end.id == to)
         .then_some(half_edge)
         .ok_or(Contradiction::NoHullEdge(from, to))
+}
+
+/// Returns the point of the edge from `a` to `b` that is nearest to `p` and free. Points on the left of
+/// all edges of `free`, or on them, are free; the edge is one of them.
+///
+/// Rounding can place the nearest point beside the edge, in the obstacle. Then it is moved off the edge
+/// by some units in the last place, so that it is free by the exact predicates too.
+fn free_on([a, b]: [Point; 2], free: &[[Point; 2]], p: Point) -> Point {
+    /// The moves that are tried, in units in the last place. Rounding moves the point by less.
+    const UNITS: [f64; 5] = [0.0, 1.0, 2.0, 4.0, 8.0];
+    let nearest = nearest_on([a, b], p);
+    let (dx, dy) = (b.x - a.x, b.y - a.y);
+    let largest = [a.x, a.y, b.x, b.y]
+        .into_iter()
+        .fold(0.0, |most: f64, c| most.max(c.abs()));
+    let unit = largest * f64::EPSILON / dx.hypot(dy);
+    let moved = UNITS.map(|units| Point::new(nearest.x - units * unit * dy, nearest.y + units * unit * dx));
+    let is_free = |point: &Point| {
+        let mut edges = free.iter();
+        point.is_valid() && edges.all(|&[from, to]| orient2d(from, to, *point) != Orientation::Clockwise)
+    };
+    // In a triangle that is too thin to have such a point, the ends of the edge are free.
+    let end = if distance(a, p) < distance(b, p) { a } else { b };
+    moved.into_iter().find(is_free).unwrap_or(end)
 }
 
 /// Returns the point of the segment that is nearest to `p`, rounded.

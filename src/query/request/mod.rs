@@ -7,6 +7,7 @@ mod options;
 mod star;
 mod stream;
 mod tiles;
+mod tiles_used;
 
 pub(crate) use contradiction::Contradiction;
 pub use error::QueryError;
@@ -16,3 +17,4 @@ pub use options::{Mode, QueryOptions, Search, UnknownMode, UnknownSearch};
 pub(crate) use star::half_edge_towards;
 pub(crate) use stream::unfold;
 pub(crate) use tiles::Tiles;
+pub use tiles_used::TilesUsed;

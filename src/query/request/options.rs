@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use super::error::QueryError;
 use super::explored::Explored;
+use super::tiles_used::TilesUsed;
 
 /// The accuracy of answers. All answers have a lower and an upper bound, so the accuracy reached is
 /// known.
@@ -64,6 +65,7 @@ pub struct QueryOptions {
     pub(crate) paths: bool,
     pub(crate) certify: bool,
     pub(crate) explored: Option<Explored>,
+    pub(crate) tiles_used: Option<TilesUsed>,
     pub(crate) mode: Mode,
     pub(crate) first: Option<usize>,
     pub(crate) search: Search,
@@ -164,6 +166,13 @@ impl QueryOptions {
     #[must_use]
     pub fn explored(mut self, into: &Explored) -> Self {
         self.explored = Some(into.clone());
+        self
+    }
+
+    /// Counts the tiles that the query uses.
+    #[must_use]
+    pub fn tiles_used(mut self, into: &TilesUsed) -> Self {
+        self.tiles_used = Some(into.clone());
         self
     }
 }

@@ -11,6 +11,7 @@ use super::contradiction::Contradiction;
 use super::error::QueryError;
 use super::options::QueryOptions;
 use super::star::half_edge_towards;
+use super::tiles_used::TilesUsed;
 use crate::collections::mix::Mix;
 use crate::geometry::{HalfEdge, Point, Rect};
 use crate::store::{Metadata, Page, Tile, TileId, TileReader, VertexId};
@@ -30,6 +31,7 @@ pub(crate) struct Tiles {
     /// All tiles that were requested or prefetched, and whether each was in memory.
     asked: HashMap<TileId, bool, BuildHasherDefault<Mix>>,
     max_tiles: u64,
+    used: Option<TilesUsed>,
     deadline: Option<Instant>,
     /// The prefetches, if there are any; they end with the query.
     ahead: Option<JoinSet<()>>,
@@ -43,6 +45,7 @@ impl Tiles {
             page: None,
             asked: HashMap::default(),
             max_tiles: options.max_tiles.unwrap_or(u64::MAX),
+            used: options.tiles_used.clone(),
             deadline: options.max_time.and_then(|time| Instant::now().checked_add(time)),
             ahead: None,
         }
@@ -117,6 +120,9 @@ impl Tiles {
             None => self.reader.tile(id).await?,
         };
         self.asked.insert(id, true);
+        if let Some(used) = &self.used {
+            used.add(id);
+        }
         self.held[0] = Some(Arc::clone(&tile));
         Ok(tile)
     }

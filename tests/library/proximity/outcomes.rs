@@ -4,10 +4,10 @@ use std::time::Duration;
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::query::{Footing, PathOutcome, QueryError, QueryOptions, Search, SiteFound};
-use delaunay_tiles::store::TileReader;
+use delaunay_tiles::store::{LineKind, TileReader};
 use futures::{FutureExt, StreamExt, TryStreamExt};
 
-use crate::proximity::scene::{Scene, at, block, wall};
+use crate::proximity::scene::{Scene, at, block, line, wall};
 use crate::proximity::{Walk, is_near, length, walk};
 use crate::support::{Random, runtime};
 
@@ -72,6 +72,30 @@ fn a_point_in_an_obstacle_gets_the_nearest_free_point() {
                 );
             }
         }
+    });
+}
+
+/// On slanted edges, points are rounded.
+#[test]
+fn the_nearest_free_point_is_free() {
+    let diamond = line(LineKind::Obstacle, &[(3, 1), (11, 4), (8, 11), (1, 8), (3, 1)]);
+    let room = [(0, 0), (13, 1), (12, 12), (1, 11), (0, 0)];
+    let mut scene = Scene::in_room(13, vec![wall(&room), diamond]);
+    scene.exterior_is_hole = true;
+    let mut random = Random(2);
+    runtime().block_on(async {
+        let (_scratch, reader) = scene.build(1 << 16).await;
+        let mut inside = 0;
+        for _ in 0..1000 {
+            let p = Point::new(15.0 * random.unit() - 1.0, 15.0 * random.unit() - 1.0);
+            let Footing::InsideObstacle { nearest_free } = footing(&reader, p).await else {
+                continue;
+            };
+            let free = nearest_free.unwrap();
+            assert_eq!(footing(&reader, free).await, Footing::Free, "{free:?}, beside {p:?}");
+            inside += 1;
+        }
+        assert!(inside > 300, "only {inside} points are in obstacles");
     });
 }
 

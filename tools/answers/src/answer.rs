@@ -105,6 +105,8 @@ pub struct Located {
     pub z: Option<f64>,
     /// The vertices there. Each has a height if the file has z.
     pub vertices: Vec<(Vertex, Option<f64>)>,
+    /// The number of the region, if the point is within a triangle.
+    pub region: Option<u64>,
 }
 
 /// What a query found.
@@ -154,7 +156,16 @@ impl Located {
                 found
             }
         };
-        Ok(Self { z, vertices, location })
+        let region = match &location {
+            Location::InTriangle(triangle) => Some(reader.tile(triangle.tile).await?.region(triangle.triangle)),
+            _ => None,
+        };
+        Ok(Self {
+            z,
+            vertices,
+            region,
+            location,
+        })
     }
 
     /// Returns the kind of element at the location: vertex, edge, triangle or outside.

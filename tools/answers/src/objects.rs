@@ -10,7 +10,8 @@ use crate::question::Question;
 use crate::values::{line_string, position, with_distance};
 use crate::{along, area};
 
-fn path_value(path: &Path) -> Value {
+/// Returns where a path bends, and round which lines.
+fn bends(path: &Path) -> Value {
     let bends = path.bends.iter().map(|bend| {
         let sources = bend.sources.iter();
         let lines = sources.map(|source| json!({"kind": source.kind().to_string(), "line": source.number()}));
@@ -22,9 +23,13 @@ fn path_value(path: &Path) -> Value {
             "lines": lines.collect::<Vec<_>>(),
         })
     });
+    bends.collect()
+}
+
+fn path_value(path: &Path) -> Value {
     json!({
         "points": path.points.iter().map(|&point| position(point)).collect::<Vec<_>>(),
-        "bends": bends.collect::<Vec<_>>(),
+        "bends": bends(path),
         "certified": path.is_certified,
     })
 }
@@ -68,7 +73,19 @@ fn items<'a>(answer: &'a Answer) -> Vec<(Value, Option<Point>, Option<&'a Path>)
                 None
             };
             let (element, vertices) = (located.element(), located.ids());
-            let value = json!({"element": element, "vertices": vertices, "z": located.z, "vertex_z": vertex_z});
+            let points: Vec<_> = located
+                .vertices
+                .iter()
+                .map(|(vertex, _)| position(vertex.point))
+                .collect();
+            let value = json!({
+                "element": element,
+                "vertices": vertices,
+                "points": points,
+                "region": located.region,
+                "z": located.z,
+                "vertex_z": vertex_z,
+            });
             vec![(value, at, None)]
         }
         QueryResult::Near(all) => {
@@ -136,7 +153,7 @@ pub fn object(asked: Asked, answer: &Answer) -> Value {
 }
 
 /// Returns the members of an answer's [`object`] that are no lists of found items and no path: what is
-/// not in [`features`] alone.
+/// not in [`features`] alone. Of a path, also where it bends.
 pub fn members(asked: Asked, answer: &Answer) -> Value {
     let mut value = header_object(asked, answer);
     if let Some(area) = &answer.area {
@@ -147,6 +164,9 @@ pub fn members(asked: Asked, answer: &Answer) -> Value {
         if let Value::Object(item) = item {
             item.into_iter().for_each(|(key, item)| value[key] = item);
         }
+    }
+    if let QueryResult::Path(Some(path)) = &answer.found {
+        value["bends"] = bends(path);
     }
     value
 }

@@ -20,6 +20,8 @@ const TYPICAL: usize = 20 << 10;
 pub enum What {
     /// A picture or a vector tile.
     Map(GridKind, Layer, TileCoord),
+    /// A picture of heights without transparent pixels.
+    OpaqueHeights(GridKind, TileCoord),
     /// A mesh for Cesium.
     Terrain(TerrainCoord),
 }

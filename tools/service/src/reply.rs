@@ -43,6 +43,8 @@ pub struct Reply {
     pub tag: Option<Tag>,
     /// How long a client may keep it.
     pub keep: Keep,
+    /// The body compressed with gzip, if that is at hand.
+    pub gzipped: Option<Bytes>,
     /// The request headers that it depends on, besides `Accept-Encoding`.
     pub varies: Option<&'static str>,
 }
@@ -55,6 +57,7 @@ impl Reply {
             bytes: bytes.into(),
             tag: None,
             keep: Keep::Ask,
+            gzipped: None,
             varies: None,
         }
     }
@@ -94,7 +97,10 @@ impl Reply {
         }
         let mut bytes = self.bytes;
         if is_compressible && bytes.len() >= LEAST_COMPRESSED && takes_gzip(request) {
-            bytes = compressed(bytes).await?;
+            bytes = match self.gzipped {
+                Some(gzipped) => gzipped,
+                None => compressed(bytes).await?,
+            };
             headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
             tag = tag.map(|tag| tag.compressed());
         }

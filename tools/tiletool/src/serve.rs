@@ -1,6 +1,7 @@
 //! `tiletool serve`: tile files over HTTP.
 
 use std::io;
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -16,7 +17,7 @@ use crate::{allocator, common};
 /// The share of the cache for finished map tiles: one part in four.
 const FINISHED: u64 = 4;
 
-/// Serve tile files over HTTP: map tiles, terrain and answers to queries
+/// Serve tile files over HTTP: a page with a map, map tiles, terrain and answers to queries
 ///
 /// Each file is at a path of its name without the ending. A file that is edited or replaced is noticed
 /// within a second. Ctrl-C and SIGTERM let running requests end, for up to ten seconds.
@@ -27,6 +28,7 @@ const FINISHED: u64 = 4;
 #[command(after_help = "\
 Examples:
   tiletool serve town.tiles
+  tiletool serve town.tiles --open
   tiletool serve town.tiles survey.tiles --listen 127.0.0.1:8080 --cache 1GiB
   tiletool serve town.tiles --raw --cors https://maps.example.org
   curl 'http://127.0.0.1:3000/town/query/path?from=-1,2&to=8,8'")]
@@ -37,6 +39,9 @@ pub struct ServeArgs {
     /// Address to listen on; port 0 takes a free one
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:3000")]
     listen: String,
+    /// Open the page in the browser
+    #[arg(long)]
+    open: bool,
     /// Serve the bytes of the files too, at /NAME/raw, for readers such as `tiletool inspect`
     #[arg(long)]
     raw: bool,
@@ -134,11 +139,32 @@ pub fn run(args: &ServeArgs) -> anyhow::Result<()> {
         if !address.ip().is_loopback() {
             common::say("note: others can reach this address, and the service has no passwords; put a proxy before it");
         }
+        if args.open {
+            show(address);
+        }
         let service = Service::new(catalog, args.options());
         serve(service, listener, common::interrupted())
             .await
             .context("cannot serve")
     })
+}
+
+/// Opens the page in the browser. The service runs also if there is none.
+fn show(address: SocketAddr) {
+    let url = format!("http://{}/", reachable(address));
+    if let Err(error) = open::that_detached(&url) {
+        common::say(format!("note: cannot open a browser: {error}; open {url} in one"));
+    }
+}
+
+/// Returns the address at which this machine reaches a service that listens at `address`.
+fn reachable(mut address: SocketAddr) -> SocketAddr {
+    match address {
+        SocketAddr::V4(all) if all.ip().is_unspecified() => address.set_ip(Ipv4Addr::LOCALHOST.into()),
+        SocketAddr::V6(all) if all.ip().is_unspecified() => address.set_ip(Ipv6Addr::LOCALHOST.into()),
+        _ => {}
+    }
+    address
 }
 
 async fn listen(address: &str) -> anyhow::Result<TcpListener> {
@@ -158,6 +184,17 @@ async fn listen(address: &str) -> anyhow::Result<TcpListener> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_browser_asks_this_machine_if_all_addresses_are_listened_at() {
+        for (listened, asked) in [
+            ("0.0.0.0:80", "127.0.0.1:80"),
+            ("[::]:80", "[::1]:80"),
+            ("10.0.0.1:80", "10.0.0.1:80"),
+        ] {
+            assert_eq!(reachable(listened.parse().unwrap()), asked.parse().unwrap());
+        }
+    }
 
     #[test]
     fn origins_have_a_scheme_and_a_host_and_no_path() {

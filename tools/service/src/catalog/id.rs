@@ -3,7 +3,7 @@
 use std::path::Path;
 
 /// First parts of paths that are no files.
-const RESERVED: &[&str] = &["catalog", "health", "metrics", "openapi.json", "assets", "_"];
+const RESERVED: &[&str] = &["catalog", "health", "metrics", "openapi.json", "page", "assets", "_"];
 
 /// Returns the id of a file: its name without the last ending.
 ///

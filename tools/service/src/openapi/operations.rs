@@ -21,6 +21,8 @@ pub struct Operation {
     /// The body of the request.
     pub body: Option<Value>,
     gives: Gives,
+    /// Whether headers say what the answer took.
+    has_cost: bool,
 }
 
 /// What an operation gives.
@@ -47,6 +49,7 @@ impl Operation {
             parameters: Vec::new(),
             body: None,
             gives,
+            has_cost: false,
         }
     }
 
@@ -63,6 +66,18 @@ impl Operation {
             "200".to_owned(),
             json!({"description": "The answer", "content": content}),
         );
+        if self.has_cost {
+            all["200"]["headers"] = json!({
+                "Tiles-Read": {
+                    "description": "The number of different tiles of the file that were used, from the file or from the cache",
+                    "schema": {"type": "integer", "minimum": 0},
+                },
+                "Server-Timing": {
+                    "description": "The time that the query took, in milliseconds, as query;dur=TIME",
+                    "schema": {"type": "string"},
+                },
+            });
+        }
         for status in self.gives.others.iter().chain(&[400, 503]) {
             let problem = json!({JSON: {"schema": {"$ref": "#/components/schemas/Problem"}}});
             let of = |description: &str| json!({"description": description, "content": problem});
@@ -171,7 +186,11 @@ fn of_files(ids: &[&str], options: &Options) -> Vec<Operation> {
             "A picture",
             binary("image/png", OF_TILE),
         )
-        .takes(of_tile().chain([take::grid(), take::layer(&["shade", "terrarium"])])),
+        .takes(of_tile().chain([take::grid(), take::layer(&["shade", "terrarium"])]))
+        .takes([take::flag(
+            "opaque",
+            "Of the layer terrarium: leave no pixel transparent. Browsers forget the heights of such pixels",
+        )]),
         Operation::new(
             "/{id}/{grid}/mesh/{z}/{x}/{y}.mvt",
             "vectors",
@@ -213,6 +232,10 @@ fn of_queries(ids: &[&str], options: &Options) -> Vec<Operation> {
             OF_FILE,
         );
         let operation = Operation::new(&format!("/{{id}}/query/{name}"), name, summary, gives);
+        let operation = Operation {
+            has_cost: true,
+            ..operation
+        };
         operation
             .takes([take::id(ids), take::version()])
             .takes(take::limits(options))

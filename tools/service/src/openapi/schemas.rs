@@ -69,6 +69,7 @@ fn file() -> Value {
         "missing": {"type": "string", "description": "Why the file has no tiles in this grid"},
     }});
     let texts = json!({"type": "array", "items": {"type": "string"}});
+    let unit = object(json!({"name": {"type": "string"}, "metres": {"type": ["number", "null"]}}));
     object(json!({
         "id": {"type": "string"},
         "version": {"type": "string"},
@@ -76,8 +77,22 @@ fn file() -> Value {
         "bytes": {"type": "integer", "minimum": 0},
         "bounds": bounds(),
         "crs": {"type": ["object", "null"]},
+        "unit": unit,
+        "z_unit": unit,
         "has_z": {"type": "boolean"},
+        "line_kinds": {"type": "array", "items": {"enum": ["break line", "wall", "obstacle"]}},
+        "coloured_heights": {
+            "type": ["array", "null"],
+            "items": {"type": "number"},
+            "minItems": 2,
+            "maxItems": 2,
+            "description": "The heights of the first and the last colour of pictures, in metres",
+        },
         "counts": {"type": "object", "additionalProperties": {"type": "integer", "minimum": 0}},
+        "lowest_height": {
+            "type": ["number", "null"],
+            "description": "The height that the layer terrarium has where there is no surface, in metres",
+        },
         "layers": texts,
         "grids": {"type": "object", "additionalProperties": grid},
         "terrain": {"type": "object", "properties": {"layer": {"type": "string"}, "missing": {"type": "string"}}},
@@ -155,6 +170,8 @@ fn collections() -> [(&'static str, Value); 9] {
     let mut locate = of_point();
     locate["element"] = json!({"enum": ["vertex", "edge", "triangle", "outside"]});
     locate["vertices"] = json!({"type": "array", "items": text, "maxItems": 3});
+    locate["points"] = json!({"type": "array", "items": at, "maxItems": 3});
+    locate["region"] = json!({"type": ["integer", "null"], "minimum": 0});
     locate["z"] = nullable.clone();
     [
         ("Locate", locate),
@@ -182,6 +199,7 @@ fn collection(mut members: Value) -> Value {
         "lower_bound": number,
         "area": number,
         "length": number,
+        "bends": {"type": "array", "items": {"type": "object"}, "description": "Where the path bends, and round which lines"},
         "inside_point": {"$ref": "#/components/schemas/Position"},
         "nearest_free": {"type": ["array", "null"], "items": number},
         "gaps": {"type": "array", "items": {"type": "array", "items": number}},

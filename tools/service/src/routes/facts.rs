@@ -1,9 +1,10 @@
 //! What the service knows of its files: the catalogue, and a page about each file.
 
 use axum::response::Response;
-use delaunay_tiles::crs::Crs;
+use delaunay_tiles::crs::{Crs, Unit};
 use delaunay_tiles::geometry::Rect;
 use delaunay_tiles::map_tiles::{GridKind, Layer, MapSource};
+use delaunay_tiles::store::{LineKind, Metadata};
 use serde_json::{Map, Value, json};
 
 use super::context::Context;
@@ -84,6 +85,7 @@ fn document(context: &Context<'_>, maps: &MapSource) -> Value {
         Ok(_) => json!({"layer": format!("{id}/terrain/layer.json")}),
         Err(error) => json!({"missing": error.to_string()}),
     };
+    let [plane, height] = units(context.snapshot.crs.as_ref());
     let mut queries: Vec<&str> = KINDS.to_vec();
     if metadata.has_z {
         queries.extend(["z", "profile"]);
@@ -95,7 +97,12 @@ fn document(context: &Context<'_>, maps: &MapSource) -> Value {
         "bytes": reader.file_length(),
         "bounds": bounds(metadata.bounds),
         "crs": context.snapshot.crs.as_ref().map(crs),
+        "unit": unit(plane),
+        "z_unit": unit(height),
         "has_z": metadata.has_z,
+        "line_kinds": line_kinds(metadata),
+        "coloured_heights": maps.coloured_heights(),
+        "lowest_height": maps.lowest_height(),
         "counts": {
             "tiles": metadata.tiles,
             "vertices": metadata.vertices,
@@ -119,6 +126,32 @@ fn document(context: &Context<'_>, maps: &MapSource) -> Value {
 /// Returns what is known of a coordinate reference system.
 fn crs(crs: &Crs) -> Value {
     json!({"name": crs.name(), "epsg": crs.epsg(), "summary": crs.summary(), "wkt": crs.wkt()})
+}
+
+/// Returns the names of the kinds of lines that a file has; all of them if it does not state them.
+fn line_kinds(metadata: &Metadata) -> Vec<String> {
+    let stated = match metadata.line_kinds {
+        0 if metadata.constraint_edges > 0 => u32::MAX,
+        stated => stated,
+    };
+    let kinds = [LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle].into_iter();
+    kinds
+        .zip(0..)
+        .filter(|(_, bit)| stated & (1 << bit) != 0)
+        .map(|(kind, _)| kind.to_string())
+        .collect()
+}
+
+/// Returns the units of x and y, and of z. z has that of x and y if no other is known and it is a length.
+fn units(crs: Option<&Crs>) -> [Unit; 2] {
+    let (plane, height) = crs.map_or((Unit::Unknown, Unit::Unknown), |crs| (crs.unit(), crs.height_unit()));
+    let fallback = if plane.metres().is_some() { plane } else { Unit::Unknown };
+    [plane, if height.metres().is_some() { height } else { fallback }]
+}
+
+/// Returns the name of a unit, and its length in metres if it has one.
+fn unit(unit: Unit) -> Value {
+    json!({"name": unit.name(), "metres": unit.metres()})
 }
 
 /// Returns a rectangle as JSON: west, south, east and north; `None` if it is empty.

@@ -30,18 +30,26 @@ pub async fn tile(service: Service, input: Input) -> Result<Response, Problem> {
     let (grid, layer) = (grid(&input)?, layer(input.part("layer"))?);
     let at = coord(&input, layer.ending())?;
     let lowered = lowered(&mut parameters)?;
-    let tag = context.tag(&format!("{grid}/{layer}/{at}"));
+    let is_opaque = layer == Layer::Terrarium && parameters.flag("opaque")?;
+    let (what, tag) = match is_opaque {
+        true => (What::OpaqueHeights(grid, at), format!("{grid}/{layer}/{at} opaque")),
+        false => (What::Map(grid, layer, at), format!("{grid}/{layer}/{at}")),
+    };
+    let tag = context.tag(&tag);
     if let Some(response) = context.known(&tag) {
         return Ok(response);
     }
     let draw = async |limits| {
         let maps = context.maps().await?;
-        let drawn = maps.draw(grid, layer, at, limits).await;
+        let drawn = match is_opaque {
+            true => maps.draw_opaque_heights(grid, at, limits).await,
+            false => maps.draw(grid, layer, at, limits).await,
+        };
         drawn
             .map_err(|error| Problem::of_drawing(context.id(), &error))
             .map(|drawn| drawn.bytes)
     };
-    let bytes = finished(&context, What::Map(grid, layer, at), lowered, draw).await?;
+    let bytes = finished(&context, what, lowered, draw).await?;
     context.send(Reply::new(layer.media_type(), bytes), Some(tag)).await
 }
 

@@ -1,7 +1,10 @@
 //! Queries, with the answers of `tiletool query`.
 
+use std::time::{Duration, Instant};
+
+use axum::http::{HeaderMap, HeaderName, HeaderValue};
 use axum::response::Response;
-use delaunay_tiles::query::{Mode, QueryOptions};
+use delaunay_tiles::query::{Mode, QueryOptions, TilesUsed};
 use delaunay_tiles_answers::answer::{Answer, Status};
 use delaunay_tiles_answers::ask::Ask;
 use delaunay_tiles_answers::asked::Asked;
@@ -21,6 +24,10 @@ use crate::state::Service;
 
 /// The queries that [`answer`] answers, by their names in paths.
 pub const KINDS: [&str; 6] = ["locate", "nearest", "knn", "range", "path", "along"];
+
+/// The response header with the number of tiles that the query used, from the file or from the cache.
+pub const TILES_READ: HeaderName = HeaderName::from_static("tiles-read");
+const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
 
 /// What a request asks for.
 struct Request {
@@ -45,16 +52,32 @@ pub async fn answer(kind: &'static str, service: Service, input: Input) -> Resul
     let slot = context.service.slots().enter().await?;
     let reader = &context.snapshot.reader;
     let options = context.service.options();
+    let (began, used) = (Instant::now(), TilesUsed::default());
+    let limited = request.options.tiles_used(&used);
     let answer = request
         .ask
-        .answer_up_to(reader, request.question, request.options, options.max_points);
+        .answer_up_to(reader, request.question, limited, options.max_points);
     let answer = within(options.max_time, answer).await?;
     let answer = answer.map_err(|error| Problem::of(context.id(), &error))?;
+    let taken = began.elapsed();
     let body = body(&context, request.ask, &answer)?;
     drop(slot);
     // What a limit of time ended may go further the next time.
     let is_stable = !matches!(answer.status, Status::Budget(_));
-    context.send(Reply::new(GEOJSON, body), is_stable.then_some(tag)).await
+    let mut response = context
+        .send(Reply::new(GEOJSON, body), is_stable.then_some(tag))
+        .await?;
+    add_cost(response.headers_mut(), taken, &used);
+    Ok(response)
+}
+
+/// Adds to the headers what the answer took.
+fn add_cost(headers: &mut HeaderMap, taken: Duration, used: &TilesUsed) {
+    let timing = format!("query;dur={:.3}", taken.as_secs_f64() * 1000.0);
+    if let Ok(timing) = HeaderValue::try_from(timing) {
+        headers.insert(SERVER_TIMING, timing);
+    }
+    headers.insert(TILES_READ, used.count().into());
 }
 
 fn body(context: &Context<'_>, ask: Ask, answer: &Answer) -> Result<Vec<u8>, Problem> {

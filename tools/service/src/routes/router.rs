@@ -14,7 +14,7 @@ use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::cors::{AllowOrigin, CorsLayer};
 
 use super::input::Input;
-use super::{facts, health, index, maps, matrix, measure, query, raw, surface, terrain};
+use super::{facts, health, maps, matrix, measure, page, query, raw, surface, terrain};
 use crate::openapi;
 use crate::options::Options;
 use crate::problem::Problem;
@@ -34,7 +34,8 @@ impl Service {
 /// Returns the router of a service.
 fn router(service: Service) -> Router {
     let mut router = Router::new()
-        .route("/", to(index::page))
+        .route("/", to(page::index))
+        .route("/page/{version}/{*file}", to(page::asset))
         .route("/catalog", to(facts::catalog))
         .route("/health", to(health::health))
         .route("/metrics", to(health::metrics))
@@ -135,7 +136,9 @@ fn cors(options: &Options) -> CorsLayer {
         header::IF_MATCH,
         header::IF_RANGE,
     ];
-    let shown: [HeaderName; 5] = [
+    let shown: [HeaderName; 7] = [
+        HeaderName::from_static("server-timing"),
+        query::TILES_READ,
         header::ETAG,
         header::CONTENT_RANGE,
         header::ACCEPT_RANGES,

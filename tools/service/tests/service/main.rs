@@ -7,6 +7,7 @@ mod descriptions;
 mod files;
 mod limits;
 mod maps;
+mod page;
 mod queries;
 mod raw;
 mod routes;

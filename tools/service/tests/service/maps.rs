@@ -97,6 +97,30 @@ async fn a_picture_that_needs_too_much_says_so() {
 }
 
 #[tokio::test]
+async fn heights_without_transparent_pixels_are_another_tile() {
+    let router = Files::new().await.router(Options::default()).await;
+    // The colour type of a PNG: 2 without opacity, 6 with it.
+    let colours = |bytes: &[u8]| bytes[25];
+    let path = "/hill/native/terrarium/0/0/0.png";
+    let (plain, opaque) = (
+        get(&router, path).await,
+        get(&router, &format!("{path}?opaque=true")).await,
+    );
+    assert_eq!((colours(&plain.bytes), colours(&opaque.bytes)), (6, 2));
+    assert_ne!(plain.header("etag"), opaque.header("etag"));
+    let picture = "/hill/native/shade/0/0/0.png";
+    let pictures = [
+        get(&router, picture).await,
+        get(&router, &format!("{picture}?opaque=true")).await,
+    ];
+    assert_eq!(pictures[0].bytes, pictures[1].bytes);
+    assert_eq!(
+        get(&router, &format!("{path}?opaque=perhaps")).await.status,
+        StatusCode::BAD_REQUEST
+    );
+}
+
+#[tokio::test]
 async fn a_drawing_that_takes_too_long_is_given_up() {
     let mut options = Options::default();
     options.max_time = Duration::ZERO;

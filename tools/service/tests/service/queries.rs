@@ -145,6 +145,25 @@ async fn answers_are_those_of_the_tool_to_the_last_bit() {
 }
 
 #[tokio::test]
+async fn headers_say_what_an_answer_took() {
+    let files = Files::new().await;
+    let router = files.router(Options::default()).await;
+    let all = files.reader("town.tiles").await.metadata().tiles;
+    let tiles = async |path: &str| {
+        let answer = get(&router, path).await;
+        let time = answer.header("server-timing").strip_prefix("query;dur=").unwrap();
+        assert!(time.parse::<f64>().unwrap() >= 0.0, "{time}");
+        answer.header("tiles-read").parse::<u32>().unwrap()
+    };
+    let here = tiles("/town/query/locate?at=0,0").await;
+    let across = tiles("/town/query/path?from=-2.5,-2.5&to=19,19").await;
+    assert!(0 < here && here < across && across <= all, "{here} {across} {all}");
+    // A tile in the cache counts too, and a tile that is used twice counts once.
+    assert_eq!(tiles("/town/query/path?from=-2.5,-2.5&to=19,19").await, across);
+    assert_eq!(tiles("/town/query/path?from=-2.5,-2.5&to=19,19&max-tiles=2").await, 2);
+}
+
+#[tokio::test]
 async fn ends_of_a_query_are_answers() {
     let router = Files::new().await.router(Options::default()).await;
     for (path, status) in [

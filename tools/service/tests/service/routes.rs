@@ -6,20 +6,6 @@ use crate::support::{Files, get, post, send};
 use serde_json::json;
 
 #[tokio::test]
-async fn the_page_lists_all_files_and_has_no_scripts() {
-    let router = Files::new().await.router(Options::default()).await;
-    let page = get(&router, "/").await;
-    let text = String::from_utf8(page.bytes.to_vec()).unwrap();
-    assert_eq!(page.status, StatusCode::OK);
-    assert!(page.header("content-type").starts_with("text/html"));
-    assert!(
-        text.contains("href=\"town\"") && text.contains("href=\"hill\""),
-        "{text}"
-    );
-    assert!(!text.contains("<script") && !text.contains("{{"));
-}
-
-#[tokio::test]
 async fn the_catalogue_has_all_files_and_layers() {
     let router = Files::new().await.router(Options::default()).await;
     let tiles = get(&router, "/catalog").await.json()["tiles"].clone();
@@ -46,7 +32,24 @@ async fn a_file_is_described() {
             .unwrap()
             .contains("reference system")
     );
+    assert_eq!(answer["unit"], json!({"name": "coordinate units", "metres": null}));
+    // The file does not state which lines it has.
+    assert_eq!(answer["line_kinds"], json!(["break line", "wall", "obstacle"]));
+    assert_eq!(
+        (&answer["coloured_heights"], &answer["lowest_height"]),
+        (&json!(null), &json!(null))
+    );
     let hill = get(&router, "/hill").await.json();
+    assert_eq!(hill["unit"], json!({"name": "m", "metres": 1.0}));
+    assert_eq!((&hill["z_unit"], &hill["line_kinds"]), (&hill["unit"], &json!([])));
+    // Heights are y / 1000 and up to 20 more or less.
+    let height = |value: &serde_json::Value| value.as_f64().unwrap();
+    let [low, high] = [0, 1].map(|i| height(&hill["coloured_heights"][i]));
+    assert!(
+        (5_480.0..5_490.0).contains(&low) && (5_510.0..5_521.0).contains(&high),
+        "{low} {high}"
+    );
+    assert!((5_479.0..=low).contains(&height(&hill["lowest_height"])));
     assert_eq!(hill["crs"]["epsg"], 25832);
     let bounds = &hill["grids"]["WebMercatorQuad"]["lon_lat_bounds"];
     assert!((bounds[0].as_f64().unwrap() - 9.0).abs() < 0.1, "{bounds}");

@@ -1,12 +1,13 @@
 //! `tiletool serve`, in a process of its own.
 
+use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::support::command;
 use crate::town::Town;
@@ -19,9 +20,19 @@ struct Service {
 
 impl Service {
     fn start(town: &Town, args: &[&str]) -> Self {
+        Self::start_with(town, args, &[])
+    }
+
+    fn start_with(town: &Town, args: &[&str], variables: &[(&str, &str)]) -> Self {
         let folder = town.path("town.tiles").parent().unwrap().to_owned();
         let mut command = command(&folder, &["serve", "town.tiles", "--listen", "127.0.0.1:0"]);
-        let mut child = command.args(args).stdout(Stdio::piped()).spawn().unwrap();
+        let variables = variables.iter().copied();
+        let mut child = command
+            .args(args)
+            .envs(variables)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
         let mut line = String::new();
         BufReader::new(child.stdout.take().unwrap())
             .read_line(&mut line)
@@ -64,6 +75,7 @@ impl Drop for Service {
 fn answers_are_what_query_prints() {
     let town = Town::new();
     let service = Service::start(&town, &[]);
+    assert_eq!(service.json("/town")["line_kinds"], json!(["wall", "obstacle"]));
     for (path, args) in [
         ("locate?at=3.5,-3.9", "locate town.tiles --at 3.5,-3.9"),
         ("nearest?at=3,3&k=3", "nearest town.tiles --at 3,3 -k 3"),
@@ -98,6 +110,39 @@ fn answers_are_what_query_prints() {
         let collection: Value = serde_json::from_str(&town.run(0, &args)).unwrap();
         assert_eq!(answer["features"], collection["features"], "{path}");
     }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn the_page_is_opened_in_the_browser() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let town = Town::new();
+    // A browser that writes down what it is to open.
+    let (browser, seen) = (town.path("xdg-open"), town.path("seen"));
+    fs::write(
+        &browser,
+        format!(
+            "#!/bin/sh\nprintf %s \"$1\" > '{0}.new' && mv '{0}.new' '{0}'\n",
+            seen.display()
+        ),
+    )
+    .unwrap();
+    fs::set_permissions(&browser, fs::Permissions::from_mode(0o755)).unwrap();
+    let path = format!(
+        "{}:{}",
+        browser.parent().unwrap().display(),
+        std::env::var("PATH").unwrap()
+    );
+    let service = Service::start_with(&town, &["--open"], &[("PATH", &path)]);
+    let began = Instant::now();
+    while !seen.exists() && began.elapsed() < Duration::from_secs(20) {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert_eq!(
+        fs::read_to_string(seen).unwrap(),
+        format!("http://{}/", service.address)
+    );
 }
 
 #[test]

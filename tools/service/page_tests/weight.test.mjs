@@ -1,0 +1,78 @@
+// What a first visit costs before the first map tile, and how soon there is a picture.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { Relay } from './support/bytes.mjs';
+import { world } from './support/world.mjs';
+
+const it = world(['town', 'survey']);
+
+const TILE = /^\/\w+\/native\/\w+\/\d+\/\d+\/\d+\.(png|mvt)/;
+const MOST_BYTES = 700_000;
+const VISITS = 3;
+const MOVING = { reducedMotion: 'no-preference' };
+
+for (const file of ['town', 'survey']) {
+  test(`the page of ${file} asks for less than ${MOST_BYTES / 1000} KB before its first tile`, async (context) => {
+    const relay = await Relay.start(it.service.address, (path) => TILE.test(path));
+    try {
+      const tab = await it.browser.first(relay.address);
+      await tab.visit(`file=${file}`);
+      assert.ok(relay.isOver, 'no tile was asked for');
+      // What is counted is all there is, or the relay does not see the page.
+      assert.ok(relay.bytes > 100_000, `${relay.bytes} bytes are not a page`);
+      context.diagnostic(`${relay.bytes} bytes in ${relay.paths.length - 1} requests before the first tile`);
+      assert.ok(relay.bytes < MOST_BYTES, `${relay.bytes} bytes: ${relay.paths.join(' ')}`);
+      await tab.close();
+    } finally {
+      await relay.stop();
+    }
+  });
+}
+
+// A page that has MapLibre as the page of the service has it, and draws nothing by it.
+const EMPTY = (vendor) => `<!doctype html><title>empty</title><link rel="stylesheet" href="${vendor}maplibre-gl.css">
+<style>body { margin: 0 } #map { height: 100vh }</style><main data-idle="false"><div id="map"></div></main>
+<script type="module">import { Map } from '${vendor}maplibre-gl.mjs';
+new Map({ container: 'map', style: { version: 8, sources: {}, layers: [] } })
+  .once('idle', () => { document.querySelector('main').dataset.idle = 'true'; });
+</script>`;
+
+// Returns the address of the folder of MapLibre that the page names.
+async function vendorOf(address) {
+  const page = await (await fetch(address)).text();
+  const [, style] = /href="([^"]*)maplibre-gl\.css"/.exec(page);
+  return new URL(style, address).href;
+}
+
+// Milliseconds from the start of a visit until the page is at rest for the first time.
+async function firstPicture(tab, hash) {
+  await tab.page.addInitScript(() => {
+    new MutationObserver(() => {
+      if (document.querySelector('main')?.dataset.idle === 'true') window.pictured ??= performance.now();
+    }).observe(document, { attributes: true, childList: true, subtree: true });
+  });
+  await tab.visit(hash);
+  return tab.page.evaluate(() => window.pictured);
+}
+
+function median(values) {
+  return [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
+}
+
+test('the first picture comes, and an empty page of MapLibre is measured beside it', async (context) => {
+  const vendor = await vendorOf(it.service.address);
+  const times = { empty: [], town: [] };
+  for (let visit = 0; visit < VISITS; visit += 1) {
+    const empty = await it.browser.first(it.service.address, MOVING);
+    await empty.page.route('**/empty', (route) => route.fulfill({ contentType: 'text/html', body: EMPTY(vendor) }));
+    empty.address += 'empty';
+    times.empty.push(await firstPicture(empty, ''));
+    await empty.close();
+    const tab = await it.browser.first(it.service.address, MOVING);
+    times.town.push(await firstPicture(tab, 'file=town'));
+    await tab.close();
+  }
+  const [empty, town] = [median(times.empty), median(times.town)];
+  assert.ok(empty > 0 && town > 0);
+  context.diagnostic(`first picture after ${town.toFixed(0)} ms, empty page after ${empty.toFixed(0)} ms: ${(town / empty).toFixed(2)} times`);
+});
