@@ -30,7 +30,8 @@ pub async fn tile(service: Service, input: Input) -> Result<Response, Problem> {
     let (grid, layer) = (grid(&input)?, layer(input.part("layer"))?);
     let at = coord(&input, layer.ending())?;
     let lowered = lowered(&mut parameters)?;
-    let is_opaque = layer == Layer::Terrarium && parameters.flag("opaque")?;
+    // Pictures without heights take it too, and are the same with it.
+    let is_opaque = layer != Layer::Mesh && parameters.flag("opaque")? && layer == Layer::Terrarium;
     let (what, tag) = match is_opaque {
         true => (What::OpaqueHeights(grid, at), format!("{grid}/{layer}/{at} opaque")),
         false => (What::Map(grid, layer, at), format!("{grid}/{layer}/{at}")),
