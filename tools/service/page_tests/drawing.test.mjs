@@ -57,7 +57,7 @@ for (const [file, place, layers] of [
   ['survey', { x: 600060, y: 4900040, step: 2 }, ['shade', 'heights', 'cells', 'triangles', 'lines']],
 ]) {
   test(`each layer of ${file} is seen when its switch is on, and not when it is off`, async () => {
-    const tab = await it.open(`file=${file}`);
+    const tab = await it.open(`file=${file}`, { viewport: { width: 700, height: 500 } });
     const zoom = Number((await tab.parameters()).zoom) + place.step;
     const view = `file=${file}&x=${place.x}&y=${place.y}&zoom=${zoom}`;
     await tab.follow(`${view}&layers=`);

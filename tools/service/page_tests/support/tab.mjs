@@ -122,6 +122,13 @@ export class Tab {
     return this.answer.innerText();
   }
 
+  // Waits for an answer, and returns its status.
+  async status() {
+    await this.answer.waitFor();
+    await this.idle();
+    return this.answer.getAttribute('data-status');
+  }
+
   // All numbers of a name in the answer, in full precision.
   async numbers(name) {
     const values = await this.answer
