@@ -8,7 +8,7 @@
 //! write: descent ──▶ draw, some at once ──▶ in order ──▶ crate pmtiles ──▶ output
 //! ```
 //!
-//! The [`descent`] goes from the tile of zoom 0 to its quarters, in the order of the archive, and leaves
+//! A descent goes from the tile of zoom 0 to its quarters, in the order of the archive, and leaves
 //! out quarters in which the directory of the file has nothing. So the work is that of the tiles that
 //! there are, and nothing is kept of them but the directory of the archive.
 //!
