@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { query } from './support/oracle.mjs';
+import { WIDE } from './support/browser.mjs';
 import { world } from './support/world.mjs';
 import { keep } from './support/shots.mjs';
 
@@ -12,7 +13,7 @@ const ENDS = { from: '450,540', to: '547,642' };
 for (const mode of ['exact', 'fast']) {
   test(`a path in mode ${mode} has the length, the bounds and the bends that the tool finds`, async () => {
     const truth = await query('town', 'path', { ...ENDS, mode });
-    const tab = await it.open(`file=town&x=490&y=590&zoom=6.5&ask=path&from=${ENDS.from}&to=${ENDS.to}&mode=${mode}`);
+    const tab = await it.open(`file=town&x=490&y=590&zoom=6.5&ask=path&from=${ENDS.from}&to=${ENDS.to}&mode=${mode}`, WIDE);
     await tab.answered('ok');
     assert.equal(await tab.number('distance'), truth.distance);
     assert.equal(await tab.number('lower'), truth.lower);
@@ -41,7 +42,7 @@ test('two clicks ask for the path between them', async () => {
 
 test('the nearest sites and their walking distances are those that the tool finds', async () => {
   const truth = await query('town', 'knn', { at: '500.5,600.25', k: 8 });
-  const tab = await it.open('file=town&x=500&y=600&zoom=7&ask=sites&at=500.5,600.25&k=8');
+  const tab = await it.open('file=town&x=500&y=600&zoom=7&ask=sites&at=500.5,600.25&k=8', WIDE);
   await tab.answered('ok');
   assert.deepEqual(await tab.numbers('distance'), truth.sites.map((site) => site.distance));
   await keep('sites', tab.page);
@@ -50,7 +51,7 @@ test('the nearest sites and their walking distances are those that the tool find
 
 test('the area within reach, and its sites, are those that the tool finds', async () => {
   const truth = await query('town', 'range', { at: '500.5,600.25', radius: 120, area: true });
-  const tab = await it.open('file=town&x=500&y=600&zoom=5.5&ask=reach&at=500.5,600.25&radius=120');
+  const tab = await it.open('file=town&x=500&y=600&zoom=5.5&ask=reach&at=500.5,600.25&radius=120', WIDE);
   await tab.answered('ok');
   assert.equal(await tab.number('area'), truth.area);
   assert.deepEqual(await tab.numbers('distance'), truth.sites.map((site) => site.distance));
@@ -60,7 +61,7 @@ test('the area within reach, and its sites, are those that the tool finds', asyn
 
 test('the height at a point is that which the tool finds', async () => {
   const truth = await query('survey', 'z', { at: '600060.5,4900040.25' });
-  const tab = await it.open('file=survey&ask=here&at=600060.5,4900040.25');
+  const tab = await it.open('file=survey&ask=here&at=600060.5,4900040.25', WIDE);
   await tab.answered('ok');
   assert.equal(await tab.number('z'), truth.z);
   await keep('here-survey', tab.page);

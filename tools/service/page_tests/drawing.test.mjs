@@ -3,6 +3,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { difference, luminance } from './support/picture.mjs';
 import { keep } from './support/shots.mjs';
+import { WIDE } from './support/browser.mjs';
 import { world } from './support/world.mjs';
 
 const it = world(['town', 'survey', 'indonesia']);
@@ -22,7 +23,7 @@ const SEEN = 0.002;
 
 for (const { file, x, y, step } of PLACES) {
   test(`${file} is drawn at four zooms, each unlike the one before`, async () => {
-    const tab = await it.open(`file=${file}`);
+    const tab = await it.open(`file=${file}`, WIDE);
     const { zoom } = await tab.parameters();
     let before = await tab.map();
     assert.ok((await luminance(it.browser, before)).deviation > NOT_FLAT, 'the whole file is flat');
@@ -77,7 +78,7 @@ for (const [file, place, layers] of [
 }
 
 test('terrain in 3D is drawn, and leaves when its switch is off', async () => {
-  const tab = await it.open('file=survey');
+  const tab = await it.open('file=survey', WIDE);
   const flat = await tab.map();
   await tab.layer('three').check();
   await tab.idle();

@@ -4,7 +4,9 @@ import { chromium } from './settings.mjs';
 import { Tab } from './tab.mjs';
 
 // All is drawn in software, so views are small, and nothing moves softly unless a test wants it.
-const VISITOR = { viewport: { width: 1000, height: 660 }, reducedMotion: 'reduce' };
+const VISITOR = { viewport: { width: 800, height: 520 }, reducedMotion: 'reduce' };
+// A visitor with a larger screen, for pictures that people look at.
+export const WIDE = { viewport: { width: 1000, height: 660 } };
 
 const FLAGS = [
   '--use-angle=swiftshader',

@@ -105,12 +105,6 @@ export class Tab {
     return points.map((point) => point.map((value, axis) => along(axis, value)));
   }
 
-  // The point of the screen that shows the centre of the view, which the panel does not cover.
-  async centre() {
-    const cross = await this.page.locator('#cross').boundingBox();
-    return [cross.x + cross.width / 2, cross.y + cross.height / 2];
-  }
-
   get answer() {
     return this.page.locator('[role=status][data-status]');
   }
@@ -152,11 +146,15 @@ export class Tab {
     const places = await this.page.evaluate((count) => {
       const canvas = document.querySelector('canvas.maplibregl-canvas');
       const { left, top, width, height } = canvas.getBoundingClientRect();
+      // A panel beside the map grows with its answer.
+      const panel = document.querySelector('#panel').getBoundingClientRect();
+      const isBelow = panel.width > width / 2;
       const free = [];
       for (let row = 1; row < 20; row += 1) {
         for (let column = 1; column < 20; column += 1) {
           const place = [Math.round(left + (width * column) / 20), Math.round(top + (height * row) / 20)];
-          if (document.elementFromPoint(...place)?.closest('.maplibregl-canvas-container')) free.push(place);
+          const isFree = document.elementFromPoint(...place)?.closest('.maplibregl-canvas-container');
+          if (isFree && (isBelow || place[0] > panel.right)) free.push(place);
         }
       }
       const chosen = free.slice(Math.floor(free.length / 2)).slice(0, 1);
