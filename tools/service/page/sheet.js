@@ -16,6 +16,8 @@ export class Sheet {
     let start = null;
     this.grip.addEventListener('click', () => this.toggle());
     this.grip.addEventListener('touchstart', event => (start = event.touches[0].clientY), {passive: true});
+    // Otherwise a pull is a fling of the browser too, and Chromium ignores taps for a while after it.
+    this.grip.addEventListener('touchmove', event => event.preventDefault(), {passive: false});
     this.grip.addEventListener('touchend', event => {
       const pulled = event.changedTouches[0].clientY - start;
       // A touch without a pull is a click, too.
