@@ -143,6 +143,14 @@ impl Crs {
         root.as_ref().and_then(system::height_unit).unwrap_or(Unit::Unknown)
     }
 
+    /// Returns the unit of z: that of [heights](Self::height_unit), else that of x and y if it is a length.
+    #[must_use]
+    pub fn z_unit(&self) -> Unit {
+        let units = [self.height_unit(), self.unit()].into_iter();
+        let mut lengths = units.filter(|unit| unit.metres().is_some());
+        lengths.next().unwrap_or(Unit::Unknown)
+    }
+
     /// Returns whether the coordinates are longitudes and latitudes; `None` if that is not known.
     #[must_use]
     pub fn is_geographic(&self) -> Option<bool> {

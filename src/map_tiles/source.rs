@@ -214,7 +214,7 @@ impl Units {
     /// x and y, else metres.
     fn of(crs: Option<&Crs>) -> Self {
         let plane = crs.map_or(Unit::Unknown, Crs::unit);
-        let z = crs.map_or(Unit::Unknown, Crs::height_unit).metres().or(plane.metres());
+        let z = crs.map_or(Unit::Unknown, Crs::z_unit).metres();
         let is_degrees = plane == Unit::Degree || crs.is_some_and(|crs| crs.is_geographic() == Some(true));
         Self {
             plane: (!is_degrees).then(|| plane.metres().unwrap_or(1.0)),

@@ -42,10 +42,10 @@ impl BreakLines {
         if metadata.constraint_edges == 0 {
             return Self::No;
         }
-        match metadata.line_kinds {
-            0 => Self::Unknown,
-            kinds if kinds >> LineKind::BreakLine.to_code() & 1 == 1 => Self::Yes,
-            _ => Self::No,
+        match metadata.has_lines(LineKind::BreakLine) {
+            None => Self::Unknown,
+            Some(true) => Self::Yes,
+            Some(false) => Self::No,
         }
     }
 }

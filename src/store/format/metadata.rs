@@ -5,6 +5,7 @@ use flatbuffers::FlatBufferBuilder;
 use crate::geometry::Rect;
 use crate::store::format::damage::Damage;
 use crate::store::format::digest::Digest;
+use crate::store::format::edge_source::LineKind;
 use crate::store::format::generated::directory as schema;
 
 /// Returns the name and version of this program, as they are stored in files that it writes.
@@ -107,6 +108,15 @@ impl Default for Metadata {
 }
 
 impl Metadata {
+    /// Returns whether the file has lines of a kind; `None` if it does not state which lines it has.
+    #[must_use]
+    pub fn has_lines(&self, kind: LineKind) -> Option<bool> {
+        match self.line_kinds {
+            0 if self.constraint_edges > 0 => None,
+            kinds => Some(kinds >> kind.to_code() & 1 == 1),
+        }
+    }
+
     /// Returns the arguments of a root with this metadata and nothing else.
     pub(super) fn encode<'b>(&self, builder: &mut FlatBufferBuilder<'b>) -> schema::DirectoryArgs<'b> {
         // The arguments of a root refer to the sums, so these are set by the root.

@@ -130,23 +130,16 @@ fn crs(crs: &Crs) -> Value {
 
 /// Returns the names of the kinds of lines that a file has; all of them if it does not state them.
 fn line_kinds(metadata: &Metadata) -> Vec<String> {
-    let stated = match metadata.line_kinds {
-        0 if metadata.constraint_edges > 0 => u32::MAX,
-        stated => stated,
-    };
     let kinds = [LineKind::BreakLine, LineKind::Wall, LineKind::Obstacle].into_iter();
     kinds
-        .zip(0..)
-        .filter(|(_, bit)| stated & (1 << bit) != 0)
-        .map(|(kind, _)| kind.to_string())
+        .filter(|kind| metadata.has_lines(*kind).unwrap_or(true))
+        .map(|kind| kind.to_string())
         .collect()
 }
 
-/// Returns the units of x and y, and of z. z has that of x and y if no other is known and it is a length.
+/// Returns the units of x and y, and of z.
 fn units(crs: Option<&Crs>) -> [Unit; 2] {
-    let (plane, height) = crs.map_or((Unit::Unknown, Unit::Unknown), |crs| (crs.unit(), crs.height_unit()));
-    let fallback = if plane.metres().is_some() { plane } else { Unit::Unknown };
-    [plane, if height.metres().is_some() { height } else { fallback }]
+    crs.map_or([Unit::Unknown; 2], |crs| [crs.unit(), crs.z_unit()])
 }
 
 /// Returns the name of a unit, and its length in metres if it has one.

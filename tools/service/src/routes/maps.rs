@@ -30,8 +30,9 @@ pub async fn tile(service: Service, input: Input) -> Result<Response, Problem> {
     let (grid, layer) = (grid(&input)?, layer(input.part("layer"))?);
     let at = coord(&input, layer.ending())?;
     let lowered = lowered(&mut parameters)?;
-    // Pictures without heights take it too, and are the same with it.
-    let is_opaque = layer != Layer::Mesh && parameters.flag("opaque")? && layer == Layer::Terrarium;
+    // The layer shade takes the parameter too, and is the same with it.
+    let wants_opaque = layer != Layer::Mesh && parameters.flag("opaque")?;
+    let is_opaque = wants_opaque && layer == Layer::Terrarium;
     let (what, tag) = match is_opaque {
         true => (What::OpaqueHeights(grid, at), format!("{grid}/{layer}/{at} opaque")),
         false => (What::Map(grid, layer, at), format!("{grid}/{layer}/{at}")),

@@ -65,11 +65,15 @@ impl Assets {
 }
 
 impl Asset {
-    /// Returns the bytes compressed. They are so from the first call on.
-    fn gzipped(&self) -> Option<Bytes> {
-        if let Some(gzipped) = self.gzipped.get() {
-            return Some(gzipped.clone());
+    /// Returns the bytes compressed. They are compressed once, on a thread for blocking work.
+    async fn gzipped(&'static self) -> Option<Bytes> {
+        match self.gzipped.get() {
+            Some(gzipped) => Some(gzipped.clone()),
+            None => tokio::task::spawn_blocking(|| self.compress()).await.ok()?,
         }
+    }
+
+    fn compress(&self) -> Option<Bytes> {
         let mut encoder = GzEncoder::new(Vec::with_capacity(self.bytes.len() / 3), Compression::best());
         encoder.write_all(&self.bytes).ok()?;
         let gzipped = Bytes::from(encoder.finish().ok()?);
@@ -141,8 +145,7 @@ pub async fn asset(service: Service, input: Input) -> Result<Response, Problem> 
         return Ok(not_modified(&tag, keep));
     }
     let mut reply = Reply::new(asset.media, asset.bytes.clone()).tagged(tag, keep);
-    let gzipped = tokio::task::spawn_blocking(|| asset.gzipped()).await;
-    reply.gzipped = gzipped.map_err(|_| Problem::defect())?;
+    reply.gzipped = asset.gzipped().await;
     let mut response = reply.send(&input.headers, service.outgoing()).await?;
     let nosniff = HeaderName::from_static("x-content-type-options");
     response
