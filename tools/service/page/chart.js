@@ -3,7 +3,7 @@
 import {Map as MapLibre} from './vendor/maplibre-gl/maplibre-gl.mjs';
 import {nativeUrl} from './plane.js';
 import {drawn} from './layers.js';
-import {addresses, deepest, pageColour, rasterPaint, styleOf} from './style.js';
+import {addresses, deepest, rasterPaint, styleOf} from './style.js';
 
 /** Room round the data, in pixels, when all of it is shown: for the legend too, where there is space. */
 const ROOM = 28;
@@ -43,6 +43,8 @@ export class Chart {
     this.map.setMaxZoom(Math.min(24, deepest(file)));
     this.map.setStyle(styleOf(file, plane, layers, this.look), {diff: false});
     await styled;
+    // From then on, pictures fade in.
+    this.map.once('idle', () => this.map.once('movestart', () => this.setLook(this.look)));
   }
 
   /** Shows a new version of the same file, in the same square. Tiles stay until the new ones are there. */
@@ -128,7 +130,6 @@ export class Chart {
   setLook(look) {
     this.look = look;
     if (!this.file) return;
-    this.map.setPaintProperty('page', 'background-color', pageColour(look));
     const paint = {'raster-brightness-max': 1, 'raster-saturation': 0, ...rasterPaint(look)};
     for (const [name, value] of Object.entries(paint)) this.map.setPaintProperty('shade', name, value);
   }

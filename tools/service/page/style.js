@@ -46,25 +46,21 @@ function sources(file, plane) {
   return Object.fromEntries(Object.entries(addresses(file)).map(of));
 }
 
-/** Returns the style of a file. `look` says whether it is dark and whether it stands still. */
+/** Returns the style of a file, whose first pictures appear at once. `look` says whether it is dark. Round the data, nothing is
+ * drawn: there is the background of the page. */
 export function styleOf(file, plane, layers, look) {
   const base = mapZoom(file.grids.native.max_zoom) - 1;
   const shown = drawn(file, base).flatMap(({name, layers: all}) =>
     all.map(layer => ({...layer, layout: {...layer.layout, visibility: layers.has(name) ? 'visible' : 'none'}})),
   );
-  for (const layer of shown) if (layer.type === 'raster') layer.paint = rasterPaint(look);
+  for (const layer of shown) if (layer.type === 'raster') layer.paint = rasterPaint({...look, still: true});
   return {
     version: 8,
     projection: {type: 'identity'},
     sources: {...sources(file, plane), answer: answerSource()},
-    layers: [{id: 'page', type: 'background', paint: {'background-color': pageColour(look)}}, ...shown, ...answerLayers()],
+    layers: [...shown, ...answerLayers()],
     transition: {duration: look.still ? 0 : 150},
   };
-}
-
-/** Returns the colour round the data. */
-export function pageColour(look) {
-  return look.dark ? '#141b22' : '#e3e6e6';
 }
 
 /** Returns how pictures are drawn: in the dark, less bright. */

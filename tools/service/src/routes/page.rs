@@ -23,6 +23,7 @@ const INDEX: &str = "index.html";
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; \
     connect-src 'self'; worker-src 'self'; base-uri 'self'; form-action 'none'; frame-ancestors 'self'";
 const HTML: &str = "text/html; charset=utf-8";
+const SCRIPT: &str = "text/javascript; charset=utf-8";
 
 #[derive(RustEmbed)]
 #[folder = "page/"]
@@ -62,6 +63,15 @@ impl Assets {
         let version = format!("{:016x}", hash.digest());
         Self { version, files }
     }
+
+    /// Returns the links that ask for all modules at once. Otherwise a browser would learn their names
+    /// from one another. Workers load their own.
+    fn modules(&self) -> String {
+        let is_module = |name: &str| media(name) == SCRIPT && !name.ends_with("-worker.mjs");
+        let names = self.files.keys().filter(|name| is_module(name));
+        let links = names.map(|name| format!(r#"<link rel="modulepreload" href="{{{{assets}}}}/{name}">"#));
+        links.collect::<Vec<_>>().join("\n")
+    }
 }
 
 impl Asset {
@@ -86,7 +96,7 @@ fn media(name: &str) -> &'static str {
     match name.rsplit('.').next() {
         Some("html") => HTML,
         Some("css") => "text/css; charset=utf-8",
-        Some("js" | "mjs") => "text/javascript; charset=utf-8",
+        Some("js" | "mjs") => SCRIPT,
         Some("svg") => "image/svg+xml",
         _ => "text/plain; charset=utf-8",
     }
@@ -102,6 +112,7 @@ pub async fn index(service: Service, input: Input) -> Result<Response, Problem> 
     // Ids need no escapes.
     let page = String::from_utf8_lossy(&template.bytes)
         .replace("{{base}}", &base(input.original.path()))
+        .replace("{{modules}}", &ASSETS.modules())
         .replace("{{assets}}", &format!("page/{}", ASSETS.version))
         .replace("{{files}}", &serde_json::json!(ids).to_string())
         .replace("{{version}}", env!("CARGO_PKG_VERSION"));
