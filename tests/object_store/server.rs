@@ -377,7 +377,7 @@ impl Shared {
             Lie::NotModified => send("304 Not Modified", "ETag: \"one\"\r\n", b""),
             Lie::Commands => send(
                 "403 Forbidden",
-                "Content-Length: 24\r\n",
+                "Content-Length: 22\r\n",
                 b"\x1b]0;owned\x07\x1b[2Jerror: \n",
             ),
             Lie::Page => {
