@@ -35,6 +35,7 @@
 //! | module | contents |
 //! |---|---|
 //! | `layer` | the names of layers of a GeoPackage |
+//! | `decoders` | threads that decode pieces of a file |
 //! | `watch`, `bytes` | bytes of files and streams: counted, stopped, unzipped |
 //! | `reader` | the reader of a format, and the sink for its records |
 //! | `points`, `lines`, `sites` | batches, and the sinks of their records |
@@ -98,6 +99,8 @@ mod about;
 mod bytes;
 mod caught;
 mod content;
+#[cfg(feature = "las")]
+mod decoders;
 mod describe;
 mod error;
 #[cfg_attr(

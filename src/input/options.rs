@@ -329,6 +329,7 @@ pub struct InputOptions {
     pub(super) copc_resolution: Option<f64>,
     pub(super) skip_invalid: bool,
     pub(super) missing_z: MissingZ,
+    pub(super) threads: usize,
     /// Whether readers also count what only a description of the file needs, and the z that a point
     /// lacks is NaN instead of 0.
     pub(super) is_description: bool,
@@ -349,6 +350,7 @@ impl Default for InputOptions {
             copc_resolution: None,
             skip_invalid: false,
             missing_z: MissingZ::Error,
+            threads: 0,
             is_description: false,
         }
     }
@@ -375,6 +377,24 @@ impl InputOptions {
     #[must_use]
     pub fn dims(mut self, dims: u8) -> Self {
         self.dims = dims;
+        self
+    }
+
+    /// Returns the number of threads that decompress.
+    #[cfg(feature = "las")]
+    pub(super) fn decoding_threads(&self) -> usize {
+        match self.threads {
+            0 => std::thread::available_parallelism().map_or(1, usize::from),
+            threads => threads,
+        }
+    }
+
+    /// For LAZ, sets the number of threads that decompress ahead of the reading. With 0, the default,
+    /// there is one for each processor, and with 1, the reading thread decompresses. More than four are
+    /// of no use, so not more are started. The points are the same.
+    #[must_use]
+    pub fn threads(mut self, threads: usize) -> Self {
+        self.threads = threads;
         self
     }
 

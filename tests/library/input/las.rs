@@ -1,7 +1,7 @@
 //! LAS, LAZ and COPC.
 
 use crate::input::{Read, assert_says, data, drain, file, shared, stream, with_format};
-use delaunay_tiles::input::{Format, InputError, InputOptions, PointSource, Returns};
+use delaunay_tiles::input::{Format, InputError, InputOptions, PointBatch, PointSource, Returns};
 use std::path::Path;
 
 fn open(path: &Path, options: &InputOptions) -> Result<Read, InputError> {
@@ -197,7 +197,7 @@ fn claims_within_compressed_points_that_exceed_the_file_are_refused() {
             changed(name, &[(layers + 4, &[0xff; 4])]),
             &InputOptions::default(),
         ),
-        &["a chunk of", "bytes are left in the file"],
+        &["a chunk of", "bytes are left"],
     );
 }
 
@@ -303,5 +303,83 @@ fn one_cloud_has_the_same_records_in_las_laz_and_copc() {
         assert_eq!(written.points, read.points, "{name}");
         assert_eq!(written.z, read.z, "{name}");
         assert_eq!(written.records, read.records, "{name}");
+    }
+}
+
+/// Writes points in chunks of 50,000, the last one smaller.
+fn write_chunks(path: &Path, format: u8, count: i32) {
+    let mut builder = las::Builder::from((1, if format < 6 { 2 } else { 4 }));
+    builder.point_format = las::point::Format::new(format).unwrap();
+    builder.point_format.is_compressed = true;
+    let mut writer = las::Writer::from_path(path, builder.into_header().unwrap()).unwrap();
+    for n in 0..count {
+        let [x, y, z] = [n % 1013, n / 1013, n * 7919 % 1009].map(f64::from);
+        writer
+            .write_point(las::Point {
+                x,
+                y,
+                z,
+                gps_time: Some(z),
+                ..las::Point::default()
+            })
+            .unwrap();
+    }
+}
+
+#[test]
+fn chunks_give_the_same_points_whatever_the_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    for format in [1, 6] {
+        let path = folder.path().join(format!("{format}.laz"));
+        write_chunks(&path, format, 170_001);
+        let read = |threads: usize| open(&path, &InputOptions::default().threads(threads)).unwrap();
+        let expected = read(1);
+        assert_eq!(expected.points.len(), 170_001);
+        for threads in [0, 2, 9] {
+            let read = read(threads);
+            assert!(
+                read.points == expected.points && read.z == expected.z,
+                "{threads} threads"
+            );
+            assert_eq!(read.records, expected.records);
+            assert_eq!(read.source.bytes_read(), expected.source.bytes_read());
+        }
+    }
+}
+
+/// The points before the damage come first, then the error, although later chunks are decoded at the
+/// same time.
+#[test]
+fn a_damaged_chunk_is_an_error_behind_the_points_before_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.laz");
+    write_chunks(&path, 6, 170_001);
+    let mut bytes = std::fs::read(&path).unwrap();
+    // The sizes of the layers of the third chunk, behind its first point and its number of points.
+    let start = u32::from_le_bytes(bytes[96..100].try_into().unwrap()) as usize + 8;
+    let layers = |bytes: &[u8], chunk: usize| -> usize {
+        let sizes = &bytes[chunk + 34..chunk + 34 + 9 * 4];
+        let size = |n: usize| u32::from_le_bytes(sizes[4 * n..4 * n + 4].try_into().unwrap()) as usize;
+        chunk + 34 + 9 * 4 + (0..9).map(size).sum::<usize>()
+    };
+    let third = layers(&bytes, layers(&bytes, start));
+    bytes[third + 34..third + 38].fill(0xff);
+    std::fs::write(&path, &bytes).unwrap();
+    for threads in [1, 2, 9] {
+        let mut source =
+            PointSource::open(std::slice::from_ref(&path), &InputOptions::default().threads(threads)).unwrap();
+        let (mut batch, mut count) = (PointBatch::default(), 0);
+        let error = loop {
+            match source.next_batch(&mut batch) {
+                Ok(true) => count += batch.len(),
+                Ok(false) => panic!("no error"),
+                Err(error) => break error,
+            }
+        };
+        assert!(
+            count > 91_000 && count <= 100_000,
+            "{count} points with {threads} threads"
+        );
+        assert!(error.to_string().contains("a chunk of"), "{error}");
     }
 }

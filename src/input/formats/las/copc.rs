@@ -48,8 +48,9 @@ const STALE: &str = "the file is damaged, or was changed by a program that does 
 
 /// A node to read.
 pub struct Node {
-    /// The offset of its chunk, in bytes.
+    /// The offset and the length of its chunk, in bytes.
     pub offset: u64,
+    pub bytes: u64,
     /// The number of its points, and of those between the node before it and this one.
     pub points: u64,
     pub skipped: u64,
@@ -168,6 +169,7 @@ impl Choice {
             end = chunk.first + chunk.points;
             Node {
                 offset: chunk.offset,
+                bytes: chunk.bytes,
                 points: chunk.points,
                 skipped,
                 bounds: self.node_bounds(key),

@@ -108,7 +108,13 @@ impl Las {
                 Some(nodes) => left = nodes.iter().map(|node| node.points).sum(),
                 None => file = widened(file),
             }
-            Records::Compressed(Box::new(Laz::new(file, size, compression, nodes, layout)?))
+            Records::Compressed(Box::new(Laz::new(
+                file,
+                size,
+                compression,
+                nodes,
+                options.decoding_threads(),
+            )?))
         } else {
             let end = count
                 .checked_mul(layout.length as u64)

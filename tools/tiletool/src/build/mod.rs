@@ -123,7 +123,11 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     let mut options = args.options();
     let memory = options.memory;
     allocator::keep_to(memory);
-    let input_options = args.input.options().missing_z(options.missing_z);
+    let input_options = args
+        .input
+        .options()
+        .missing_z(options.missing_z)
+        .threads(options.threads);
     args.plot.as_ref().map_or(Ok(()), PlotFile::check)?;
     let source = PointSource::open(&args.inputs, &input_options)?;
     let lines = args.lines.open(&args.inputs)?;
