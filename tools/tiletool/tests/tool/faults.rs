@@ -122,23 +122,20 @@ fn is_like(folder: &Path, file: &str, other: &str) -> bool {
     run(folder, &format!("digest --recompute {file}")) == run(folder, &format!("digest --recompute {other}"))
 }
 
-/// Builds in place of an old file. Afterwards, either the old file or the new one must exist
+/// Writes a file in place of an old one. Afterwards, either the old file or the new one must exist
 /// completely.
-fn test_build(args: &'static str) {
-    let mut trial = Trial::new(args, |folder| {
-        write_town(folder);
-        fs::write(folder.join("old.tiles"), "what was there before").unwrap();
-    });
-    let new = trial.path().join("new.tiles");
+fn test_output(args: &'static str, file: &'static str, prepare: impl FnOnce(&Path)) {
+    let mut trial = Trial::new(args, prepare);
+    let new = trial.path().join(file);
     fs::write(&new, "").unwrap();
     run(trial.path(), args);
     let expected = fs::read(&new).unwrap();
     let renew = |folder: &Path| {
         let _ = fs::remove_dir_all(folder.join("new.tiles.partial"));
-        fs::copy(folder.join("old.tiles"), folder.join("new.tiles")).unwrap();
+        fs::write(folder.join(file), "what was there before").unwrap();
     };
     trial.all(renew, |folder, _, succeeded, context| {
-        let found = fs::read(folder.join("new.tiles")).unwrap();
+        let found = fs::read(folder.join(file)).unwrap();
         let is_old = found == b"what was there before";
         // After the file got its name, writing its folder to the disk may still fail.
         assert!(found == expected || !succeeded && is_old, "{context}");
@@ -147,16 +144,32 @@ fn test_build(args: &'static str) {
 
 #[test]
 fn io_faults_in_a_build_leave_the_old_or_the_new_file() {
-    test_build(
+    test_output(
         "build points.csv --walls walls.csv --sites sites.csv -o new.tiles --force --tile-vertices 300 --threads 2 --quiet",
+        "new.tiles",
+        write_town,
     );
 }
 
 #[test]
 fn io_faults_in_a_spilling_build_leave_the_old_or_the_new_file() {
-    test_build(
+    test_output(
         "build points.csv --walls walls.csv -o new.tiles --force --tile-vertices 60 --threads 1 --memory 100KiB --quiet",
+        "new.tiles",
+        write_town,
     );
+}
+
+#[test]
+fn io_faults_in_an_archive_leave_the_old_or_the_new_file() {
+    let args = "export town.tiles -o new.pmtiles --layer mesh --zooms 0..2 --at-once 1";
+    test_output(args, "new.pmtiles", |folder| {
+        write_town(folder);
+        run(
+            folder,
+            "build points.csv --walls walls.csv -o town.tiles --tile-vertices 200 --quiet",
+        );
+    });
 }
 
 #[test]
