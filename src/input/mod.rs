@@ -99,7 +99,7 @@ mod about;
 mod bytes;
 mod caught;
 mod content;
-#[cfg(feature = "las")]
+#[cfg(any(feature = "las", feature = "text"))]
 mod decoders;
 mod describe;
 mod error;

@@ -380,8 +380,8 @@ impl InputOptions {
         self
     }
 
-    /// Returns the number of threads that decompress.
-    #[cfg(feature = "las")]
+    /// Returns the number of threads that decode.
+    #[cfg(any(feature = "las", feature = "text"))]
     pub(super) fn decoding_threads(&self) -> usize {
         match self.threads {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
@@ -389,9 +389,9 @@ impl InputOptions {
         }
     }
 
-    /// For LAZ, sets the number of threads that decompress ahead of the reading. With 0, the default,
-    /// there is one for each processor, and with 1, the reading thread decompresses. More than four are
-    /// of no use, so not more are started. The points are the same.
+    /// For LAZ and text, sets the number of threads that decode ahead of the reading. With 0, the
+    /// default, there is one for each processor, and with 1, the reading thread decodes. More than four
+    /// are of no use, so not more are started. The points are the same.
     #[must_use]
     pub fn threads(mut self, threads: usize) -> Self {
         self.threads = threads;

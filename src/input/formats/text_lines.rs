@@ -132,7 +132,7 @@ impl Lines {
 
     /// Reads ahead: returns the lines from the next row on, slightly more than 64 KiB or all that
     /// are left. They will be read again.
-    pub fn sample(&mut self) -> Result<Sample, InputError> {
+    pub fn sample(&mut self) -> Result<Block, InputError> {
         const ENOUGH: usize = 64 << 10;
         self.next_row()?;
         let (line, offset) = (self.row - 1, self.offset - self.text.len() as u64);
@@ -144,21 +144,58 @@ impl Lines {
             self.read_line()?;
         }
         text.append(&mut self.text);
-        let text: Arc<[u8]> = text.into();
-        let rest = std::mem::replace(&mut self.read, Box::new(std::io::empty()));
-        self.read = Box::new(std::io::Cursor::new(text.clone()).chain(rest));
-        (self.line, self.offset) = (line, offset);
-        Ok(Sample {
+        let block = Block {
             path: self.path.clone(),
-            text,
+            text: text.into(),
             line,
-        })
+        };
+        self.put_back(&block, offset);
+        Ok(block)
+    }
+
+    /// Returns the next lines, about 256 KiB, each of which is a row or void. Returns `None`, and
+    /// reads nothing, if fewer are left or if there is a quote or a long line among them.
+    pub fn block(&mut self) -> Result<Option<Block>, InputError> {
+        let (offset, mut text) = (self.offset, Vec::with_capacity(2 * BUFFER));
+        let is_whole = loop {
+            let read = match self.read.fill_buf() {
+                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
+                read => read.map_err(|source| InputError::read(&self.path, self.offset, source))?,
+            };
+            let is_enough = text.len() + read.len() >= BUFFER;
+            let end = read.iter().rposition(|&byte| byte == b'\n').filter(|_| is_enough);
+            let taken = end.map_or(read.len(), |end| end + 1);
+            text.extend_from_slice(&read[..taken]);
+            self.read.consume(taken);
+            self.offset += taken as u64;
+            if end.is_some() || taken == 0 || text.len() > BUFFER + LONGEST {
+                break end.is_some();
+            }
+        };
+        let block = Block {
+            path: self.path.clone(),
+            line: self.line,
+            text: text.into(),
+        };
+        if !is_whole || block.text.contains(&b'"') || !block.has_short_lines() {
+            self.put_back(&block, offset);
+            return Ok(None);
+        }
+        self.line += block.text.iter().filter(|&&byte| byte == b'\n').count() as u64;
+        Ok(Some(block))
+    }
+
+    /// Puts lines back, which begin at this offset.
+    fn put_back(&mut self, block: &Block, offset: u64) {
+        let rest = std::mem::replace(&mut self.read, Box::new(std::io::empty()));
+        self.read = Box::new(std::io::Cursor::new(block.text.clone()).chain(rest));
+        (self.line, self.offset) = (block.line, offset);
     }
 }
 
 /// Lines that were read ahead.
 #[cfg(feature = "text")]
-pub struct Sample {
+pub struct Block {
     path: Arc<Path>,
     text: Arc<[u8]>,
     /// The number of lines before these.
@@ -166,7 +203,13 @@ pub struct Sample {
 }
 
 #[cfg(feature = "text")]
-impl Sample {
+impl Block {
+    /// Returns whether each line is short enough for a row.
+    fn has_short_lines(&self) -> bool {
+        // Lines are not counted: a block of this size has none that is too long.
+        self.text.len() <= LONGEST || self.text.split(|&byte| byte == b'\n').all(|line| line.len() < LONGEST)
+    }
+
     pub fn lines(&self) -> Lines {
         let text = Box::new(std::io::Cursor::new(self.text.clone()));
         Lines {

@@ -78,7 +78,11 @@ impl Records for PointBatch {
             Format::Ply => Ok(Box::new(ply::Points::new(input)?)),
             Format::Obj => Ok(Box::new(obj::Points::new(input)?)),
             #[cfg(feature = "text")]
-            Format::Text => Ok(Box::new(text::Points::new(input, options.columns.as_ref())?)),
+            Format::Text => Ok(Box::new(text::Points::new(
+                input,
+                options.columns.as_ref(),
+                options.decoding_threads(),
+            )?)),
             Format::GeoJson => start_vector(Vector::GeoJson, input),
             Format::FlatGeobuf => start_vector(Vector::FlatGeobuf, input),
             Format::Shapefile => start_vector(Vector::Shapefile, input),

@@ -1,7 +1,7 @@
 //! Rows of text: delimiters, headers, columns, quotes, broken rows.
 
 use crate::input::{assert_says, file, gzip, skipping, stream};
-use delaunay_tiles::input::{Columns, InputOptions};
+use delaunay_tiles::input::{Columns, InputError, InputOptions};
 
 const TWO: [(f64, f64); 2] = [(1.5, -2.0), (3.0, 4e2)];
 
@@ -229,5 +229,66 @@ fn rows_across_buffer_ends_are_read_whole() {
     assert_eq!(read.points.len(), 200_000);
     for (n, &(x, y)) in read.points.iter().enumerate() {
         assert_eq!((x, y, read.z[n]), (n as f64, n as f64 * 2.0 + 0.5, (n % 7) as f64));
+    }
+}
+
+/// Returns 2 MB of rows of all kinds, with a comment or a blank line here and there.
+fn many_rows(line_end: &str) -> String {
+    let row = |n: u64| match n % 1000 {
+        7 => format!("# {n}{line_end}{line_end}"),
+        8 => format!(" {n} , {} ,0{line_end}", n * 7919 % 1009),
+        _ => format!("{n},{}.25,{}{line_end}", n * 7919 % 1009, n % 13),
+    };
+    (0..120_000).map(row).collect()
+}
+
+/// Returns an error from the name of the file on.
+fn without_folder(error: &InputError) -> String {
+    let text = error.to_string();
+    text.rsplit_once('/').unwrap().1.to_owned()
+}
+
+#[test]
+fn rows_are_the_same_whatever_the_number_of_threads() {
+    let plain = many_rows("\n");
+    let quoted_late = format!("{plain}\"5\",\"6\",\"7\"\n\"1\n\",2,3\n{plain}");
+    let long_row = format!("{plain}1,2,3{}\n{plain}", " ".repeat(1 << 20));
+    let flawed = plain.replace(",7\n", ",seven\n");
+    let inputs = [
+        ("crlf.csv", many_rows("\r\n")),
+        ("tabs.tsv", plain.replace(',', "\t")),
+        ("blanks.txt", plain.replace(',', "  ")),
+        ("header.csv", format!("x,y,z\n{plain}")),
+        ("open.csv", plain.trim_end().to_owned()),
+        ("long.csv", long_row),
+        ("quoted.csv", quoted_late),
+        ("flawed.csv", flawed),
+        ("plain.csv", plain),
+    ];
+    for (name, text) in inputs {
+        for skip_invalid in [false, true] {
+            let read = |threads| {
+                file(
+                    name,
+                    &text,
+                    &InputOptions::default().threads(threads).skip_invalid(skip_invalid),
+                )
+            };
+            let expected = read(1);
+            for threads in [0, 2, 9] {
+                match (&expected, read(threads)) {
+                    (Ok(expected), Ok(read)) => {
+                        assert!(expected.points.len() > 100_000);
+                        assert!(read.points == expected.points && read.z == expected.z, "{name}");
+                        assert_eq!(read.records, expected.records, "{name}");
+                        assert_eq!(read.source.counts(), expected.source.counts(), "{name}");
+                    }
+                    (Err(expected), Err(error)) => assert_eq!(without_folder(&error), without_folder(expected)),
+                    (expected, read) => panic!("{name}: {:?} and {:?}", expected.as_ref().err(), read.err()),
+                }
+            }
+            let fails = !skip_invalid && name == "flawed.csv" || name == "long.csv";
+            assert_eq!(expected.is_err(), fails, "{name}");
+        }
     }
 }

@@ -19,7 +19,7 @@ use crate::input::error::InputError;
 use crate::input::flaw::Flaw;
 use crate::input::formats::names::{X, Y, Z};
 use crate::input::formats::text::rows::{BLANKS, Rows};
-use crate::input::formats::text_lines::{Lines, Sample, number};
+use crate::input::formats::text_lines::{Block, Lines, number};
 use crate::input::options::{Column, Columns};
 use crate::shown::excerpt;
 
@@ -152,7 +152,7 @@ pub fn header_layout(header: &Rows, columns: Option<&Columns>) -> Result<Layout,
 }
 
 /// Determines the delimiter from the first rows.
-fn find_delimiter(sample: &Sample) -> u8 {
+fn find_delimiter(sample: &Block) -> u8 {
     let in_most = |delimiter: &u8| {
         let mut rows = Rows::new(sample.lines(), *delimiter);
         let (mut with, mut without) = (0, 0);

@@ -1,5 +1,6 @@
 //! Rows of delimited text: comma, semicolon, tab or blanks.
 
+mod ahead;
 mod columns;
 mod points;
 mod rows;

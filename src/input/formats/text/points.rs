@@ -9,6 +9,7 @@
 use crate::input::about::{About, Field, MOST_FIELDS};
 use crate::input::bytes::ByteInput;
 use crate::input::error::{InputError, Location};
+use crate::input::formats::text::ahead::{Ahead, Row};
 use crate::input::formats::text::columns::{Layout, Table, header_layout, is_name};
 use crate::input::formats::text::rows::Rows;
 use crate::input::formats::text_lines::number;
@@ -20,13 +21,15 @@ use std::path::Path;
 
 pub struct Points {
     rows: Rows,
+    /// The rows that are parsed on other threads, before the others.
+    ahead: Option<Ahead>,
     layout: Layout,
     fields: Vec<Field>,
     notes: Vec<String>,
 }
 
 impl Points {
-    pub fn new(input: ByteInput, columns: Option<&Columns>) -> Result<Self, InputError> {
+    pub fn new(input: ByteInput, columns: Option<&Columns>, threads: usize) -> Result<Self, InputError> {
         let path = input.path.clone();
         let Table {
             mut rows,
@@ -40,6 +43,7 @@ impl Points {
             let fields = Vec::new();
             return Ok(Self {
                 rows,
+                ahead: None,
                 layout,
                 fields,
                 notes,
@@ -73,11 +77,26 @@ impl Points {
             }
         };
         Ok(Self {
+            ahead: (threads > 1).then(|| Ahead::new(threads, rows.delimiter(), layout)),
             rows,
             layout,
             fields: described,
             notes,
         })
+    }
+}
+
+impl Points {
+    #[inline]
+    fn next_row(&mut self) -> Result<Option<Row>, InputError> {
+        if let Some(ahead) = &mut self.ahead {
+            match ahead.next_row(&mut self.rows.lines)? {
+                None => self.ahead = None,
+                row => return Ok(row),
+            }
+        }
+        let has_row = self.rows.next_row()?;
+        Ok(has_row.then(|| (self.rows.lines.row(), self.layout.read(&self.rows))))
     }
 }
 
@@ -145,11 +164,11 @@ impl Reader<PointBatch> for Points {
 
     fn fill(&mut self, sink: &mut Sink<'_, PointBatch>) -> Result<bool, InputError> {
         while !sink.is_full() {
-            if !self.rows.next_row()? {
+            let Some((line, coordinates)) = self.next_row()? else {
                 return Ok(false);
-            }
-            let location = || Location::Line(self.rows.lines.row());
-            match self.layout.read(&self.rows) {
+            };
+            let location = || Location::Line(line);
+            match coordinates {
                 Ok((x, y, z)) => sink.point(x, y, z, location)?,
                 Err(flaw) => sink.invalid(location, &flaw)?,
             }

@@ -44,6 +44,11 @@ impl Rows {
         }
     }
 
+    /// Returns the byte between fields.
+    pub fn delimiter(&self) -> u8 {
+        self.delimiter
+    }
+
     /// Reads the next row; returns false at the end.
     #[inline]
     pub fn next_row(&mut self) -> Result<bool, InputError> {

@@ -75,7 +75,7 @@ pub struct BuildArgs {
     /// Maximum number of vertices per tile
     #[arg(long, value_name = "COUNT", default_value_t = BuildOptions::default().tile_vertices)]
     tile_vertices: usize,
-    /// Number of computing threads [default: one per processor]
+    /// Number of threads that compute, and that decode LAZ and text [default: one per processor]
     #[arg(long, value_name = "COUNT")]
     threads: Option<usize>,
     /// In-core triangulation engine; all engines give the same triangles
