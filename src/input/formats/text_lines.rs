@@ -206,7 +206,7 @@ pub struct Block {
 impl Block {
     /// Returns whether each line is short enough for a row.
     fn has_short_lines(&self) -> bool {
-        // Lines are not counted: a block of this size has none that is too long.
+        // A block of this size has no longer line.
         self.text.len() <= LONGEST || self.text.split(|&byte| byte == b'\n').all(|line| line.len() < LONGEST)
     }
 

@@ -8,8 +8,8 @@ use crate::input::formats::text::rows::Rows;
 use crate::input::formats::text_lines::{Block, Lines};
 use std::vec::IntoIter;
 
-/// The coordinates of a row, or why it has none.
-pub type Coordinates = Result<(f64, f64, Option<f64>), Flaw>;
+/// The coordinates of a row, or why it has none. Flaws are rare and large.
+pub type Coordinates = Result<(f64, f64, Option<f64>), Box<Flaw>>;
 
 /// A row: the line on which it begins, counted from 1, and its coordinates.
 pub type Row = (u64, Coordinates);
@@ -68,7 +68,7 @@ fn parse(block: &Block, delimiter: u8, layout: Layout) -> Result<Vec<Row>, Input
     let mut rows = Rows::new(block.lines(), delimiter);
     let mut all = Vec::new();
     while rows.next_row()? {
-        all.push((rows.lines.row(), layout.read(&rows)));
+        all.push((rows.lines.row(), layout.read(&rows).map_err(Box::new)));
     }
     Ok(all)
 }

@@ -96,7 +96,7 @@ impl Points {
             }
         }
         let has_row = self.rows.next_row()?;
-        Ok(has_row.then(|| (self.rows.lines.row(), self.layout.read(&self.rows))))
+        Ok(has_row.then(|| (self.rows.lines.row(), self.layout.read(&self.rows).map_err(Box::new))))
     }
 }
 
