@@ -296,7 +296,7 @@ def build(
     memory : int or str, optional
         The memory that the build may use, besides the input; a quarter of what is available without it.
     threads : int, optional
-        Computing threads; one per processor without it.
+        Threads that compute, and that decode LAZ and text; one per processor without it.
     tile_vertices : int
         Most vertices of a tile.
     duplicates : {"first", "lowest", "highest", "error"}

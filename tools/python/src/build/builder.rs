@@ -37,6 +37,8 @@ pub fn identity(py: Python<'_>, path: PathBuf, arguments: ReadArguments) -> PyRe
 #[pyclass(frozen, module = "delaunay_tiles._core")]
 pub struct Builder {
     work: Mutex<Option<Work>>,
+    /// The number of threads that decode files.
+    threads: usize,
     progress: Arc<Progress>,
     stop: Arc<Stop>,
     /// What is called with the phase, its finished steps and their number while the build works.
@@ -92,6 +94,7 @@ impl Builder {
         let progress = Arc::<Progress>::default();
         let stop = Arc::<Stop>::default();
         let options = arguments.options(&progress)?;
+        let threads = options.threads;
         let runtime = runtime()?;
         let work = py.detach(|| -> Outcome<Work> {
             let _inside = runtime.enter();
@@ -100,6 +103,7 @@ impl Builder {
         })?;
         Ok(Self {
             work: Mutex::new(Some(work)),
+            threads,
             progress,
             stop,
             observer,
@@ -169,7 +173,7 @@ impl Builder {
         keep_edges: bool,
         are_all: bool,
     ) -> PyResult<()> {
-        let options = arguments.options(MissingZ::Drape)?;
+        let options = arguments.options(MissingZ::Drape)?.threads(self.threads);
         self.with(py, |work, runtime| {
             if is_poly(&path) {
                 work.push_segments_of(&path)?;
