@@ -3,13 +3,15 @@
 //! In: pieces, for instance the chunks of a LAZ file. Out: each piece decoded, in the order in which
 //! they were put in. Nothing else depends on the number of threads.
 
-use crate::io::start_thread;
 use parking_lot::Mutex;
+use std::cell::OnceCell;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::thread::Builder;
 
-/// The number of threads beyond which the reader of the decoded pieces is the slower part.
+/// The most threads. With more, the reader of the decoded pieces would be the slower part: an
+/// estimate, measured with two threads.
 const MOST_THREADS: usize = 4;
 
 type Decode<P, D> = dyn Fn(P) -> D + Send + Sync;
@@ -21,22 +23,19 @@ type Job<P, D> = (P, SyncSender<D>);
 pub struct Decoders<P, D> {
     threads: usize,
     decode: Arc<Decode<P, D>>,
-    /// `None` before the first piece, and if the system starts no thread.
-    jobs: Option<Sender<Job<P, D>>>,
-    is_started: bool,
+    /// Empty before the first piece; `None` if the system starts no thread.
+    jobs: OnceCell<Option<Sender<Job<P, D>>>>,
     /// The pieces that were put in and not taken, in order.
     pending: VecDeque<Receiver<D>>,
 }
 
 impl<P: Send + 'static, D: Send + 'static> Decoders<P, D> {
-    /// Creates the decoders; `threads` of them, but not more than are of use. `decode` must not
-    /// panic.
+    /// Creates the decoders; `threads` of them, at most four. `decode` must not panic.
     pub fn new(threads: usize, decode: impl Fn(P) -> D + Send + Sync + 'static) -> Self {
         Self {
             threads: threads.min(MOST_THREADS),
             decode: Arc::new(decode),
-            jobs: None,
-            is_started: false,
+            jobs: OnceCell::new(),
             pending: VecDeque::new(),
         }
     }
@@ -48,19 +47,13 @@ impl<P: Send + 'static, D: Send + 'static> Decoders<P, D> {
 
     /// Puts in a piece. If the system starts no thread, it is decoded at once.
     pub fn put(&mut self, piece: P) {
-        if !self.is_started {
-            self.is_started = true;
-            self.start();
-        }
         let (send, receive) = sync_channel(1);
         self.pending.push_back(receive);
-        let unsent = match &self.jobs {
-            Some(jobs) => jobs.send((piece, send)).err().map(|error| error.0),
-            None => Some((piece, send)),
-        };
-        if let Some((piece, send)) = unsent {
-            // The receiver is in `pending`.
-            let _ = send.send((self.decode)(piece));
+        match self.jobs.get_or_init(|| self.start()) {
+            Some(jobs) => jobs
+                .send((piece, send))
+                .expect("a thread receives, as `decode` does not panic"),
+            None => send.send((self.decode)(piece)).expect("the receiver is in `pending`"),
         }
     }
 
@@ -70,9 +63,11 @@ impl<P: Send + 'static, D: Send + 'static> Decoders<P, D> {
         Some(next.recv().expect("`decode` does not panic"))
     }
 
-    fn start(&mut self) {
+    /// Starts the threads. Returns where to send pieces; `None` if the system starts no thread.
+    fn start(&self) -> Option<Sender<Job<P, D>>> {
         let (send, receive) = channel::<Job<P, D>>();
         let jobs = Arc::new(Mutex::new(receive));
+        let mut started = None;
         for number in 0..self.threads {
             let (jobs, decode) = (Arc::clone(&jobs), Arc::clone(&self.decode));
             let work = move || {
@@ -83,12 +78,14 @@ impl<P: Send + 'static, D: Send + 'static> Decoders<P, D> {
                     let _ = send.send(decode(piece));
                 }
             };
-            if let Err(error) = start_thread(&format!("tile-decode-{number}"), work) {
+            // Not by `io`, which this room does not import: a refusal is no error here.
+            if let Err(error) = Builder::new().name(format!("tile-decode-{number}")).spawn(work) {
                 tracing::warn!(%error, "could not start a decoding thread");
                 break;
             }
-            self.jobs = Some(send.clone());
+            started = Some(send.clone());
         }
+        started
     }
 }
 

@@ -390,8 +390,8 @@ impl InputOptions {
     }
 
     /// For LAZ and text, sets the number of threads that decode ahead of the reading. With 0, the
-    /// default, there is one for each processor, and with 1, the reading thread decodes. More than four
-    /// are of no use, so not more are started. The points are the same.
+    /// default, there is one for each processor, and with 1, the reading thread decodes. At most four are
+    /// started. The points are the same.
     #[must_use]
     pub fn threads(mut self, threads: usize) -> Self {
         self.threads = threads;

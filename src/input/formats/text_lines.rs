@@ -154,7 +154,7 @@ impl Lines {
     }
 
     /// Returns the next lines, about 256 KiB, each of which is a row or void. Returns `None`, and
-    /// reads nothing, if fewer are left or if there is a quote or a long line among them.
+    /// reads nothing, if fewer are left or if there is a quote or a very long line among them.
     pub fn block(&mut self) -> Result<Option<Block>, InputError> {
         let (offset, mut text) = (self.offset, Vec::with_capacity(2 * BUFFER));
         let is_whole = loop {
@@ -168,8 +168,9 @@ impl Lines {
             text.extend_from_slice(&read[..taken]);
             self.read.consume(taken);
             self.offset += taken as u64;
-            if end.is_some() || taken == 0 || text.len() > BUFFER + LONGEST {
-                break end.is_some();
+            if end.is_some() || taken == 0 || text.len() > LONGEST {
+                // In a block of at most this size, no line is too long.
+                break end.is_some() && text.len() <= LONGEST;
             }
         };
         let block = Block {
@@ -177,7 +178,7 @@ impl Lines {
             line: self.line,
             text: text.into(),
         };
-        if !is_whole || block.text.contains(&b'"') || !block.has_short_lines() {
+        if !is_whole || block.text.contains(&b'"') {
             self.put_back(&block, offset);
             return Ok(None);
         }
@@ -197,19 +198,13 @@ impl Lines {
 #[cfg(feature = "text")]
 pub struct Block {
     path: Arc<Path>,
-    text: Arc<[u8]>,
+    text: bytes::Bytes,
     /// The number of lines before these.
     line: u64,
 }
 
 #[cfg(feature = "text")]
 impl Block {
-    /// Returns whether each line is short enough for a row.
-    fn has_short_lines(&self) -> bool {
-        // A block of this size has no longer line.
-        self.text.len() <= LONGEST || self.text.split(|&byte| byte == b'\n').all(|line| line.len() < LONGEST)
-    }
-
     pub fn lines(&self) -> Lines {
         let text = Box::new(std::io::Cursor::new(self.text.clone()));
         Lines {

@@ -197,7 +197,7 @@ fn claims_within_compressed_points_that_exceed_the_file_are_refused() {
             changed(name, &[(layers + 4, &[0xff; 4])]),
             &InputOptions::default(),
         ),
-        &["a chunk of", "bytes are left"],
+        &["a chunk of", "bytes are left in the file"],
     );
 }
 

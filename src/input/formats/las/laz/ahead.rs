@@ -130,7 +130,7 @@ fn decode(piece: Piece, scheme: &Scheme) -> Decoded {
 /// Fills `records` with all points of a chunk, or with those before a failure.
 fn fill(records: &mut Vec<u8>, bytes: Vec<u8>, points: u64, scheme: &Scheme) -> Result<(), Problem> {
     let size = bytes.len() as u64;
-    let mut decoder = ChunkDecoder::new(Cursor::new(bytes), size, scheme);
+    let mut decoder = ChunkDecoder::new(Cursor::new(bytes), size, "its place in the file", scheme);
     decoder.begin()?;
     let whole = points as usize * scheme.length;
     records.reserve_exact(whole);

@@ -16,15 +16,16 @@ use std::io::{Read, Seek};
 pub struct ChunkDecoder<R> {
     decompressor: Box<dyn RecordDecompressor<R> + Send + Sync>,
     scheme: Scheme,
-    /// The number of bytes of `R`.
+    /// The number of bytes of the source, and what messages call it.
     size: u64,
+    whole: &'static str,
     /// Whether the decoder panicked or failed, so that its state must not be used.
     is_broken: bool,
 }
 
 impl<R: Read + Seek + Send + Sync + 'static> ChunkDecoder<R> {
-    /// Creates the decoder of a source of `size` bytes.
-    pub fn new(source: R, size: u64, scheme: &Scheme) -> Self {
+    /// Creates the decoder of a source of `size` bytes, which messages call `whole`.
+    pub fn new(source: R, size: u64, whole: &'static str, scheme: &Scheme) -> Self {
         Self {
             decompressor: match scheme.layers {
                 Some(_) => Box::new(LayeredPointRecordDecompressor::new(source)),
@@ -32,6 +33,7 @@ impl<R: Read + Seek + Send + Sync + 'static> ChunkDecoder<R> {
             },
             scheme: scheme.clone(),
             size,
+            whole,
             is_broken: false,
         }
     }
@@ -60,25 +62,25 @@ impl<R: Read + Seek + Send + Sync + 'static> ChunkDecoder<R> {
         self.decompress(|decompressor| decompressor.decompress_many(buffer))
     }
 
-    /// Compares the sizes of the next chunk's layers with the rest of the file.
+    /// Compares the sizes of the next chunk's layers with the rest of the source.
     fn check_layers(&mut self, layers: usize) -> Result<(), Problem> {
-        let file = self.decompressor.get_mut();
+        let (source, whole) = (self.decompressor.get_mut(), self.whole);
         let mut head = vec![0; self.scheme.length + 4 + 4 * layers];
         let mut check = || {
-            file.read_exact(&mut head)?;
-            let position = file.stream_position()?;
-            file.seek_relative(-(head.len() as i64))?;
+            source.read_exact(&mut head)?;
+            let position = source.stream_position()?;
+            source.seek_relative(-(head.len() as i64))?;
             Ok(position)
         };
         let position: u64 = check().map_err(|error: std::io::Error| {
-            Problem::cut_short("a chunk of points begins beyond the end of the file").caused_by(error)
+            Problem::cut_short(format!("a chunk of points begins beyond the end of {whole}")).caused_by(error)
         })?;
         let (sizes, _) = head[self.scheme.length + 4..].as_chunks::<4>();
         let sum: u64 = sizes.iter().map(|&size| u64::from(u32::from_le_bytes(size))).sum();
         let rest = self.size.saturating_sub(position);
         if sum > rest {
             return Err(Problem::cut_short(format!(
-                "a chunk of {sum} bytes, but {rest} bytes are left"
+                "a chunk of {sum} bytes, but {rest} bytes are left in {whole}"
             )));
         }
         Ok(())

@@ -89,7 +89,7 @@ impl Laz {
             length: scheme.length,
             decoding: match can_be_ahead {
                 true => Decoding::Ahead(Ahead::new(file, chunks, scheme, threads)),
-                false => Decoding::Streaming(ChunkDecoder::new(file, size, &scheme), chunks),
+                false => Decoding::Streaming(ChunkDecoder::new(file, size, "the file", &scheme), chunks),
             },
             left: 0,
             bounds: None,
