@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -66,6 +66,25 @@ pub fn kill_after(mut command: Command, time: Duration) {
     thread::sleep(time);
     let _ = child.kill();
     child.wait().unwrap();
+}
+
+/// Waits until the journal of the build of `p.tiles` in a folder has a whole entry. Returns false if
+/// the build ended before.
+///
+/// An entry begins with its length. While it is being written, the file may be shorter than that,
+/// and a build that is killed then leaves an entry that does not count.
+pub fn wait_for_a_block(folder: &Path, child: &mut Child) -> bool {
+    let journal = folder.join("p.tiles.partial/journal");
+    while child.try_wait().unwrap().is_none() {
+        let bytes = fs::read(&journal).unwrap_or_default();
+        if let Some((length, entry)) = bytes.split_first_chunk::<4>()
+            && entry.len() >= 4 + u32::from_le_bytes(*length) as usize
+        {
+            return true;
+        }
+        thread::sleep(Duration::from_micros(200));
+    }
+    false
 }
 
 /// Returns a command in which the shell runs `before`, such as `ulimit -n 15`, and then the tool.

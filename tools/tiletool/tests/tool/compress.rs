@@ -2,10 +2,8 @@
 
 use std::fs;
 use std::process::Stdio;
-use std::thread;
-use std::time::Duration;
 
-use crate::support::{data, fails, json, run, tiletool};
+use crate::support::{data, fails, json, run, tiletool, wait_for_a_block};
 
 /// Fields of the reports, as numbers.
 fn number(report: &serde_json::Value, key: &str) -> u64 {
@@ -82,10 +80,7 @@ fn an_interrupted_compressed_build_resumes_to_the_same_bytes_and_as_no_other() {
     );
     let mut child = tiletool(folder, &format!("{BUILD} --compress"));
     let mut child = child.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    let journal = folder.join("p.tiles.partial/journal");
-    while child.try_wait().unwrap().is_none() && !fs::metadata(&journal).is_ok_and(|file| file.len() > 0) {
-        thread::sleep(Duration::from_micros(200));
-    }
+    wait_for_a_block(folder, &mut child);
     let _ = child.kill();
     child.wait().unwrap();
     if folder.join("p.tiles").exists() {

@@ -4,10 +4,9 @@
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::support::{errors, fails, json, kill_after, names, run, tiletool};
+use crate::support::{errors, fails, json, kill_after, names, run, tiletool, wait_for_a_block};
 use serde_json::Value;
 
 fn start(folder: &Path, args: &str) -> Child {
@@ -22,19 +21,6 @@ fn scratch() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     run(folder.path(), "generate kuzmin -n 400000 --seed 7 -o p.f64");
     folder
-}
-
-/// Waits until the journal of the build of `p.tiles` in a folder has an entry. Returns false if the
-/// build ended before.
-fn wait_for_a_block(folder: &Path, child: &mut Child) -> bool {
-    let journal = folder.join("p.tiles.partial/journal");
-    while child.try_wait().unwrap().is_none() {
-        if fs::metadata(&journal).is_ok_and(|journal| journal.len() > 0) {
-            return true;
-        }
-        thread::sleep(Duration::from_micros(200));
-    }
-    false
 }
 
 #[test]
