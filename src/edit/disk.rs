@@ -146,9 +146,20 @@ impl Disk {
         };
         let mut directory = self.reader.directory().clone();
         directory.set_tiles(entries);
+        directory.remove_emptied();
+        directory.renew_bounds();
         change(&mut directory);
         let done = writer.replace(&directory, self.reader.in_force()).await;
         done.map_err(|error| self.cannot("finish", error))
+    }
+
+    /// Cuts off what was written. Returns the length that the file had with it.
+    pub(crate) async fn abandon(&self) -> Result<u64, EditError> {
+        let mut state = self.written().await?;
+        let flushed = state.writer.flush().await;
+        let cut = flushed.and_then(|()| self.file.truncate(self.reader.file_length()));
+        cut.map_err(|error| self.cannot("cut off what was written behind", error))?;
+        Ok(state.writer.length())
     }
 
     async fn written(&self) -> Result<MappedMutexGuard<'_, Written>, EditError> {
@@ -227,6 +238,10 @@ impl Disk {
             // No superblock refers to these bytes.
             let extents = [Some(before.core), Some(before.border), before.table.apart()];
             extents.into_iter().flatten().for_each(|extent| state.set_free(extent));
+        }
+        if counts.is_empty() {
+            state.entries[id.0 as usize] = TileEntry::UNUSED;
+            return Ok(());
         }
         let written = async {
             let core = state.put(core, Part::Core).await?;

@@ -7,7 +7,7 @@ use crate::geometry::{MortonSquare, Point, Rect};
 use crate::terrain::Surface;
 
 /// Fills in the z of ends that have none, in a file with z. An end at the position of another one
-/// that has z stays without. So do ends outside the hull, which no edit takes. About `memory` bytes
+/// that has z stays without. So do ends outside the hull. About `memory` bytes
 /// are for tiles.
 pub(crate) async fn drape_ends(
     target: &Target,

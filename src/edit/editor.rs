@@ -1,4 +1,4 @@
-//! The editor: takes lines and makes them constraints of a file.
+//! The editor: takes changes of points, and lines to make constraints of a file.
 
 use std::num::NonZero;
 use std::path::Path;
@@ -13,19 +13,48 @@ use crate::constraints::segment::Segment;
 use crate::constraints::without_z::NO_Z;
 use crate::edit::drape::drape_ends;
 use crate::edit::error::EditError;
+use crate::edit::points::{PointCall, PointCalls};
 use crate::edit::run::edit;
 use crate::edit::summary::EditSummary;
 use crate::edit::target::Target;
 use crate::edit::work::{Piece, Work};
 use crate::geometry::Point;
-use crate::input::{MissingZ, SegmentBatch};
+use crate::input::{MissingZ, PointBatch, SegmentBatch};
 use crate::memory::EditShares;
-use crate::store::{EdgeSource, LineKind, LinePart, LineSource};
+use crate::store::{EdgeSource, LineKind, LinePart, LineSource, Source};
 
-/// An editor that makes lines constraints of a file on disk.
+/// An editor of a file on disk: it inserts, deletes and moves points, and makes lines constraints.
 ///
-/// Ends that are not vertices of the file become vertices, within its hull. The file is locked
-/// against other editors. Readers may have it open, and see it as it was when they opened it.
+/// All changes take effect at once, when the edit is [finished](Self::finish). The file then has
+/// exactly the triangles that a build of the changed points and lines would have. The calls that
+/// change points act in their order; lines come after them. The file is locked against other
+/// editors. Readers may have it open, and see it as it was when they opened it.
+///
+/// # Example
+///
+/// ```
+/// use delaunay_tiles::input::PointBatch;
+/// use delaunay_tiles::{BuildOptions, Builder, Editor, Point};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("field.tiles");
+/// # tokio::runtime::Runtime::new()?.block_on(async {
+/// let points: Vec<Point> = (0..100).map(|i| Point::new(f64::from(i % 10), f64::from(i / 10))).collect();
+/// let grid = PointBatch { records: (0..100).collect(), points, z: vec![] };
+/// let mut builder = Builder::new(&path, BuildOptions::default())?;
+/// builder.push(&grid).await?;
+/// builder.finish().await?;
+///
+/// let mut editor = Editor::open(&path, 64 << 20).await?;
+/// editor.delete(&[Point::new(0.0, 0.0), Point::new(4.0, 4.0)])?;
+/// editor.move_points(&[[Point::new(9.0, 9.0), Point::new(20.0, 20.0)]])?;
+/// let summary = editor.finish().await?;
+/// assert_eq!((summary.points.deleted, summary.points.moved, summary.vertices), (2, 1, 98));
+/// # Ok(())
+/// # })
+/// # }
+/// ```
 pub struct Editor {
     target: Target,
     memory: u64,
@@ -34,6 +63,9 @@ pub struct Editor {
     /// The number of this edit, from 1.
     number: u32,
     crs: Option<String>,
+    next_record: u64,
+    is_dry_run: bool,
+    points: PointCalls,
     lines: Vec<LineSource>,
     segments: Vec<Segment>,
     /// z at the ends of segments, as far as any have z.
@@ -60,6 +92,9 @@ impl Editor {
         Ok(Self {
             first_line: metadata.next_line,
             crs: lists.crs.clone(),
+            next_record: metadata.next_record,
+            is_dry_run: false,
+            points: PointCalls::default(),
             number: lists.lines.last().map_or(0, |last| last.edit).saturating_add(1),
             // All segments are in memory, and a polygon takes no more than what is counted for
             // them.
@@ -77,9 +112,98 @@ impl Editor {
 
     /// Sets what to do with ends of lines that become vertices and have no z, in a file whose
     /// vertices have z. By default they take it from the triangulation before the edit
-    /// ([`MissingZ::Drape`]).
+    /// ([`MissingZ::Drape`]). New points without z are an error, unless it becomes 0
+    /// ([`MissingZ::Zero`]).
     pub fn missing_z(&mut self, missing_z: MissingZ) {
         self.missing_z = missing_z;
+        self.points.missing_z = missing_z;
+    }
+
+    /// Sets whether to leave out changes of points that are not there, and count them
+    /// ([`PointCounts::skipped`](crate::PointCounts::skipped)). By default they are an error.
+    pub fn skip_missing(&mut self, skip_missing: bool) {
+        self.points.skip_missing = skip_missing;
+    }
+
+    /// Sets whether to do all the work without changing the file. By default the file is changed.
+    pub fn dry_run(&mut self, is_dry_run: bool) {
+        self.is_dry_run = is_dry_run;
+    }
+
+    /// Inserts points, with z if the file has z. They may lie outside the hull. A point at the
+    /// position of another one is a duplicate, and leaves the other as it is; at a vertex that only
+    /// lines and sites hold, it gives the vertex its z. The record numbers of the batch, which
+    /// start from 0 in an edit, follow the numbers that the file has given so far.
+    ///
+    /// # Errors
+    /// Returns an error if the changes of points take more than half of the memory.
+    pub fn insert(&mut self, batch: &PointBatch) -> Result<(), EditError> {
+        for (place, point) in batch.points.iter().enumerate() {
+            let number = batch.records.get(place).copied().unwrap_or(self.points.records);
+            let record = self.next_record.saturating_add(number);
+            let z = batch.z.get(place).copied().unwrap_or(NO_Z);
+            self.points.all.push(PointCall::Insert(point.normalized(), z, record));
+            self.points.records = self.points.records.max(number.saturating_add(1));
+        }
+        self.check_points()
+    }
+
+    /// Names the files that inserted points come from, each with its number of records, in the order
+    /// of these.
+    pub fn add_point_sources(&mut self, sources: &[(String, u64)]) {
+        let mut first = self.next_record;
+        self.points.sources = sources
+            .iter()
+            .map(|(name, records)| {
+                let source = Source {
+                    name: name.clone(),
+                    records: *records,
+                    first,
+                };
+                first += records;
+                source
+            })
+            .collect();
+        self.points.records = self.points.records.max(first - self.next_record);
+    }
+
+    /// Deletes the points at these positions. A vertex stays as long as a site or the end of a
+    /// segment holds it. If a line passes it, the line stays, without the vertex.
+    ///
+    /// # Errors
+    /// As for [`insert`](Self::insert).
+    pub fn delete(&mut self, points: &[Point]) -> Result<(), EditError> {
+        let calls = points.iter().map(|point| PointCall::Delete(point.normalized()));
+        self.points.all.extend(calls);
+        self.check_points()
+    }
+
+    /// Moves points, each from its first position to its second, with its z and its record number.
+    /// A point that is moved to the position of another one is a duplicate, and gone. Ends of lines
+    /// and sites do not move with it.
+    ///
+    /// # Errors
+    /// As for [`insert`](Self::insert).
+    pub fn move_points(&mut self, pairs: &[[Point; 2]]) -> Result<(), EditError> {
+        let calls = pairs.iter().map(|pair| PointCall::Move(pair.map(Point::normalized)));
+        self.points.all.extend(calls);
+        self.check_points()
+    }
+
+    /// Gives the points at the positions of a batch the z of the batch.
+    ///
+    /// # Errors
+    /// As for [`insert`](Self::insert).
+    pub fn set_z(&mut self, batch: &PointBatch) -> Result<(), EditError> {
+        for (place, point) in batch.points.iter().enumerate() {
+            let z = batch.z.get(place).copied().unwrap_or(NO_Z);
+            self.points.all.push(PointCall::SetZ(point.normalized(), z));
+        }
+        self.check_points()
+    }
+
+    fn check_points(&self) -> Result<(), EditError> {
+        Ok(EditShares::check_points(self.memory, self.points.all.len() as u64)?)
     }
 
     /// Returns the coordinate reference system of the file, as it names it.
@@ -140,14 +264,15 @@ impl Editor {
         Ok(())
     }
 
-    /// Makes the lines constraints. An obstacle that covers a place more than once is normalised, so
+    /// Makes all changes. An obstacle that covers a place more than once is normalised, so
     /// that it covers it once. The file is unchanged until the very end.
     ///
     /// # Errors
-    /// Returns an error if an end lies outside the hull or lacks a z
-    /// ([`missing_z`](Self::missing_z)), if a line crosses a constraint, if a ring does not close,
-    /// if a polygon is inside out, if an obstacle covers a place more than once and its rings cross,
-    /// or if the system fails.
+    /// Returns an error if a point is not there, or lies where lines cross; if a point or an end lacks
+    /// a z ([`missing_z`](Self::missing_z)), or has z in a file without; if a line crosses a
+    /// constraint, if a ring does not close, if a polygon is inside out, if an obstacle covers a place
+    /// more than once and its rings cross; if the vertices left would lie on one line, with lines; or
+    /// if the system fails.
     pub async fn finish(self) -> Result<EditSummary, EditError> {
         let Self {
             target,
@@ -158,6 +283,8 @@ impl Editor {
             missing_z,
             mut polygons,
             polygon_lines,
+            points,
+            is_dry_run,
             ..
         } = self;
         let faults = polygons.finish()?;
@@ -175,7 +302,8 @@ impl Editor {
         }
         z.shrink_to_fit();
         let work = Work {
-            new_records: 2 * segments.len() as u64,
+            new_records: points.records + 2 * segments.len() as u64,
+            points,
             pieces: normalizer.map(|normalizer| normalized_pieces(&segments, normalizer)),
             segments,
             z,
@@ -185,6 +313,7 @@ impl Editor {
             inverted: faults.inverted_if_uncrossed,
             overlapping: faults.overlapping_if_uncrossed,
             is_draft: false,
+            is_dry_run,
             threads: thread::available_parallelism().map_or(1, NonZero::get),
         };
         edit(target, work, memory, || false).await

@@ -117,7 +117,7 @@ fn no_vertex(point: Point) -> EditError {
 /// Adds vertices at ends in one tile, each at another point. The ends of all segments get the next
 /// record numbers of the file, in order.
 fn add_vertices(tiles: &mut Tiles, work: &Work, ends: &[End]) -> Result<(), EditError> {
-    let first_record = tiles.metadata().next_record;
+    let first_record = tiles.metadata().next_record.saturating_add(work.points.records);
     let z_or_zero = |end: u32| {
         let z = work.z_of(end);
         if z.is_nan() { 0.0 } else { z }
@@ -126,7 +126,7 @@ fn add_vertices(tiles: &mut Tiles, work: &Work, ends: &[End]) -> Result<(), Edit
         point,
         z: z_or_zero(end),
         record: first_record.saturating_add(end.into()),
-        line: work.segments[end as usize / 2].source.number(),
+        is_input_point: false,
     });
     vertices::add(tiles, ends[0].0, new.collect())
 }

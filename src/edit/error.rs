@@ -31,17 +31,9 @@ pub enum EditError {
     /// Another editor has the file locked.
     #[error("{file}: another editor has it locked; try again later", file = shown::path(.0))]
     Busy(PathBuf),
-    /// The end of a line lies outside the hull of the file's vertices.
-    #[error("a line has an end at ({x}, {y}), outside the hull of the file's vertices; build it with the line from the start", x = point.x, y = point.y)]
-    Outside {
-        /// The number of the line.
-        line: u64,
-        /// The end.
-        point: Point,
-    },
-    /// With the ends of lines, a tile would be too large.
+    /// With the new vertices, a tile would be too large.
     #[error(
-        "with the ends of lines, a tile would have {vertices} vertices, but at most {most} are possible; build the file with the lines from the start"
+        "with the new vertices, a tile would have {vertices} vertices, but at most {most} are possible; build the file with them from the start"
     )]
     TooMany {
         /// Number of vertices that the tile would have.
@@ -63,6 +55,46 @@ pub enum EditError {
         /// Number of vertices that would have no z.
         count: u64,
     },
+    /// There is no point at a position.
+    #[error("there is no point at ({}, {}); {count} such positions are given (leave them out with --skip-missing)", point.x, point.y)]
+    NoPoint {
+        /// The first such position.
+        point: Point,
+        /// Number of positions without a point.
+        count: u64,
+    },
+    /// Points have no z, but the file's vertices have z.
+    #[error(
+        "the point at ({}, {}) has no z, but the file has z; {count} such points are given; give z to all points, or allow \
+         z = 0 (--missing-z zero)",
+        point.x, point.y
+    )]
+    PointWithoutZ {
+        /// The first such point.
+        point: Point,
+        /// Number of points without z.
+        count: u64,
+    },
+    /// Points have z, but the file's vertices have none.
+    #[error(
+        "the points have z, but the vertices of the file have none; leave z out (--dims 2), or build the file with z"
+    )]
+    HasNoZ,
+    /// A point lies where lines cross, so that it cannot be removed.
+    #[error(
+        "the point at ({}, {}) cannot be deleted: two lines cross there; take one of them out first",
+        point.x, point.y
+    )]
+    LinesCross {
+        /// The point.
+        point: Point,
+        /// The lines.
+        lines: [EdgeSource; 2],
+    },
+    /// Without the deleted points, all vertices would lie on one line, and some of its edges would be
+    /// constraints.
+    #[error("without these points, all vertices would lie on one line; build a file of the others")]
+    NothingLeft,
     /// A line crosses a constraint.
     #[error(
         "a line crosses a constraint: from ({}, {}) to ({}, {}), and from ({}, {}) to ({}, {}); let them meet in a vertex",

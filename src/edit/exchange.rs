@@ -8,7 +8,7 @@ use crate::edit::tiles::Tiles;
 pub(crate) fn exchange(patch: &mut Patch, tiles: &mut Tiles) -> Result<(), EditError> {
     let mut positions = patch.share_out();
     let mut unlinked = Vec::new();
-    for share in &patch.shares {
+    for share in patch.shares.iter().filter(|share| !share.is_empty()) {
         let id = share.tile;
         let replaced = tiles.change(id)?.replace(patch, share, &mut positions);
         let triangles = replaced.map_err(|reason| tiles.damaged(id, reason))?;

@@ -5,6 +5,7 @@ use crate::edit::error::EditError;
 use crate::edit::regions::{RegionJoin, RegionLabels};
 use crate::edit::tiles::{TileWithParts, Tiles};
 use crate::edit::work::Work;
+use crate::geometry::Rect;
 use crate::memory::EditShares;
 use crate::store::TileId;
 
@@ -19,6 +20,8 @@ pub(crate) fn touch_crossed(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn(
         // There are no tables yet.
         return Ok(());
     }
+    let all_ends = work.segments.iter().flat_map(|segment| segment.ends);
+    let bounds = Rect::around(all_ends).union(tiles.metadata().bounds);
     for number in 0..work.piece_count() {
         if is_stopped() {
             return Err(EditError::Cancelled);
@@ -27,7 +30,7 @@ pub(crate) fn touch_crossed(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn(
         let mut crossed: Vec<TileId> = Vec::new();
         let directory = tiles.directory();
         let take = |tile| crossed.push(tile);
-        directory.tree.tiles_along(directory.metadata.bounds, ends, take);
+        directory.tree.tiles_along(bounds, ends, take);
         crossed.retain(|&tile| !tiles.is_changed(tile));
         for tile in crossed {
             drop(tiles.change(tile)?);
@@ -50,7 +53,7 @@ pub(crate) fn join(
     };
     let directory = tiles.directory();
     let mut is_fresh = vec![is_draft; directory.tiles.len()];
-    let ids: Vec<TileId> = directory.tile_ids().collect();
+    let ids: Vec<TileId> = tiles.ids().collect();
     for &id in &ids {
         is_fresh[id.0 as usize] |= tiles.is_changed(id);
     }
@@ -80,7 +83,7 @@ pub(crate) fn join(
 /// were.
 pub(crate) fn label(tiles: &mut Tiles, labels: RegionLabels, is_stopped: &dyn Fn() -> bool) -> Result<(), EditError> {
     tiles.label(labels)?;
-    let ids: Vec<TileId> = tiles.directory().tile_ids().collect();
+    let ids: Vec<TileId> = tiles.ids().collect();
     for id in ids {
         if is_stopped() {
             return Err(EditError::Cancelled);

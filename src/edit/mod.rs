@@ -17,6 +17,7 @@
 //! superblock is replaced, which puts all of it in force at once. A reader that has the file open
 //! sees its former state.
 
+mod chain;
 mod contradiction;
 mod disk;
 mod drape;
@@ -24,9 +25,11 @@ mod editor;
 mod ends;
 mod error;
 mod exchange;
+mod hull;
 mod labelling;
 mod new_links;
 mod patch;
+mod points;
 mod region_numbers;
 mod regions;
 mod run;
@@ -43,7 +46,8 @@ mod workers;
 
 pub use editor::Editor;
 pub use error::EditError;
+pub(crate) use points::PointCalls;
 pub(crate) use run::edit;
-pub use summary::EditSummary;
+pub use summary::{EditSummary, PointCounts};
 pub(crate) use target::Target;
 pub(crate) use work::Work;

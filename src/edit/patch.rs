@@ -19,6 +19,9 @@ pub(crate) struct Patch {
     numbers: HashMap<VertexId, u32>,
     pub(crate) old: Vec<OldTriangle>,
     pub(crate) new: Vec<NewTriangle>,
+    /// The half-edges of old triangles that no new triangle replaces, so that the other sides of
+    /// their edges are on the hull.
+    pub(crate) bared: Vec<HalfEdge>,
     /// The tiles of the vertices, and the triangles of each tile: those with a corner in it.
     pub(crate) shares: Vec<TileShare>,
     /// A buffer, kept for its capacity.
@@ -55,6 +58,8 @@ pub(crate) enum PatchTwin {
     New(HalfEdge),
     /// The former twin of this half-edge of an old triangle.
     Old(HalfEdge),
+    /// The half-edge of a triangle that stays, on an edge that was on the hull.
+    Stays,
     /// The outside: no old triangle had this edge.
     Hull,
 }
@@ -73,6 +78,8 @@ pub(crate) struct TilePositions {
     pub(crate) old: Vec<Option<OldPosition>>,
     /// The position of each new triangle.
     pub(crate) new: Vec<Option<TriangleId>>,
+    /// For new half-edges of the patch, the half-edges of triangles that stay.
+    pub(crate) staying: Vec<(HalfEdge, HalfEdge)>,
 }
 
 /// The position of an old triangle in a tile.
@@ -90,12 +97,20 @@ impl TilePositions {
         self.old.resize(patch.old.len(), None);
         self.new.clear();
         self.new.resize(patch.new.len(), None);
+        self.staying.clear();
     }
 
     /// Clears the positions of a tile's share.
     pub(crate) fn clear(&mut self, share: &TileShare) {
         share.old.iter().for_each(|&old| self.old[old.index()] = None);
         share.new.iter().for_each(|&new| self.new[new.index()] = None);
+        self.staying.clear();
+    }
+
+    /// Returns the tile's half-edge of a triangle that stays, at a new half-edge of the patch.
+    pub(crate) fn staying_at(&self, new: HalfEdge) -> Option<HalfEdge> {
+        let found = self.staying.iter().find(|(at, _)| *at == new);
+        found.map(|(_, half_edge)| *half_edge)
     }
 
     /// Returns the tile's twin of an old half-edge of the patch, if the tile has its triangle.
@@ -118,6 +133,11 @@ impl TileShare {
             old: Vec::new(),
             new: Vec::new(),
         }
+    }
+
+    /// Returns whether nothing changes in the tile.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.old.is_empty() && self.new.is_empty()
     }
 }
 
@@ -147,6 +167,7 @@ impl Patch {
         self.numbers.clear();
         self.old.clear();
         self.new.clear();
+        self.bared.clear();
     }
 
     /// Returns the number of a vertex, and whether the vertex is new to the patch.

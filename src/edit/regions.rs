@@ -194,7 +194,12 @@ impl RegionJoin {
         for &triangle in &order {
             self.describe(tile, triangle, &mut records[parts.of_triangle(triangle) as usize]);
         }
-        self.add_nodes(tile.id, parts.count(), component_table::encode(tile.id, &records))?;
+        // A tile without triangles has no components, and no table.
+        let table = match records.is_empty() {
+            true => Vec::new(),
+            false => component_table::encode(tile.id, &records),
+        };
+        self.add_nodes(tile.id, parts.count(), table)?;
         self.link_within(tile, parts, &order);
         let id = |triangle: TriangleId| ComponentId {
             tile: tile.id,
@@ -343,7 +348,8 @@ impl RegionJoin {
         }
         let mut holes = DigestSum::default();
         let mut of_nodes = regions.of_nodes.iter();
-        for &tile in &self.order {
+        let with_components = self.order.iter().filter(|tile| self.counts[tile.0 as usize] > 0);
+        for &tile in with_components {
             let mut records = self.records(tile).ok_or(tile)?;
             for (record, number) in records.iter_mut().zip(0..) {
                 let Some(&region) = of_nodes.next() else { break };

@@ -10,6 +10,7 @@ use tokio::sync::oneshot;
 use crate::edit::ends::find_ends;
 use crate::edit::error::EditError;
 use crate::edit::labelling::{join, label, touch_crossed};
+use crate::edit::points::{self, NetChanges, net_changes};
 use crate::edit::strip::{LocatedSegment, SegmentInserter};
 use crate::edit::summary::EditSummary;
 use crate::edit::target::Target;
@@ -61,11 +62,17 @@ fn edit_here(
 ) -> Result<EditSummary, EditError> {
     let began = Instant::now();
     let segments = work.segments.len() as u64;
-    let shares = |largest| EditShares::new(memory, segments, work.threads, largest);
+    let input = [work.points.all.len() as u64, segments];
+    let shares = |largest| EditShares::new(memory, input, work.threads, largest);
     let mut tiles = Tiles::open(target, &shares, work.is_draft, runtime)?;
-    let (ends, vertices) = find_ends(&mut tiles, work, is_stopped)?;
+    let NetChanges { put, delete, counts } = net_changes(&tiles, &work.points, is_stopped)?;
+    let taken_over = points::insert(&mut tiles, &put, is_stopped)?;
+    let (ends, added_ends) = find_ends(&mut tiles, work, is_stopped)?;
     let inserted = insert(&mut tiles, work, &ends, is_stopped)?;
-    drop(ends);
+    drop((ends, put));
+    let has_lines = segments > 0 || tiles.metadata().constraint_edges > 0;
+    let held = points::delete(&mut tiles, &delete, has_lines, is_stopped)?;
+    drop(delete);
     touch_crossed(&mut tiles, work, is_stopped)?;
     let labels = join(&mut tiles, work.is_draft, memory, is_stopped)?;
     let (regions, spanning_regions, hole_regions) = (labels.regions, labels.spanning, labels.hole_regions);
@@ -78,20 +85,29 @@ fn edit_here(
     }
     label(&mut tiles, labels, is_stopped)?;
     let digest = tiles.digest(holes)?;
+    if digest.triangles.count == 0 && has_lines {
+        return Err(EditError::NothingLeft);
+    }
     let totals = EditTotals {
-        vertices,
+        ends: tiles.metadata().ends + added_ends + held - taken_over,
         regions,
         spanning_regions,
         hole_regions,
         digest,
     };
     let (tiles_written, tile_reads, length_before) = (tiles.count_changed(), tiles.reads(), tiles.length());
-    let file_bytes = tiles.publish(|directory| enter(directory, work, totals))?;
+    let file_bytes = match work.is_dry_run {
+        true => tiles.abandon()?,
+        false => tiles.publish(|directory| enter(directory, work, totals))?,
+    };
     Ok(EditSummary {
+        points: counts,
         segments,
-        added_vertices: vertices,
+        added_vertices: added_ends,
         inserted_edges: inserted.edges,
         constraint_edges: digest.constraint_edges.count,
+        vertices: digest.vertices.count,
+        triangles: digest.triangles.count,
         tiles_written: tiles_written as u64,
         tile_reads,
         triangles_visited: inserted.examined,
@@ -144,8 +160,8 @@ fn in_curve_order(work: &Work, ends: &[EditVertex]) -> impl Iterator<Item = Loca
 /// The changes of a file's directory, besides its tiles.
 #[derive(Clone, Copy)]
 struct EditTotals {
-    /// Number of new vertices.
-    vertices: u64,
+    /// Number of vertices without a point of the input.
+    ends: u64,
     regions: u64,
     spanning_regions: u64,
     hole_regions: u64,
@@ -160,6 +176,7 @@ fn enter(directory: &mut Directory, work: &Work, totals: EditTotals) {
     let vertices = tiles.iter().map(|tile| u64::from(tile.vertices)).sum();
     let triangles = tiles.iter().map(|tile| u64::from(tile.owned_triangles)).sum();
     let new_lines = work.lines.iter().map(|source| source.first + source.lines).max();
+    directory.lists.sources.extend_from_slice(&work.points.sources);
     directory.lists.lines.extend_from_slice(&work.lines);
     let lists = &mut directory.lists;
     let mut polygon_lines = std::mem::take(&mut lists.polygon_lines);
@@ -170,7 +187,7 @@ fn enter(directory: &mut Directory, work: &Work, totals: EditTotals) {
         vertices,
         triangles,
         hull_edges: hull_edges(vertices, triangles),
-        ends: before.ends + totals.vertices,
+        ends: totals.ends,
         constraint_edges: totals.digest.constraint_edges.count,
         regions: totals.regions,
         spanning_regions: totals.spanning_regions,
@@ -178,6 +195,7 @@ fn enter(directory: &mut Directory, work: &Work, totals: EditTotals) {
         hole_triangles: totals.digest.holes.count,
         next_record: before.next_record.saturating_add(work.new_records),
         next_line: before.next_line.max(new_lines.unwrap_or(0)),
+        last_transaction: before.last_transaction + u64::from(!work.points.all.is_empty()),
         digest: totals.digest,
         ..before
     };

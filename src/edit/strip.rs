@@ -5,18 +5,19 @@
 //! as in core. Each tile with a vertex of the strip removes the old triangles and adds the new
 //! ones.
 
-use foldhash::{HashMap, HashMapExt};
+use foldhash::HashMap;
 
+use crate::edit::chain::{Chain, constraint_bits};
 use crate::edit::contradiction::Contradiction;
 use crate::edit::error::EditError;
 use crate::edit::exchange::exchange;
-use crate::edit::patch::{NewTriangle, OldTriangle, Patch, PatchTwin};
+use crate::edit::patch::{OldTriangle, Patch, PatchTwin};
 use crate::edit::tile::EditTile;
 use crate::edit::tile::hubs::MOST_AROUND;
 use crate::edit::tiles::{Pin, Tiles};
 use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
-use crate::mesh::{Cavity, Topology, WALLS};
+use crate::mesh::{Cavity, Topology};
 use crate::store::{EdgeSource, LinePart, VertexId};
 
 /// A segment between two vertices of the file, to become constraint edges.
@@ -70,21 +71,6 @@ pub(crate) struct SegmentInserter {
 }
 
 type EdgeKey = [VertexId; 2];
-
-/// The boundary of a strip on one side of a segment, by the patch's numbers.
-#[derive(Default)]
-struct Chain {
-    vertices: Vec<u32>,
-    /// The half-edge of the old triangle between each vertex and the next.
-    half_edges: Vec<HalfEdge>,
-}
-
-impl Chain {
-    fn push(&mut self, vertex: u32, half_edge: HalfEdge) {
-        self.vertices.push(vertex);
-        self.half_edges.push(half_edge);
-    }
-}
 
 impl SegmentInserter {
     /// Makes a segment a chain of constraint edges.
@@ -208,8 +194,7 @@ impl SegmentInserter {
             .push(OldTriangle::new([from, right, left], bits, (tile.id, half_edge)));
         let [on_right, _, on_left] = HalfEdge::of_triangle(TriangleId(0));
         for (chain, vertex, half_edge) in [(&mut self.right, right, on_right), (&mut self.left, left, on_left)] {
-            chain.vertices.clear();
-            chain.half_edges.clear();
+            chain.clear();
             chain.vertices.push(from);
             chain.push(vertex, half_edge);
         }
@@ -250,7 +235,7 @@ impl SegmentInserter {
             if !cavity.triangulate(points) {
                 return Err(EditError::Internal("a line does not cross what it crossed".to_owned()));
             }
-            *on_segment = fill(strip, chain, cavity, self.is_passed_twice);
+            *on_segment = chain.fill(strip, cavity, self.is_passed_twice);
         }
         for [half_edge, twin] in [on_segment, [on_segment[1], on_segment[0]]] {
             strip.new[half_edge.triangle().index()].set(half_edge, PatchTwin::New(twin), constraint_bits(is_wall));
@@ -285,45 +270,6 @@ fn is_shorter_from_end(tiles: &Tiles, [start, end]: [EditVertex; 2]) -> Result<b
     let around = |vertex: EditVertex| tiles.get(vertex.id.tile).map(|tile| tile.degree(vertex.id.index));
     let at_start = around(start)?;
     Ok(at_start > MOST_AROUND && around(end)? < at_start)
-}
-
-/// Adds the triangles of a cavity to the patch. Returns the half-edge on the segment.
-fn fill(strip: &mut Patch, chain: &Chain, cavity: &Cavity, is_passed_twice: bool) -> HalfEdge {
-    let first = strip.new.len() as u32;
-    let of_patch = |half_edge: HalfEdge| HalfEdge(3 * first + half_edge.0);
-    for (corners, number) in cavity.triangles.iter().zip((0..).map(TriangleId)) {
-        // A half-edge without a twin is on the chain or on the segment. Its twin is set later.
-        let twin_of = |half_edge| {
-            let twin = cavity.twin(half_edge);
-            twin.map_or(PatchTwin::Hull, |twin| PatchTwin::New(of_patch(twin)))
-        };
-        strip.new.push(NewTriangle {
-            corners: corners.map(|position| chain.vertices[position as usize]),
-            bits: 0,
-            twins: HalfEdge::of_triangle(number).map(twin_of),
-        });
-    }
-    // An edge between two triangles of the strip that the segment does not cross is passed twice.
-    // It is a constraint that dangles into the cavity, or an edge from which triangles hang that
-    // the segment does not cross.
-    let mut positions: HashMap<[u32; 2], usize> = HashMap::new();
-    if is_passed_twice {
-        let edges = chain.vertices.array_windows().zip(0..);
-        positions.extend(edges.map(|(&edge, position)| (edge, position)));
-    }
-    for (position, (&[from, to], &old)) in chain.vertices.array_windows().zip(&chain.half_edges).enumerate() {
-        let half_edge = of_patch(cavity.edges[position]);
-        let twin = positions.get(&[to, from]).map(|&other| of_patch(cavity.edges[other]));
-        let bits = strip.old[old.triangle().index()].bits >> old.corner() & constraint_bits(true);
-        let twin = twin.map_or(PatchTwin::Old(old), PatchTwin::New);
-        strip.new[half_edge.triangle().index()].set(half_edge, twin, bits);
-    }
-    of_patch(cavity.edges[chain.half_edges.len()])
-}
-
-/// Returns the bits of a constraint that is the first half-edge of a triangle.
-fn constraint_bits(is_wall: bool) -> u8 {
-    1 | u8::from(is_wall) << WALLS
 }
 
 /// Makes the first half-edges of these triangles constraints, in all tiles that have the triangles.

@@ -1,9 +1,30 @@
 //! The result of an edit.
 
+/// The number of points that an edit changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct PointCounts {
+    /// Number of points that were inserted.
+    pub inserted: u64,
+    /// Number of points that were inserted, or moved, to the position of another one, which stays as
+    /// it is.
+    pub duplicates: u64,
+    /// Number of points that were deleted.
+    pub deleted: u64,
+    /// Number of points that were moved.
+    pub moved: u64,
+    /// Number of points that were given a z.
+    pub z_set: u64,
+    /// Number of changes that were left out, since there was no point.
+    pub skipped: u64,
+}
+
 /// The result of an edit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct EditSummary {
+    /// The points that were changed.
+    pub points: PointCounts,
     /// Number of segments of the input.
     pub segments: u64,
     /// Number of vertices that were added at their ends.
@@ -12,6 +33,10 @@ pub struct EditSummary {
     pub inserted_edges: u64,
     /// Number of constraint edges of the file.
     pub constraint_edges: u64,
+    /// Number of vertices of the file.
+    pub vertices: u64,
+    /// Number of triangles of the file.
+    pub triangles: u64,
     /// Number of tiles that were written again.
     pub tiles_written: u64,
     /// Number of tiles that were read for the lines. A tile counts each time that it is read.

@@ -6,6 +6,7 @@ mod digest;
 pub(crate) mod drafts;
 pub(crate) mod hubs;
 pub(crate) mod parts;
+pub(crate) mod points;
 mod replace;
 mod sources;
 mod topology;
@@ -62,8 +63,8 @@ pub(crate) struct NewVertex {
     pub(crate) point: Point,
     pub(crate) z: f64,
     pub(crate) record: u64,
-    /// The number of a line that ends at the vertex.
-    pub(crate) line: u64,
+    /// Whether a point lies there. Otherwise it is the end of a line.
+    pub(crate) is_input_point: bool,
 }
 
 impl EditTile {
@@ -226,9 +227,10 @@ impl EditTile {
         self.points.extend(new.iter().map(|vertex| vertex.point));
         make_room(&mut self.records, new.len());
         self.records.extend(new.iter().map(|vertex| vertex.record));
-        // No point of the input lies at the end of a line where there was no vertex.
-        self.input_points.resize(own as usize, true);
-        self.input_points.resize((own + more) as usize, false);
+        if !self.input_points.is_empty() || new.iter().any(|vertex| !vertex.is_input_point) {
+            self.input_points.resize(own as usize, true);
+            self.input_points.extend(new.iter().map(|vertex| vertex.is_input_point));
+        }
         make_room(&mut self.leaving, new.len());
         if has_z {
             make_room(&mut self.z, new.len());

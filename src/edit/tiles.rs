@@ -4,7 +4,7 @@
 //! Existing bytes are never overwritten: until the superblock changes, the file is in its former
 //! state.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::pin::pin;
 use std::sync::Arc;
 
@@ -33,6 +33,8 @@ pub(crate) struct Tiles {
     disk: Arc<Disk>,
     /// Whether each tile was changed since the file was opened.
     is_changed: Vec<bool>,
+    /// The tiles that have no vertices any more.
+    emptied: BTreeSet<TileId>,
     /// The digest of the changed tiles as they were in the file, without holes.
     digest_before: Digest,
     /// Ends when the last reference to `disk` is dropped.
@@ -61,6 +63,7 @@ impl Tiles {
             runtime,
             cache: EditCache::new(tiles as usize, write_back),
             is_changed: vec![false; disk.reader.directory().tiles.len()],
+            emptied: BTreeSet::new(),
             digest_before: Digest::default(),
             disk,
             gone,
@@ -70,6 +73,16 @@ impl Tiles {
     /// Returns the directory of the file as it was opened.
     pub(crate) fn directory(&self) -> &Directory {
         self.disk.reader.directory()
+    }
+
+    /// Returns the tiles that have vertices, in the order of the leaves.
+    pub(crate) fn ids(&self) -> impl Iterator<Item = TileId> {
+        self.directory().tile_ids().filter(|id| !self.emptied.contains(id))
+    }
+
+    /// Notes that a tile has no vertices any more.
+    pub(crate) fn set_emptied(&mut self, id: TileId) {
+        self.emptied.insert(id);
     }
 
     /// Returns the metadata of the file as it was opened.
@@ -204,6 +217,11 @@ impl Tiles {
             let _: &mut EditTile = &mut *self.change(id)?;
         }
         self.runtime.block_on(self.cache.flush(self.disk.workers.threads))
+    }
+
+    /// Forgets all changes. Returns the length that the file would have, without its directory.
+    pub(crate) fn abandon(self) -> Result<u64, EditError> {
+        self.runtime.block_on(self.disk.abandon())
     }
 
     /// Publishes the current tiles, with a directory that `change` adapts. Returns the length of

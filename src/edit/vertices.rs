@@ -1,23 +1,34 @@
-//! Insertion of new vertices into the triangulation, at the ends of lines where the file has no
-//! vertex yet.
+//! Insertion of new vertices into the triangulation.
 //!
 //! The triangles whose circumdisc contains a vertex, and from which no constraint hides it, are
 //! removed: its *cavity*. The edges around the cavity and the vertex form the triangles that
 //! replace them (Bowyer, Watson, both in The Computer Journal 24, 1981). With constraints too, the
 //! result is the triangulation of all vertices and constraints, whatever the order. A vertex on a
 //! constraint splits it.
+//!
+//! A vertex outside the hull sees some of its edges. They are edges around the cavity, too, unless
+//! their triangles are removed, which the vertex reaches through them:
+//!
+//! ```text
+//!       d ────── c             d ────── c
+//!       │      ╱ │             │      ╱ │╲
+//!       │    ╱   │      →      │    ╱   │  p     p sees bc alone. If p were in the
+//!       │  ╱     │             │  ╱     │╱       circle of a, b and c, the new triangles
+//!       a ────── b             a ────── b        were abp and acp.
+//! ```
 
 use foldhash::{HashMap, HashSet};
 
 use crate::edit::contradiction::Contradiction;
 use crate::edit::error::EditError;
 use crate::edit::exchange::exchange;
+use crate::edit::hull::{HullEdge, visible_from};
 use crate::edit::patch::{NewTriangle, OldTriangle, Patch, PatchTwin};
 use crate::edit::tile::NewVertex;
 use crate::edit::tiles::{Pin, Tiles};
-use crate::edit::vertex::EditVertex;
+use crate::edit::vertex::{EditVertex, owner};
 use crate::geometry::{HalfEdge, MortonSquare, Orientation, Point, Rect, TriangleId, VertexIndex, in_circle, orient2d};
-use crate::mesh::{Embedded, EndlessWalk, Topology, WALLS};
+use crate::mesh::{Embedded, EndlessWalk, Topology, Twin, WALLS};
 use crate::store::{LinePart, MAX_TILE_VERTICES, TileId, VertexId};
 
 /// Adds vertices to a tile. None of them exists yet.
@@ -47,28 +58,33 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
         return Err(tiles.damaged(id, Contradiction::NoVertices));
     };
     let mut inserter = VertexInserter::default();
-    for (&NewVertex { point, z, line, .. }, index) in new.iter().zip((first..).map(VertexIndex)) {
+    for (&NewVertex { point, z, .. }, index) in new.iter().zip((first..).map(VertexIndex)) {
         let vertex = EditVertex {
             id: VertexId { tile: id, index },
             point,
             // As the tile's own z: without z in the file, that of an end is left out.
             z: if has_z { z } else { 0.0 },
         };
-        let Some(start) = locate(tiles, VertexId { tile: id, index: from }, point)? else {
-            return Err(EditError::Outside { line, point });
-        };
-        inserter.add(tiles, vertex, start)?;
+        let place = locate(tiles, VertexId { tile: id, index: from }, point)?;
+        inserter.add(tiles, vertex, place)?;
         from = index;
     }
     Ok(())
 }
 
-/// Finds the closed triangle that contains a point. Returns one of its half-edges, with a tile that
-/// has it, or `None` if the point is outside the hull.
+/// The place of a point, with a tile that has the half-edge.
+enum Place {
+    /// In the closed triangle of this half-edge.
+    Inside(Pin, HalfEdge),
+    /// Outside the hull, beyond this half-edge.
+    Outside(Pin, HalfEdge),
+}
+
+/// Finds the place of a point.
 ///
 /// This is not a [`Walk`](crate::mesh::Walk): the order of the triangles in the file depends on the
 /// half-edge through which the walk enters the last triangle, which a `Walk` does not return.
-fn locate(tiles: &Tiles, from: VertexId, to: Point) -> Result<Option<(Pin, HalfEdge)>, EditError> {
+fn locate(tiles: &Tiles, from: VertexId, to: Point) -> Result<Place, EditError> {
     let mut tile = tiles.get(from.tile)?;
     let Some(mut half_edge) = tile.leaving(from.index) else {
         return Err(tiles.damaged(from.tile, Contradiction::LoneVertex(from.index)));
@@ -90,11 +106,22 @@ fn locate(tiles: &Tiles, from: VertexId, to: Point) -> Result<Option<(Pin, HalfE
             orient2d(start, end, to) == Orientation::Clockwise
         };
         let Some(exit) = half_edges.into_iter().find(is_beyond) else {
-            return Ok(Some((tile, half_edge)));
+            return Ok(Place::Inside(tile, half_edge));
         };
+        if tile.twin(exit) == Twin::Hull {
+            return Ok(Place::Outside(tile, exit));
+        }
+        let ends = [exit, exit.next()].map(|half_edge| tile.origin_vertex(half_edge).id);
         match tiles.twin(tile, exit)? {
             Some(there) => (tile, half_edge) = there,
-            None => return Ok(None),
+            None => {
+                // The edge is on the hull, which the tile of an end knows.
+                tile = tiles.get(ends[0].tile)?;
+                return match tile.half_edge_between(ends[0], ends[1]) {
+                    Some(exit) => Ok(Place::Outside(tile, exit)),
+                    None => Err(tiles.damaged(ends[0].tile, Contradiction::MissingTriangle)),
+                };
+            }
         }
     }
 }
@@ -106,27 +133,55 @@ struct VertexInserter {
     seen: HashSet<[VertexId; 3]>,
     /// Edges around the cavity, which is on their left.
     boundary: Vec<CavityEdge>,
-    /// The ends of the hull edge on which the vertex lies, if any.
+    /// The ends of the hull edge on which the vertex lies, or of the part of the hull that it sees,
+    /// if any: the edges around the cavity lead from the second to the first.
     on_hull: Option<[u32; 2]>,
 }
 
-/// An edge around a cavity, by numbers of the patch: its ends, the bits of a half-edge, and the old
-/// half-edge.
+/// An edge around a cavity: its ends, by numbers of the patch, the bits of a half-edge, and the twin
+/// of the new half-edge on it.
 #[derive(Clone, Copy)]
 struct CavityEdge {
     ends: [u32; 2],
     bits: u8,
-    half_edge: HalfEdge,
+    twin: PatchTwin,
 }
 
 /// An edge on which a vertex lies: its ends, and the bits of a half-edge.
 type SplitEdge = ([EditVertex; 2], u8);
 
 impl VertexInserter {
-    /// Inserts a vertex into the closed triangle of a half-edge.
-    fn add(&mut self, tiles: &mut Tiles, vertex: EditVertex, start: (Pin, HalfEdge)) -> Result<(), EditError> {
-        let split = self.find_cavity(tiles, vertex.point, start)?;
+    /// Inserts a vertex at its place.
+    fn add(&mut self, tiles: &mut Tiles, vertex: EditVertex, place: Place) -> Result<(), EditError> {
+        self.cavity.clear();
+        self.seen.clear();
+        self.boundary.clear();
+        self.on_hull = None;
+        let split = match place {
+            Place::Inside(tile, half_edge) => {
+                let start = tile.triangle(half_edge).0.map(|corner| corner.id);
+                drop(tile);
+                self.seen.insert(turned(start));
+                self.find_cavity(tiles, vertex.point, vec![start])?
+            }
+            Place::Outside(tile, half_edge) => {
+                self.find_cavity_outside(tiles, vertex.point, (tile, half_edge))?;
+                None
+            }
+        };
         let on_constraint = split.filter(|(_, bits)| bits & 1 == 1);
+        if !self.fill(vertex, on_constraint) {
+            return Err(tiles.damaged(vertex.id.tile, Contradiction::UnfitCavity));
+        }
+        exchange(&mut self.cavity, tiles)?;
+        if let Some((ends, _)) = on_constraint {
+            split_sources(tiles, ends, vertex)?;
+        }
+        Ok(())
+    }
+
+    /// Joins a vertex to the edges around its cavity. Returns false if they do not fit together.
+    fn fill(&mut self, vertex: EditVertex, on_constraint: Option<SplitEdge>) -> bool {
         let Self {
             cavity,
             boundary,
@@ -137,7 +192,7 @@ impl VertexInserter {
         // The triangles by the start and by the end of their edge around the cavity.
         let leaving = triangles_by_end(boundary, 0);
         let arriving = triangles_by_end(boundary, 1);
-        for &CavityEdge { ends, bits, half_edge } in &*boundary {
+        for &CavityEdge { ends, bits, twin } in &*boundary {
             let [from, to] = ends;
             let [from_point, to_point] = ends.map(|end| cavity.vertices[end as usize].point);
             let [before, after] = [arriving.get(&from), leaving.get(&to)];
@@ -146,7 +201,7 @@ impl VertexInserter {
                 && (before.is_some() || on_hull.is_some_and(|[_, end]| end == from))
                 && (after.is_some() || on_hull.is_some_and(|[end, _]| end == to));
             if !is_sound {
-                return Err(tiles.damaged(vertex.id.tile, Contradiction::UnfitCavity));
+                return false;
             }
             let bits_to = |end: u32, corner: u8| match on_constraint {
                 Some((ends, bits)) if ends.iter().any(|split| split.id == cavity.vertices[end as usize].id) => {
@@ -154,39 +209,58 @@ impl VertexInserter {
                 }
                 _ => 0,
             };
-            let twin = |next: Option<&TriangleId>, corner: u32| {
+            let twin_in = |next: Option<&TriangleId>, corner: u32| {
                 next.map_or(PatchTwin::Hull, |&next| PatchTwin::New(HalfEdge::new(next, corner)))
             };
             cavity.new.push(NewTriangle {
                 corners: [from, to, middle],
                 bits: bits | bits_to(to, 1) | bits_to(from, 2),
-                twins: [PatchTwin::Old(half_edge), twin(after, 2), twin(before, 1)],
+                twins: [twin, twin_in(after, 2), twin_in(before, 1)],
             });
         }
-        exchange(cavity, tiles)?;
-        if let Some((ends, _)) = on_constraint {
-            split_sources(tiles, ends, vertex)?;
+        true
+    }
+
+    /// Finds the cavity of a point outside the hull, given a half-edge on the hull that the point
+    /// sees.
+    fn find_cavity_outside(&mut self, tiles: &Tiles, point: Point, seen: (Pin, HalfEdge)) -> Result<(), EditError> {
+        let visible = visible_from(tiles, point, seen)?;
+        let mut open = Vec::new();
+        for HullEdge { corners, bits } in &visible {
+            let [a, b, c] = corners.map(|corner| corner.point);
+            let ids = corners.map(|corner| corner.id);
+            if bits & 1 == 0 && in_circle(a, b, c, point) && self.seen.insert(turned(ids)) {
+                open.push(ids);
+            }
         }
+        self.find_cavity(tiles, point, open)?;
+        let ends = visible
+            .iter()
+            .map(|edge| [edge.corners[0], edge.corners[1]].map(|end| self.cavity.number(end).0));
+        let ends: Vec<[u32; 2]> = ends.collect();
+        for (&[from, to], HullEdge { corners, bits }) in ends.iter().zip(&visible) {
+            if bits & 1 == 0 && self.seen.contains(&turned(corners.map(|corner| corner.id))) {
+                continue;
+            }
+            self.boundary.push(CavityEdge {
+                ends: [to, from],
+                bits: bits & (1 | 1 << WALLS),
+                twin: PatchTwin::Stays,
+            });
+        }
+        self.on_hull = ends.first().zip(ends.last()).map(|(first, last)| [first[0], last[1]]);
         Ok(())
     }
 
-    /// Finds the cavity of a point, given a half-edge of the closed triangle that contains the
-    /// point. Returns the edge on which the point lies, if any.
+    /// Finds the cavity of a point, given triangles of it, in `open` and among those seen. Returns
+    /// the edge on which the point lies, if any.
     fn find_cavity(
         &mut self,
         tiles: &Tiles,
         point: Point,
-        (tile, half_edge): (Pin, HalfEdge),
+        mut open: Vec<[VertexId; 3]>,
     ) -> Result<Option<SplitEdge>, EditError> {
-        self.cavity.clear();
-        self.seen.clear();
-        self.boundary.clear();
-        self.on_hull = None;
         let mut split: Option<SplitEdge> = None;
-        let start = tile.triangle(half_edge).0.map(|corner| corner.id);
-        self.seen.insert(turned(start));
-        let mut open = vec![start];
-        drop(tile);
         while let Some(ids) = open.pop() {
             let tile = tiles.get(ids[0].tile)?;
             let Some(first) = tile.half_edge_of(ids) else {
@@ -202,9 +276,10 @@ impl VertexInserter {
                 let boundary = CavityEdge {
                     ends: [numbers[s], numbers[(s + 1) % 3]],
                     bits,
-                    half_edge: HalfEdge::new(old, s as u32),
+                    twin: PatchTwin::Old(HalfEdge::new(old, s as u32)),
                 };
-                let is_split = orient2d(ends[0].point, ends[1].point, point) == Orientation::Collinear;
+                let side = orient2d(ends[0].point, ends[1].point, point);
+                let is_split = side == Orientation::Collinear;
                 if is_split {
                     split = Some((ends, bits));
                 } else if bits & 1 == 1 {
@@ -213,9 +288,11 @@ impl VertexInserter {
                 }
                 let tile = tiles.get(ids[0].tile)?;
                 let Some((there, other)) = tiles.twin(tile, half_edge)? else {
-                    match is_split {
-                        true => self.on_hull = Some(boundary.ends),
-                        false => self.boundary.push(boundary),
+                    match side {
+                        Orientation::Collinear => self.on_hull = Some(boundary.ends),
+                        Orientation::CounterClockwise => self.boundary.push(boundary),
+                        // The point sees the edge from outside the hull.
+                        Orientation::Clockwise => {}
                     }
                     continue;
                 };
@@ -253,10 +330,6 @@ fn turned(ids: [VertexId; 3]) -> [VertexId; 3] {
 /// Gives both parts of a split edge the sources of the edge. Their segments pass the new vertex.
 fn split_sources(tiles: &mut Tiles, ends: [EditVertex; 2], vertex: EditVertex) -> Result<(), EditError> {
     let [a, b] = ends;
-    let owner = |ends: [EditVertex; 2]| match ends[0].point.lex_cmp(ends[1].point).is_lt() {
-        true => ends[0].id.tile,
-        false => ends[1].id.tile,
-    };
     let tile = owner(ends);
     let sources = tiles.change(tile)?.take_sources([a.id, b.id]);
     let sources = sources.ok_or_else(|| tiles.damaged(tile, Contradiction::NoSource))?;

@@ -3,6 +3,7 @@
 use crate::constraints::polygons::check::{InvertedPolygons, Overlapping};
 use crate::constraints::segment::Segment;
 use crate::constraints::without_z::NO_Z;
+use crate::edit::points::PointCalls;
 use crate::geometry::Point;
 use crate::input::MissingZ;
 use crate::store::{LinePart, LineSource, PolygonLine};
@@ -17,6 +18,8 @@ pub(crate) struct Piece {
 
 /// The input of an edit.
 pub(crate) struct Work {
+    /// Changes of points.
+    pub(crate) points: PointCalls,
     /// The segments, whose ends become vertices.
     pub(crate) segments: Vec<Segment>,
     /// What becomes constraints: the segments after obstacles were normalised; `None` if these are
@@ -30,8 +33,8 @@ pub(crate) struct Work {
     pub(crate) lines: Vec<LineSource>,
     /// The new lines that belong to the polygon of a smaller line.
     pub(crate) polygon_lines: Vec<PolygonLine>,
-    /// Number of record numbers for the ends of the segments, in order; 0 if the ends were vertices
-    /// before.
+    /// Number of record numbers for inserted points, and then for the ends of the segments, in order;
+    /// 0 if the ends were vertices before.
     pub(crate) new_records: u64,
     /// Obstacles that are inside out, if their rings cross at vertices only. In that case the edit
     /// fails and the file is unchanged.
@@ -41,6 +44,8 @@ pub(crate) struct Work {
     /// Whether the file is still a draft that nothing relies on, so that it need not be on the
     /// medium when the edit is done.
     pub(crate) is_draft: bool,
+    /// Whether the file stays as it is.
+    pub(crate) is_dry_run: bool,
     /// Number of threads that decode and encode tiles, if the memory allows it.
     pub(crate) threads: usize,
 }

@@ -64,6 +64,11 @@ impl ThreadsFile {
         self
     }
 
+    /// Cuts the file off at a length.
+    pub(crate) fn truncate(&self, length: u64) -> io::Result<()> {
+        self.file.set_len(length)
+    }
+
     /// Waits until everything written is on the medium, and lets the system reclaim the memory of
     /// its cached pages.
     ///

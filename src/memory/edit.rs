@@ -6,6 +6,9 @@ use super::shortage::{MemoryShortage, MemoryUse};
 /// that these become.
 const EDIT_SEGMENT_BYTES: u64 = 200;
 
+/// Bytes per change of a point: the call, the position and what lies there, before and after.
+const EDIT_POINT_BYTES: u64 = 240;
+
 /// The shares of an edit's memory, without its segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EditShares {
@@ -16,9 +19,9 @@ pub(crate) struct EditShares {
 }
 
 impl EditShares {
-    /// Computes the shares of an edit that inserts `segments` segments. The largest tile has
-    /// `largest_tile` bytes in the file.
-    pub(crate) fn new(memory: u64, segments: u64, threads: usize, largest_tile: u64) -> Self {
+    /// Computes the shares of an edit that changes `points` points and inserts `segments` segments.
+    /// The largest tile has `largest_tile` bytes in the file.
+    pub(crate) fn new(memory: u64, [points, segments]: [u64; 2], threads: usize, largest_tile: u64) -> Self {
         /// The minimum number of bytes per thread.
         const OF_THREAD: u64 = 256 << 20;
         /// The number of tiles in memory per thread: the tile as it was read, or its drafts and
@@ -27,7 +30,8 @@ impl EditShares {
         let threads = threads.min((memory / OF_THREAD) as usize).max(1);
         let in_work = threads as u64 * TILES_IN_WORK * largest_tile;
         let regions = memory / 8;
-        let others = segments * EDIT_SEGMENT_BYTES + in_work + regions;
+        let input = points * EDIT_POINT_BYTES + segments * EDIT_SEGMENT_BYTES;
+        let others = input + in_work + regions;
         Self {
             threads,
             // Tiles in use are in memory in any case.
@@ -46,6 +50,14 @@ impl EditShares {
     /// Fails with the memory that they need, if they take more.
     pub(crate) fn check_segments(memory: u64, segments: u64) -> Result<(), MemoryShortage> {
         check(memory, 2 * EDIT_SEGMENT_BYTES * segments)
+    }
+
+    /// Checks that changes of `points` points take at most half of the memory.
+    ///
+    /// # Errors
+    /// Fails with the memory that they need, if they take more.
+    pub(crate) fn check_points(memory: u64, points: u64) -> Result<(), MemoryShortage> {
+        check(memory, 2 * EDIT_POINT_BYTES * points)
     }
 
     /// Checks that regions, which take `bytes` now, take at most a quarter of the memory.

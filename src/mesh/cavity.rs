@@ -1,8 +1,9 @@
-//! Triangulates the part of a cavity on one side of a new constraint.
+//! Triangulates the part of a cavity on one side of a new constraint, and the star of a vertex that
+//! is removed.
 //!
-//! Input: the chain of vertices from one end of the constraint to the other, all on its left.
-//! Output: the constrained Delaunay triangulation of the polygon between chain and constraint.
-//! Vertices are named by their position in the chain.
+//! Input: the chain of vertices from one end of the constraint to the other, all on its left, or
+//! the link of the vertex. Output: the constrained Delaunay triangulation of the polygon between
+//! chain and constraint, or within the link. Vertices are named by their position in the chain.
 //!
 //! ```text
 //!        u₂ ─ u₃            Cut ears off in random order until one triangle is left.
@@ -28,6 +29,14 @@
 //! time for every chain, and then repair the overlaps. Here nothing overlaps. Chains with few
 //! convex vertices leave little to flip, since two vertices of a reflex chain do not see each
 //! other.
+//!
+//! The star of a removed vertex v is triangulated in the same way (Devillers, *On deletion in
+//! Delaunay triangulations*, 2002, cuts ears too, but chooses them so that none needs a flip). Its
+//! link is closed, and the legs of its vertices meet in v. The ear at b between a and c is cut off
+//! only if v does not lie strictly on its side of the line through a and c: then both halves of
+//! the ear lie in the triangles of v at b. With more than three vertices left there is such an ear,
+//! since an edge at v can be flipped. Once v lies on a side of the polygon, that side acts as the
+//! constraint above.
 
 use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, in_circle, orient2d};
 
@@ -70,6 +79,8 @@ pub(crate) struct Cavity {
     /// the half-edge on the constraint.
     pub(crate) edges: Vec<HalfEdge>,
     at: Vec<Point>,
+    /// The vertex in whose star the chain is, if it is closed.
+    centre: Option<Point>,
     next: Vec<u32>,
     previous: Vec<u32>,
     /// The positions of ears. `ear_indices` has the index of each position in this list.
@@ -87,20 +98,33 @@ impl Cavity {
     /// such polygon.
     #[must_use]
     pub(crate) fn triangulate(&mut self, chain: impl ExactSizeIterator<Item = Point>) -> bool {
+        self.centre = None;
+        self.fill(chain)
+    }
+
+    /// Triangulates the link of a vertex without the vertex. The link has at least three points,
+    /// clockwise around the vertex at `centre`, which sees all of them. Returns false if there is
+    /// no such polygon.
+    #[must_use]
+    pub(crate) fn triangulate_star(&mut self, centre: Point, link: impl ExactSizeIterator<Item = Point>) -> bool {
+        self.centre = Some(centre);
+        self.fill(link)
+    }
+
+    fn fill(&mut self, chain: impl ExactSizeIterator<Item = Point>) -> bool {
         self.at.clear();
         self.at.extend(chain);
-        if !self.cut_ears() {
+        let Some([first, middle, last]) = self.cut_ears() else {
             return false;
-        }
-        let last = self.at.len() as u32 - 1;
-        let top = self.next[0];
+        };
         self.triangles.clear();
         self.neighbours.clear();
-        self.triangles.push([0, last, top]);
-        self.neighbours.push([last, top, 0].map(PackedTwin::chain));
+        self.triangles.push([first, last, middle]);
+        self.neighbours.push([last, middle, first].map(PackedTwin::chain));
         self.edges.clear();
         self.edges.resize(self.at.len(), HalfEdge(0));
-        for (edge, position) in HalfEdge::of_triangle(TriangleId(0)).into_iter().zip([last, top, 0]) {
+        let half_edges = HalfEdge::of_triangle(TriangleId(0));
+        for (edge, position) in half_edges.into_iter().zip([last, middle, first]) {
             self.edges[position as usize] = edge;
         }
         while let Some(ear) = self.cut.pop() {
@@ -118,16 +142,16 @@ impl Cavity {
         self.neighbours.as_flattened()[edge.index()]
     }
 
-    /// Cuts ears off in random order until one vertex is left above the constraint. Returns false
-    /// if there are too few ears.
-    fn cut_ears(&mut self) -> bool {
+    /// Cuts ears off in random order until three vertices are left, which it returns in the order
+    /// of the chain: its first and its last one, and one between, if the chain is not closed.
+    /// Returns `None` if there are too few ears.
+    fn cut_ears(&mut self) -> Option<[u32; 3]> {
         let count = self.at.len() as u32;
         let last = count - 1;
         self.next.clear();
-        self.next.extend(1..=count);
+        self.next.extend((1..count).chain([0]));
         self.previous.clear();
-        self.previous
-            .extend((0..count).map(|position| position.wrapping_sub(1)));
+        self.previous.extend([last].into_iter().chain(0..last));
         self.ears.clear();
         self.ear_indices.clear();
         self.ear_indices.resize(count as usize, NOT_AN_EAR);
@@ -135,31 +159,38 @@ impl Cavity {
         // The same numbers for the same cavity: files must not depend on what a thread triangulated
         // before.
         self.random = u64::from(count);
-        for position in 1..last {
+        for position in 0..count {
             self.update_ear(position);
         }
+        let mut left = 0;
         for _ in 0..count.saturating_sub(3) {
             let index = self.choose();
-            let Some(&ear) = self.ears.get(index) else { return false };
+            let ear = *self.ears.get(index)?;
             self.remove(index);
             let [before, after] = [self.previous[ear as usize], self.next[ear as usize]];
             self.cut.push([before, ear, after]);
             self.next[before as usize] = after;
             self.previous[after as usize] = before;
-            for neighbour in [before, after] {
-                if neighbour != 0 && neighbour != last {
-                    self.update_ear(neighbour);
-                }
-            }
+            self.update_ear(before);
+            self.update_ear(after);
+            left = if self.centre.is_some() { after } else { 0 };
         }
-        true
+        let middle = self.next[left as usize];
+        let three = [left, middle, self.next[middle as usize]];
+        let [a, b, c] = three.map(|position| self.at[position as usize]);
+        (orient2d(a, b, c) == Orientation::Clockwise).then_some(three)
     }
 
     /// Updates the list of ears for one position.
     fn update_ear(&mut self, position: u32) {
         let around = [self.next[position as usize], position, self.previous[position as usize]];
-        let [a, b, c] = around.map(|position| self.at[position as usize]);
-        let is_ear = orient2d(a, b, c) == Orientation::CounterClockwise;
+        let [after, at, before] = around.map(|position| self.at[position as usize]);
+        let is_cut_off = match self.centre {
+            // Both ends of the constraint stay.
+            None => position != 0 && position + 1 != self.at.len() as u32,
+            Some(centre) => orient2d(after, before, centre) != Orientation::Clockwise,
+        };
+        let is_ear = is_cut_off && orient2d(after, at, before) == Orientation::CounterClockwise;
         let index = self.ear_indices[position as usize];
         if is_ear && index == NOT_AN_EAR {
             self.ear_indices[position as usize] = self.ears.len() as u32;

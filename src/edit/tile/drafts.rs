@@ -241,6 +241,11 @@ impl Drafts {
 }
 
 impl Counts {
+    /// Returns whether the tile has no vertices.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.vertices == 0
+    }
+
     /// Returns the directory entry of the tile, whose core and border were written to these
     /// extents, without its component table.
     pub(crate) fn entry(self, core: Extent, border: Extent, generation: u32) -> TileEntry {

@@ -6,7 +6,7 @@ use crate::edit::contradiction::Contradiction;
 use crate::edit::patch::{NewTriangle, OldPosition, Patch, PatchTwin, TilePositions, TileShare};
 use crate::edit::tile::{EditTile, GONE, REMOVED, make_room};
 use crate::edit::vertex::EditVertex;
-use crate::geometry::{HalfEdge, TriangleId, VertexIndex};
+use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId, VertexIndex};
 use crate::mesh::{Topology, Twin};
 use crate::store::VertexId;
 
@@ -31,6 +31,7 @@ impl EditTile {
         positions: &mut TilePositions,
     ) -> Result<Vec<Unlinked>, Contradiction> {
         let TileShare { old, new, .. } = share;
+        self.find_staying(patch, new, positions);
         self.take_out(patch, old, positions)?;
         self.put_in(patch, new, positions);
         let unlinked = self.join(patch, new, positions);
@@ -41,8 +42,60 @@ impl EditTile {
                 self.set_twin(twin, Twin::Elsewhere);
             }
         }
+        self.bare(patch, positions);
         self.make_hubs(positions, new);
         Ok(unlinked)
+    }
+
+    /// Records the half-edges of triangles that stay, at edges that were on the hull.
+    fn find_staying(&self, patch: &Patch, new: &[TriangleId], positions: &mut TilePositions) {
+        for &number in new {
+            let NewTriangle { corners, twins, .. } = &patch.new[number.index()];
+            for (s, half_edge) in HalfEdge::of_triangle(number).into_iter().enumerate() {
+                if twins[s] != PatchTwin::Stays {
+                    continue;
+                }
+                let ends = [corners[(s + 1) % 3], corners[s]].map(|end| patch.vertices[end as usize].id);
+                if ends.iter().any(|end| end.tile == self.id)
+                    && let Some(staying) = self.half_edge_between(ends[0], ends[1])
+                {
+                    positions.staying.push((half_edge, staying));
+                }
+            }
+        }
+    }
+
+    /// Makes edges hull edges from which the triangles on one side are removed. A vertex that had a
+    /// removed triangle as its way into its star gets another one there, or none.
+    fn bare(&mut self, patch: &Patch, positions: &TilePositions) {
+        for &old in &patch.bared {
+            let Some(twin) = positions.twin_of_old(old).and_then(Twin::half_edge) else {
+                continue;
+            };
+            let twin_now = match self.origin(twin).min(self.destination(twin)).index() < self.points.len() {
+                true => Twin::Hull,
+                false => Twin::Elsewhere,
+            };
+            self.set_twin(twin, twin_now);
+            for half_edge in [twin, twin.next()] {
+                let corner = self.origin(half_edge);
+                if corner.index() < self.leaving.len() && !self.leaves(corner) {
+                    self.leaving[corner.index()] = half_edge.into();
+                }
+            }
+        }
+        let of_old = |&number: &u32| patch.vertices[number as usize].id;
+        for id in patch.old.iter().flat_map(|old| &old.corners).map(of_old) {
+            if id.tile == self.id && !self.leaves(id.index) {
+                self.leaving[id.index.index()] = PackedHalfEdge::NONE;
+            }
+        }
+    }
+
+    /// Returns whether the half-edge that is said to leave a vertex does.
+    fn leaves(&self, vertex: VertexIndex) -> bool {
+        let half_edge = self.leaving[vertex.index()].get();
+        half_edge.is_some_and(|half_edge| self.origin(half_edge) == vertex)
     }
 
     /// Removes old triangles, and records their positions and twins.
@@ -126,6 +179,13 @@ impl EditTile {
                         unlinked.push(self.triangle(half_edge).0.map(|vertex| vertex.id));
                         Twin::Elsewhere
                     }),
+                    PatchTwin::Stays => match positions.staying_at(HalfEdge::new(number, half_edge.corner())) {
+                        Some(staying) => Twin::HalfEdge(staying),
+                        None => {
+                            unlinked.push(self.triangle(half_edge).0.map(|vertex| vertex.id));
+                            Twin::Elsewhere
+                        }
+                    },
                     PatchTwin::Hull if self.origin(half_edge).min(self.destination(half_edge)).0 < own => Twin::Hull,
                     PatchTwin::Hull => Twin::Elsewhere,
                 };
@@ -193,6 +253,10 @@ impl EditTile {
     /// Returns the corner of a vertex. Adds it if the tile does not have it yet.
     fn corner_for(&mut self, vertex: EditVertex) -> VertexIndex {
         if let Some(corner) = self.corner(vertex.id) {
+            // A vertex that is no corner at the moment may have got another z meanwhile.
+            if let Some(index) = corner.index().checked_sub(self.points.len()) {
+                self.foreign[index].z = vertex.z;
+            }
             return corner;
         }
         let corner = VertexIndex((self.points.len() + self.foreign.len()) as u32);

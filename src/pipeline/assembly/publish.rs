@@ -9,7 +9,7 @@ use std::sync::Arc;
 use tracing::Instrument;
 
 use crate::constraints::segment::Segment;
-use crate::edit::{EditError, EditSummary, Target, Work, edit};
+use crate::edit::{EditError, EditSummary, PointCalls, Target, Work, edit};
 use crate::geometry::Rect;
 use crate::input::MissingZ;
 use crate::io::{Backend, ThreadsFile, WriteAt};
@@ -188,6 +188,7 @@ impl Assembly {
             progress.is_cancelled()
         };
         let work = Work {
+            points: PointCalls::default(),
             segments,
             z: Vec::new(),
             lines: Vec::new(),
@@ -197,6 +198,7 @@ impl Assembly {
             polygon_lines: Vec::new(),
             inverted: None,
             overlapping: None,
+            is_dry_run: false,
             is_draft: true,
             threads: self.options.threads,
         };

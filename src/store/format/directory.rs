@@ -1,6 +1,7 @@
 //! The whole directory in memory: the k-d tree, an entry for each tile, and the metadata and lists
 //! of the file.
 
+use crate::geometry::Rect;
 use crate::store::format::damage::Damage;
 use crate::store::format::entry::TileEntry;
 use crate::store::format::extent::Extent;
@@ -87,6 +88,34 @@ impl Directory {
                     list.extent = None;
                 }
             }
+        }
+    }
+
+    /// Removes the leaves of tiles that have no vertices any more. The numbers of tiles stay.
+    pub(crate) fn remove_emptied(&mut self) {
+        if self.tile_ids().all(|id| self.entry(id).is_some()) {
+            return;
+        }
+        self.tree = self.tree.without(|id: TileId| self.entry(id).is_none());
+        if self.tree.tiles() == 0 {
+            self.tiles.clear();
+        }
+        self.metadata.tiles = self.tree.tiles();
+        let lists = self.layout.lists;
+        self.layout = Layout {
+            lists,
+            ..Layout::of(&self.tree, self.tiles.len() as u32)
+        };
+    }
+
+    /// Makes the box around all vertices the one around all tiles. References to pages have boxes
+    /// that are relative to it.
+    pub(crate) fn renew_bounds(&mut self) {
+        let boxes = self.tiles.iter().map(|entry| entry.bounds);
+        let bounds = boxes.fold(Rect::EMPTY, Rect::union);
+        if bounds != self.metadata.bounds {
+            self.metadata.bounds = bounds;
+            self.layout.page_lists.iter_mut().for_each(|list| list.extent = None);
         }
     }
 

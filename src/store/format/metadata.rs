@@ -67,7 +67,7 @@ pub struct Metadata {
     pub next_line: u64,
     /// One more than the largest number ever assigned to a site.
     pub next_site: u64,
-    /// The number of the last transaction that the file contains, or 0 if it contains none.
+    /// The number of edits that changed points, or 0 if none did.
     pub last_transaction: u64,
     /// The digest of the triangulation, as the file says. Builds and edits compute it as they
     /// write; [`TileReader::recompute_digest`](crate::store::TileReader::recompute_digest) computes

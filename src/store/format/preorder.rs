@@ -72,6 +72,34 @@ impl<L: Copy> KdTree<L> {
         whole.finish()
     }
 
+    /// Returns the tree without some of its leaves. The other child of a cut above such a leaf takes
+    /// the whole cell of the cut.
+    pub(super) fn without(&self, is_removed: impl Fn(L) -> bool) -> Self {
+        // Whether any leaf below each node stays. Children follow their parents.
+        let nodes = self.nodes();
+        let mut stays = vec![false; nodes.len()];
+        for (number, node) in nodes.iter().enumerate().rev() {
+            stays[number] = match *node {
+                KdNode::X { right, .. } | KdNode::Y { right, .. } => stays[number + 1] || stays[right as usize],
+                KdNode::Leaf(leaf) => !is_removed(leaf),
+            };
+        }
+        let mut left = Preorder::default();
+        for (number, &node) in nodes.iter().enumerate() {
+            let is_kept = match node {
+                KdNode::X { right, .. } | KdNode::Y { right, .. } => stays[number + 1] && stays[right as usize],
+                KdNode::Leaf(_) => stays[number],
+            };
+            if is_kept {
+                left.push(node).expect("a cut stays with leaves on both sides");
+            }
+        }
+        match left.nodes.is_empty() {
+            true => Self::default(),
+            false => left.finish().expect("a cut stays with leaves on both sides"),
+        }
+    }
+
     /// Returns the subtree of consecutive nodes.
     pub(super) fn subtree(&self, nodes: Range<u32>) -> Self {
         let mut part = Preorder::default();

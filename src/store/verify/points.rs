@@ -29,6 +29,8 @@ struct SoughtPoint {
     /// `None` if any z is right.
     z: Option<f64>,
     origin: PointOrigin,
+    /// Whether the vertex must have the record number.
+    has_record: bool,
 }
 
 /// The reason why points given to [`TileReader::verify_points`] are vertices.
@@ -52,7 +54,9 @@ struct SeenVertices {
 
 impl TileReader {
     /// Checks that every point of the input is a vertex of the file, and that each vertex has the
-    /// position and the z of its record, and says whether a point of the input lies there. `next`
+    /// position and the z of its record, and says whether a point of the input lies there. After
+    /// changes of points, record numbers do not count, and a vertex needs the position and the z of
+    /// any record. `next`
     /// fills a batch and returns why its points are vertices, or `None` if there was no batch. A
     /// point of the input takes precedence over others at its position. Vertices of others without
     /// z may have any z: they may have taken it from the surface.
@@ -81,6 +85,8 @@ impl PassReader {
     ) -> Result<VerifyReport, VerifyError> {
         let directory = self.directory();
         let (plan, at_once) = self.plan_points()?;
+        // After changes of points, records have other numbers than in a build of the points.
+        let has_records = directory.metadata.last_transaction == 0;
         let mut seen = SeenVertices::new(self);
         let mut batch = PointBatch::default();
         let mut sought = list_for(at_once);
@@ -120,6 +126,7 @@ impl PassReader {
                     point,
                     z,
                     origin,
+                    has_record: has_records,
                 });
                 if sought.len() == at_once {
                     sought = self.find(sought, &mut seen, plan, &vertices).await?;
@@ -229,7 +236,8 @@ fn find_in_tile(
         };
         // Records are distinct, so at most as many are found as there are vertices.
         let is_input = s.origin == PointOrigin::Input;
-        if tile.record(vertex) == s.record && tile.is_input_point(vertex) == is_input && has_its_z {
+        let has_its_record = !s.has_record || tile.record(vertex) == s.record;
+        if has_its_record && tile.is_input_point(vertex) == is_input && has_its_z {
             found.push(vertex);
         }
     }

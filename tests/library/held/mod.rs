@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use delaunay_tiles::geometry::{Orientation, Point, orient2d, segments_cross};
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::{LineKind, LinePart, PointOrigin, TileReader};
-use delaunay_tiles::{BuildOptions, Builder, Crossings, EditError, Editor};
+use delaunay_tiles::{BuildOptions, Builder, Crossings, Editor};
 use futures::TryStreamExt;
 
 use crate::support::{Random, Scratch, distinct, runtime_for, verify_lines};
@@ -159,11 +159,8 @@ impl Scene {
         for ((kind, segments), number) in self.lines.iter().zip(0..).skip(built) {
             editor.push(*kind, number, &batch(segments)).unwrap();
         }
-        match editor.finish().await {
-            Ok(_) => Some(scratch),
-            Err(EditError::Outside { .. }) => None,
-            Err(error) => panic!("{error}"),
-        }
+        editor.finish().await.unwrap();
+        Some(scratch)
     }
 
     fn point_batch(&self) -> PointBatch {

@@ -137,8 +137,7 @@ impl Input {
 
     /// Builds a file with the first `built` lines, and with the corners of the others if
     /// `has_corners`, and inserts the others in an edit. Returns `None` if the file has no
-    /// triangles, if there are no other lines, or if without their corners the file cannot take
-    /// them.
+    /// triangles, if there are no other lines, or if the first lines cross without their corners.
     async fn build_and_edit(
         &self,
         (built, has_corners): (usize, bool),
@@ -175,9 +174,6 @@ impl Input {
             editor.push(line.kind, number, &batch).unwrap();
         }
         let edited = editor.finish().await;
-        if !has_corners && matches!(edited, Err(EditError::Outside { .. })) {
-            return None;
-        }
         if self.lines[built..].iter().any(InputLine::is_inverted) {
             assert!(matches!(edited, Err(EditError::Inverted { .. })), "{edited:?}");
             return None;

@@ -11,9 +11,9 @@ pub mod bench;
 mod build;
 pub mod common;
 mod compact;
-mod constrain;
 pub mod crs;
 mod digest;
+mod edit;
 pub mod export;
 mod flags;
 pub mod generate;
@@ -79,7 +79,11 @@ const FAILURE: u8 = 1;
 #[derive(Subcommand, Debug)]
 pub enum Command {
     Build(build::BuildArgs),
-    Constrain(constrain::ConstrainArgs),
+    Insert(edit::points::InsertArgs),
+    Delete(edit::points::DeleteArgs),
+    Move(edit::points::MoveArgs),
+    SetZ(edit::points::SetZArgs),
+    Constrain(edit::constrain::ConstrainArgs),
     Compact(compact::CompactArgs),
     Overviews(overviews::OverviewsArgs),
     Info(info::InfoArgs),
@@ -157,7 +161,11 @@ pub fn log(verbose: u8) {
 pub fn run(command: Command) -> anyhow::Result<()> {
     match command {
         Command::Build(args) => build::run(args),
-        Command::Constrain(args) => constrain::run(args),
+        Command::Insert(args) => edit::points::insert(args),
+        Command::Delete(args) => edit::points::delete(args),
+        Command::Move(args) => edit::points::move_points(args),
+        Command::SetZ(args) => edit::points::set_z(args),
+        Command::Constrain(args) => edit::constrain::run(args),
         Command::Compact(args) => compact::run(args),
         Command::Overviews(args) => overviews::run(args),
         Command::Info(args) => info::run(args),

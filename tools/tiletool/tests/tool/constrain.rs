@@ -55,12 +55,12 @@ fn a_mistake_is_an_error_and_leaves_the_file_unchanged() {
     let scratch = islands();
     let folder = scratch.path();
     let before = fs::read(folder.join("points.tiles")).unwrap();
-    fs::write(folder.join("off.csv"), "95,5,96,5\n").unwrap();
+    fs::write(folder.join("off.csv"), "0,0,9,9\n9,0,0,9\n").unwrap();
     fs::write(folder.join("empty.csv"), "").unwrap();
     for (args, says) in [
         ("constrain points.tiles", "no lines are given"),
         ("constrain points.tiles --segments off.csv", "off.csv"),
-        ("constrain points.tiles --segments off.csv", "outside the hull"),
+        ("constrain points.tiles --segments off.csv", "crosses"),
         ("constrain points.tiles --segments empty.csv", "no lines in these files"),
         ("constrain islands.geojson --segments off.csv", "it is no tile file"),
         ("constrain nothing.tiles --segments off.csv", "nothing.tiles"),

@@ -1,0 +1,234 @@
+//! The net effect of calls: the point at each position, before and after.
+
+use foldhash::HashMap;
+
+use crate::edit::error::EditError;
+use crate::edit::points::call::{PointCall, PointCalls};
+use crate::edit::summary::PointCounts;
+use crate::edit::tiles::Tiles;
+use crate::geometry::{Point, VertexIndex};
+use crate::input::MissingZ;
+use crate::mesh::point_table::PointTable;
+use crate::store::TileId;
+
+/// What a file says of a point, besides its position.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Attributes {
+    /// 0 if the file has no z.
+    pub(crate) z: f64,
+    pub(crate) record: u64,
+}
+
+impl PartialEq for Attributes {
+    fn eq(&self, other: &Self) -> bool {
+        self.z.to_bits() == other.z.to_bits() && self.record == other.record
+    }
+}
+
+/// A position, in the cell of a tile, and what lies there after the calls.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Change {
+    pub(crate) tile: TileId,
+    pub(crate) point: Point,
+    pub(crate) after: Attributes,
+}
+
+/// What calls change, each by tile and position.
+#[derive(Debug, Default)]
+pub(crate) struct NetChanges {
+    /// Positions that get a point, or whose point gets other attributes.
+    pub(crate) put: Vec<Change>,
+    /// Positions whose point goes.
+    pub(crate) delete: Vec<(TileId, Point)>,
+    pub(crate) counts: PointCounts,
+}
+
+/// A position that calls name.
+struct Position {
+    tile: TileId,
+    point: Point,
+    before: Option<Attributes>,
+    now: Option<Attributes>,
+}
+
+/// Returns what calls change.
+pub(crate) fn net_changes(
+    tiles: &Tiles,
+    calls: &PointCalls,
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<NetChanges, EditError> {
+    let has_z = tiles.metadata().has_z;
+    check_z(calls, has_z)?;
+    let mut positions = Positions::of(tiles, calls, is_stopped)?;
+    let mut counts = PointCounts::default();
+    let mut missing = None;
+    for &call in &calls.all {
+        if !positions.carry_out(call, has_z, &mut counts) {
+            counts.skipped += 1;
+            missing = missing.or(Some(call));
+        }
+    }
+    if let Some(call) = missing.filter(|_| !calls.skip_missing) {
+        let (PointCall::Insert(point, ..)
+        | PointCall::Delete(point)
+        | PointCall::Move([point, _])
+        | PointCall::SetZ(point, _)) = call;
+        let count = counts.skipped;
+        return Err(EditError::NoPoint { point, count });
+    }
+    let mut net = NetChanges {
+        counts,
+        ..NetChanges::default()
+    };
+    for Position {
+        tile,
+        point,
+        before,
+        now,
+    } in positions.all
+    {
+        match now {
+            Some(after) if before != now => net.put.push(Change { tile, point, after }),
+            None if before.is_some() => net.delete.push((tile, point)),
+            _ => {}
+        }
+    }
+    Ok(net)
+}
+
+/// All positions that calls name, and the place of each in the list.
+struct Positions {
+    all: Vec<Position>,
+    places: HashMap<[u64; 2], u32>,
+}
+
+impl Positions {
+    fn of(tiles: &Tiles, calls: &PointCalls, is_stopped: &dyn Fn() -> bool) -> Result<Self, EditError> {
+        let mut all = named(tiles, calls)?;
+        look_up(tiles, &mut all, is_stopped)?;
+        let places = all.iter().zip(0u32..).map(|(at, place)| (key(at.point), place));
+        Ok(Self {
+            places: places.collect(),
+            all,
+        })
+    }
+
+    /// Returns what lies at a position that the calls name.
+    fn at(&mut self, point: Point) -> &mut Option<Attributes> {
+        &mut self.all[self.places[&key(point)] as usize].now
+    }
+
+    /// Carries out a call. Returns false if the point is not there.
+    fn carry_out(&mut self, call: PointCall, has_z: bool, counts: &mut PointCounts) -> bool {
+        let stored = |z: f64| if has_z && !z.is_nan() { z } else { 0.0 };
+        match call {
+            PointCall::Insert(point, z, record) => match self.at(point) {
+                Some(_) => counts.duplicates += 1,
+                now => {
+                    *now = Some(Attributes { z: stored(z), record });
+                    counts.inserted += 1;
+                }
+            },
+            PointCall::Delete(point) => {
+                if self.at(point).take().is_none() {
+                    return false;
+                }
+                counts.deleted += 1;
+            }
+            PointCall::Move([from, to]) => {
+                let Some(moved) = self.at(from).take() else {
+                    return false;
+                };
+                match self.at(to) {
+                    // It is a duplicate of the other.
+                    Some(_) => counts.duplicates += 1,
+                    now => *now = Some(moved),
+                }
+                counts.moved += 1;
+            }
+            PointCall::SetZ(point, z) => {
+                let Some(now) = self.at(point) else { return false };
+                now.z = stored(z);
+                counts.z_set += 1;
+            }
+        }
+        true
+    }
+}
+
+/// Checks that points have z if the file has, and only then.
+fn check_z(calls: &PointCalls, has_z: bool) -> Result<(), EditError> {
+    let z_of = |call: &PointCall| match *call {
+        PointCall::Insert(point, z, _) | PointCall::SetZ(point, z) => Some((point, z)),
+        PointCall::Delete(_) | PointCall::Move(_) => None,
+    };
+    let mut given = calls.all.iter().filter_map(z_of);
+    if !has_z {
+        let has_some = given.any(|(_, z)| !z.is_nan());
+        return if has_some { Err(EditError::HasNoZ) } else { Ok(()) };
+    }
+    if calls.missing_z == MissingZ::Zero {
+        return Ok(());
+    }
+    let mut without = given.filter(|(_, z)| z.is_nan());
+    without.next().map_or(Ok(()), |(point, _)| {
+        let count = 1 + without.count() as u64;
+        Err(EditError::PointWithoutZ { point, count })
+    })
+}
+
+/// Returns the positions that calls name, by tile.
+fn named(tiles: &Tiles, calls: &PointCalls) -> Result<Vec<Position>, EditError> {
+    let points = calls.all.iter().flat_map(|call| match *call {
+        PointCall::Move([from, to]) => [Some(from), Some(to)],
+        PointCall::Insert(point, ..) | PointCall::Delete(point) | PointCall::SetZ(point, _) => [Some(point), None],
+    });
+    let mut named = Vec::with_capacity(calls.all.len());
+    for point in points.flatten() {
+        let tile = tiles.directory().tree.tile_at(point);
+        let none = || EditError::Internal("the file has no tiles".to_owned());
+        named.push((tile.ok_or_else(none)?, point));
+    }
+    named.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1)));
+    named.dedup();
+    let new = |(tile, point)| Position {
+        tile,
+        point,
+        before: None,
+        now: None,
+    };
+    Ok(named.into_iter().map(new).collect())
+}
+
+/// Finds out what lies at each position.
+fn look_up(tiles: &Tiles, positions: &mut [Position], is_stopped: &dyn Fn() -> bool) -> Result<(), EditError> {
+    let ids: Vec<TileId> = positions
+        .chunk_by(|a, b| a.tile == b.tile)
+        .map(|group| group[0].tile)
+        .collect();
+    let mut next = ids.iter().copied();
+    for group in positions.chunk_by_mut(|a, b| a.tile == b.tile) {
+        if is_stopped() {
+            return Err(EditError::Cancelled);
+        }
+        next.next();
+        tiles.read_ahead(next.clone());
+        let tile = tiles.get(group[0].tile)?;
+        let table = PointTable::new(tile.points());
+        for position in group {
+            let vertex = table.at(position.point).map(VertexIndex);
+            position.before = vertex
+                .filter(|&vertex| tile.is_input_point(vertex))
+                .map(|vertex| Attributes {
+                    z: tile.vertex(vertex).z,
+                    record: tile.record(vertex),
+                });
+            position.now = position.before;
+        }
+    }
+    Ok(())
+}
+
+fn key(point: Point) -> [u64; 2] {
+    [point.x, point.y].map(f64::to_bits)
+}

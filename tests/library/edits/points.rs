@@ -1,0 +1,415 @@
+//! The promise: after each edit of points, the file is the one that a build of the changed points
+//! with the same lines and sites gives, whatever the tiles, the order and the place of the changes;
+//! a mistake changes nothing.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use delaunay_tiles::geometry::{Orientation, Point, orient2d};
+use delaunay_tiles::input::{MissingZ, PointBatch, SegmentBatch, SiteBatch, SiteId};
+use delaunay_tiles::store::{Digest, LineKind};
+use delaunay_tiles::{BuildError, BuildOptions, Builder, EditError, EditSummary, Editor, PointCounts};
+
+use crate::support::{Random, Scratch, built, points_of, runtime};
+
+/// So little memory that tiles must leave the cache and come back.
+const LITTLE: u64 = 256 << 10;
+
+/// What a file is built from. Points are kept by their coordinates, with z.
+#[derive(Clone, Debug, Default)]
+struct Scene {
+    points: BTreeMap<[u64; 2], (Point, f64)>,
+    has_z: bool,
+    lines: Vec<(LineKind, Vec<Point>)>,
+    sites: Vec<Point>,
+}
+
+fn key(p: Point) -> [u64; 2] {
+    [p.x, p.y].map(f64::to_bits)
+}
+
+fn batch_of_line(corners: &[Point]) -> SegmentBatch {
+    SegmentBatch {
+        ends: corners.array_windows().copied().collect(),
+        lines: vec![0; corners.len() - 1],
+        ..SegmentBatch::default()
+    }
+}
+
+impl Scene {
+    async fn build(&self, tile_vertices: usize) -> Result<Scratch, BuildError> {
+        let scratch = Scratch::new();
+        let options = BuildOptions::default().tile_vertices(tile_vertices);
+        let mut builder = Builder::new(&scratch.path, options)?;
+        for ((kind, corners), number) in self.lines.iter().zip(0..) {
+            builder.push_lines(*kind, number, &batch_of_line(corners))?;
+        }
+        builder.push_sites(&SiteBatch {
+            points: self.sites.clone(),
+            ids: (0..self.sites.len() as u64).map(SiteId::Number).collect(),
+            ..SiteBatch::default()
+        })?;
+        builder.push(&self.batch(self.points.values().copied())).await?;
+        builder.finish().await?;
+        Ok(scratch)
+    }
+
+    fn batch(&self, points: impl Iterator<Item = (Point, f64)>) -> PointBatch {
+        let (points, z): (Vec<Point>, Vec<f64>) = points.unzip();
+        PointBatch {
+            records: (0..points.len() as u64).collect(),
+            z: if self.has_z { z } else { Vec::new() },
+            points,
+        }
+    }
+
+    fn any(&self, random: &mut Random) -> Option<Point> {
+        let number = random.below(self.points.len().max(1));
+        self.points.values().nth(number).map(|(point, _)| *point)
+    }
+
+    /// Makes a random change in an editor and here.
+    fn change(&mut self, editor: &mut Editor, random: &mut Random, at: impl Fn(&mut Random) -> Point) {
+        let z = random.below(9) as f64;
+        match (random.below(5), self.any(random)) {
+            (2, Some(from)) => {
+                let to = at(random);
+                if let Some((_, z)) = self.points.remove(&key(from)) {
+                    self.points.entry(key(to)).or_insert((to, z));
+                }
+                editor.move_points(&[[from, to]]).unwrap();
+            }
+            (3, Some(_)) => {
+                // Sometimes most points go.
+                let most = if random.below(6) == 0 { self.points.len() } else { 3 };
+                let mut gone: Vec<Point> = self.points.values().map(|(point, _)| *point).collect();
+                random.shuffle(&mut gone);
+                gone.truncate(1 + random.below(most));
+                gone.iter().for_each(|&point| drop(self.points.remove(&key(point))));
+                editor.delete(&gone).unwrap();
+            }
+            (4, Some(point)) if self.has_z => {
+                self.points.insert(key(point), (point, z));
+                editor.set_z(&self.batch([(point, z)].into_iter())).unwrap();
+            }
+            _ => {
+                let point = at(random);
+                self.points.entry(key(point)).or_insert((point, z));
+                editor.insert(&self.batch([(point, z)].into_iter())).unwrap();
+            }
+        }
+    }
+}
+
+/// Returns the digest of the tiles, after it proved that the file is right by itself.
+async fn checked(scratch: &Scratch) -> Digest {
+    let reader = scratch.open().await;
+    reader.verify(true).await.unwrap();
+    reader.recompute_digest().await.unwrap()
+}
+
+/// Returns a scene on a lattice, with lines that do not cross and sites; or points alone, uniform
+/// or on a circle.
+async fn random_scene(random: &mut Random) -> (Scene, Box<dyn Fn(&mut Random) -> Point>) {
+    let size = 3 + random.below(10);
+    let kind = random.below(5);
+    let at = move |random: &mut Random| match kind {
+        0 => Point::new(random.unit(), random.unit()),
+        1 => {
+            let angle = random.below(360) as f64;
+            Point::new(100.0 * angle.cos(), 100.0 * angle.sin())
+        }
+        _ => Point::new(random.below(size) as f64, random.below(size) as f64),
+    };
+    let mut scene = Scene {
+        has_z: random.below(2) == 0,
+        ..Scene::default()
+    };
+    for _ in 0..1 + random.below(80) {
+        let point = at(random);
+        scene.points.insert(key(point), (point, random.below(9) as f64));
+    }
+    if kind > 2 {
+        scene.has_z = false;
+        scene.sites = (0..random.below(5)).map(|_| at(random)).collect();
+        for _ in 0..random.below(6) {
+            let [a, b] = [at(random), at(random)];
+            let line = match random.below(3) {
+                0 => (LineKind::Wall, vec![a, b]),
+                1 => (LineKind::BreakLine, vec![a, at(random), b]),
+                _ => {
+                    let [right, up] = [1 + random.below(4), 1 + random.below(4)].map(|side| side as f64);
+                    let corners = [(0.0, 0.0), (right, 0.0), (right, up), (0.0, up), (0.0, 0.0)];
+                    let corners = corners.map(|(x, y)| Point::new(a.x + x, a.y + y));
+                    (LineKind::Obstacle, corners.to_vec())
+                }
+            };
+            scene.lines.push(line);
+            if scene.build(16).await.is_err() {
+                scene.lines.pop();
+            }
+        }
+    }
+    (scene, Box::new(at))
+}
+
+/// Edits a random scene a few times. Returns the number of edits that were made.
+async fn check_sequence(seed: u64) -> u64 {
+    let mut random = Random(seed);
+    let (mut scene, at) = random_scene(&mut random).await;
+    let scratch = scene.build(4 + random.below(60)).await.unwrap();
+    let mut edits = 0;
+    for _ in 0..1 + random.below(4) {
+        let before = checked(&scratch).await;
+        if before.triangles.count == 0 {
+            break;
+        }
+        let former = scene.clone();
+        let mut editor = Editor::open(&scratch.path, LITTLE).await.unwrap();
+        for _ in 0..1 + random.below(30) {
+            scene.change(&mut editor, &mut random, &at);
+        }
+        match editor.finish().await {
+            Ok(summary) => {
+                edits += 1;
+                let expected = checked(&scene.build(30).await.unwrap()).await;
+                assert_eq!(checked(&scratch).await, expected, "seed {seed}, edit {edits}");
+                assert_eq!(summary.vertices, expected.vertices.count);
+                assert_eq!(summary.triangles, expected.triangles.count);
+            }
+            // The lattice has few places, so lines meet in points.
+            Err(EditError::LinesCross { point, .. }) => {
+                assert!(
+                    former.points.contains_key(&key(point)) && former.lines.len() > 1,
+                    "seed {seed}"
+                );
+                assert_eq!(checked(&scratch).await, before);
+                scene = former;
+            }
+            Err(EditError::NothingLeft) => {
+                let left = scene.build(30).await.unwrap();
+                assert_eq!(checked(&left).await.triangles.count, 0, "seed {seed}");
+                assert_eq!(checked(&scratch).await, before);
+                scene = former;
+            }
+            Err(error) => panic!("seed {seed}: {error}"),
+        }
+    }
+    edits
+}
+
+#[test]
+fn random_sequences_of_edits_give_what_a_build_gives() {
+    runtime().block_on(async {
+        let mut edits = 0;
+        for seed in 0..400 {
+            edits += check_sequence(seed).await;
+        }
+        assert!(edits > 600, "{edits}");
+    });
+}
+
+/// Builds points with z in tiles of at most 50.
+async fn hills() -> (Vec<Point>, Scratch) {
+    let points = points_of(distributions::Kind::Uniform, 2000, 5);
+    let mut scene = Scene {
+        has_z: true,
+        ..Scene::default()
+    };
+    scene.points.extend(points.iter().map(|&p| (key(p), (p, p.x))));
+    (points, scene.build(50).await.unwrap())
+}
+
+fn with_z(points: &[Point], z: f64) -> PointBatch {
+    PointBatch {
+        records: (0..points.len() as u64).collect(),
+        points: points.to_vec(),
+        z: vec![z; points.len()],
+    }
+}
+
+async fn edited(scratch: &Scratch, change: impl FnOnce(&mut Editor)) -> Result<EditSummary, EditError> {
+    let mut editor = Editor::open(&scratch.path, 16 << 20).await?;
+    change(&mut editor);
+    editor.finish().await
+}
+
+#[test]
+fn calls_act_in_their_order_and_are_counted() {
+    runtime().block_on(async {
+        let (points, scratch) = hills().await;
+        let [far, farther] = [1e3, 1e6].map(|x| Point::new(x, -x));
+        let summary = edited(&scratch, |editor| {
+            editor.insert(&with_z(&[far, points[0], far], 7.0)).unwrap();
+            editor
+                .move_points(&[[far, farther], [points[1], far], [points[2], points[3]]])
+                .unwrap();
+            editor.delete(&[points[4]]).unwrap();
+            editor.insert(&with_z(&[points[4]], 9.0)).unwrap();
+            editor.set_z(&with_z(&[farther], 8.0)).unwrap();
+        });
+        let summary = summary.await.unwrap();
+        let counts = PointCounts {
+            inserted: 2,
+            duplicates: 3,
+            deleted: 1,
+            moved: 3,
+            z_set: 1,
+            ..PointCounts::default()
+        };
+        assert_eq!((summary.points, summary.vertices), (counts, 2000));
+        let reader = scratch.open().await;
+        reader.verify(true).await.unwrap();
+        let z_at = async |p: Point| reader.surface_z(p.x, p.y, Default::default()).await.unwrap();
+        // A point takes its z along, and one that comes again has the z that it comes with.
+        let expected = [farther, far, points[3], points[4], points[0]];
+        for (point, z) in expected
+            .into_iter()
+            .zip([8.0, points[1].x, points[3].x, 9.0, points[0].x])
+        {
+            assert_eq!(z_at(point).await, Some(z), "{point:?}");
+        }
+        assert_eq!(reader.metadata().bounds.max_x, 1e6);
+    });
+}
+
+#[test]
+fn a_mistake_changes_nothing_unless_it_is_to_be_skipped() {
+    runtime().block_on(async {
+        let (points, scratch) = hills().await;
+        let flat = built(&points, BuildOptions::default()).await.0;
+        let nowhere = Point::new(0.5, 77.0);
+        let before = fs::read(&scratch.path).unwrap();
+        let error = edited(&scratch, |editor| {
+            editor.delete(&[points[0], nowhere, nowhere]).unwrap()
+        })
+        .await;
+        assert!(
+            matches!(error, Err(EditError::NoPoint { point, count: 2 }) if point == nowhere),
+            "{error:?}"
+        );
+        // A point that is deleted twice is not there the second time.
+        let error = edited(&scratch, |editor| editor.delete(&[points[0], points[0]]).unwrap()).await;
+        assert!(matches!(error, Err(EditError::NoPoint { count: 1, .. })), "{error:?}");
+        let mut without_z = with_z(&[nowhere], 0.0);
+        without_z.z.clear();
+        let error = edited(&scratch, |editor| editor.insert(&without_z).unwrap()).await;
+        assert!(
+            matches!(error, Err(EditError::PointWithoutZ { point, count: 1 }) if point == nowhere),
+            "{error:?}"
+        );
+        let error = edited(&flat, |editor| editor.insert(&with_z(&[nowhere], 1.0)).unwrap()).await;
+        assert!(matches!(error, Err(EditError::HasNoZ)), "{error:?}");
+        assert_eq!(fs::read(&scratch.path).unwrap(), before);
+        let many = vec![nowhere; 100_000];
+        let error = Editor::open(&scratch.path, 1 << 20).await.unwrap().delete(&many);
+        assert!(matches!(error, Err(EditError::Memory(_))), "{error:?}");
+
+        let summary = edited(&scratch, |editor| {
+            editor.skip_missing(true);
+            editor.missing_z(MissingZ::Zero);
+            editor.delete(&[points[0], nowhere]).unwrap();
+            editor.insert(&without_z).unwrap();
+        });
+        let PointCounts {
+            deleted,
+            inserted,
+            skipped,
+            ..
+        } = summary.await.unwrap().points;
+        assert_eq!([deleted, inserted, skipped], [1; 3]);
+        scratch.open().await.verify(true).await.unwrap();
+    });
+}
+
+#[test]
+fn a_dry_run_tells_what_would_be_and_changes_nothing() {
+    runtime().block_on(async {
+        let (points, scratch) = hills().await;
+        let before = fs::read(&scratch.path).unwrap();
+        let change = |editor: &mut Editor| editor.delete(&points[..1000]).unwrap();
+        let dry = edited(&scratch, |editor| {
+            editor.dry_run(true);
+            change(editor);
+        });
+        let dry = dry.await.unwrap();
+        assert!(fs::read(&scratch.path).unwrap() == before);
+        let wet = edited(&scratch, change).await.unwrap();
+        assert_eq!(
+            (dry.points, dry.vertices, dry.triangles, dry.tiles_written),
+            (wet.points, 1000, wet.triangles, wet.tiles_written)
+        );
+    });
+}
+
+#[test]
+fn the_last_points_may_go_and_tiles_with_them() {
+    runtime().block_on(async {
+        let (points, scratch) = hills().await;
+        let reader = scratch.open().await;
+        // Half of the tiles are emptied.
+        let left: Vec<Point> = points.iter().copied().filter(|p| p.x < 0.5).collect();
+        let gone: Vec<Point> = points.iter().copied().filter(|p| p.x >= 0.5).collect();
+        edited(&scratch, |editor| editor.delete(&gone).unwrap()).await.unwrap();
+        let after = scratch.open().await;
+        assert_eq!(after.verify(true).await.unwrap().vertices, left.len() as u64);
+        assert!(after.metadata().tiles < reader.metadata().tiles * 2 / 3);
+        // New points go into the cells that the others left to their neighbours.
+        edited(&scratch, |editor| editor.insert(&with_z(&gone, 1.0)).unwrap())
+            .await
+            .unwrap();
+        scratch.open().await.verify(true).await.unwrap();
+        edited(&scratch, |editor| editor.delete(&points[3..]).unwrap())
+            .await
+            .unwrap();
+        assert_eq!(scratch.open().await.verify(true).await.unwrap().triangles, 1);
+        edited(&scratch, |editor| editor.delete(&points[..1]).unwrap())
+            .await
+            .unwrap();
+        assert_eq!(scratch.open().await.verify(true).await.unwrap().vertices, 2);
+        // The reader from before sees all points.
+        assert_eq!(reader.recompute_digest().await.unwrap().vertices.count, 2000);
+    });
+}
+
+#[test]
+fn a_vertex_goes_when_nothing_holds_it_any_more() {
+    runtime().block_on(async {
+        let at = |x: f64, y: f64| Point::new(x, y);
+        let mut scene = Scene::default();
+        for i in 0..100 {
+            let point = at(f64::from(i % 10), f64::from(i / 10));
+            scene.points.insert(key(point), (point, 0.0));
+        }
+        // Along a row of points, a wall that begins and ends at points, and a site at another one.
+        scene.lines.push((LineKind::Wall, vec![at(1.0, 4.0), at(8.0, 4.0)]));
+        scene.sites.push(at(5.0, 7.0));
+        let scratch = scene.build(8).await.unwrap();
+        assert_eq!(scratch.open().await.metadata().constraint_edges, 7);
+        let [passed, end, site] = [at(4.0, 4.0), at(8.0, 4.0), at(5.0, 7.0)];
+        edited(&scratch, |editor| editor.delete(&[passed, end, site]).unwrap())
+            .await
+            .unwrap();
+        let metadata = scratch.open().await.metadata().clone();
+        assert_eq!(
+            (metadata.vertices, metadata.ends, metadata.constraint_edges),
+            (99, 2, 6)
+        );
+        for point in [passed, end, site] {
+            scene.points.remove(&key(point));
+        }
+        assert_eq!(checked(&scratch).await, checked(&scene.build(30).await.unwrap()).await);
+        // They are no points any more, but may be again.
+        let error = edited(&scratch, |editor| editor.delete(&[end]).unwrap()).await;
+        assert!(matches!(error, Err(EditError::NoPoint { .. })), "{error:?}");
+        let again = PointBatch {
+            points: vec![end],
+            records: vec![0],
+            z: Vec::new(),
+        };
+        edited(&scratch, |editor| editor.insert(&again).unwrap()).await.unwrap();
+        assert_eq!(scratch.open().await.metadata().ends, 1);
+        checked(&scratch).await;
+        assert_eq!(orient2d(passed, end, at(1.0, 4.0)), Orientation::Collinear);
+    });
+}

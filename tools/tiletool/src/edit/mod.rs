@@ -1,0 +1,90 @@
+//! The commands that change an existing tile file: points with `points`, lines with `constrain`.
+//!
+//! In: a file and files of changes. Out: the file in its next state, or as it was; and a summary.
+
+pub mod constrain;
+pub mod points;
+mod report;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use clap::Args;
+use delaunay_tiles::{EditError, EditSummary, Editor, OpenOptions};
+
+use crate::allocator;
+use crate::common::{self, MemoryArgs};
+
+/// What all commands that change a file have in common.
+#[derive(Args, Clone, Debug)]
+pub struct EditArgs {
+    /// Tile file to change
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Do all the work, and report it, but leave the file as it is
+    #[arg(long)]
+    dry_run: bool,
+    /// Print the summary as one JSON object
+    #[arg(long)]
+    json: bool,
+    /// Print only errors
+    #[arg(long)]
+    quiet: bool,
+    #[command(flatten)]
+    memory: MemoryArgs,
+}
+
+impl EditArgs {
+    /// Opens the file to change it.
+    async fn open(&self) -> anyhow::Result<Editor> {
+        // Lists of tiles grow in small steps and would leave free gaps of their sizes in the heap. So
+        // as many allocations as possible are mappings of their own.
+        allocator::keep_to(0);
+        let mut editor = Editor::open(&self.file, self.memory.bytes()).await?;
+        editor.dry_run(self.dry_run);
+        Ok(editor)
+    }
+
+    /// Makes all changes. `name_in` adds names of the input to an error.
+    async fn finish(
+        &self,
+        editor: Editor,
+        name_in: impl FnOnce(EditError) -> anyhow::Error,
+    ) -> anyhow::Result<EditSummary> {
+        let unchanged = || format!("{} was not changed", common::shown(&self.file));
+        let edited = tokio::select! {
+            edited = editor.finish() => edited,
+            () = common::interrupted() => Err(EditError::Cancelled),
+        };
+        match edited {
+            Err(EditError::Cancelled) => anyhow::bail!("interrupted; {}", unchanged()),
+            edited => edited.map_err(name_in).with_context(unchanged),
+        }
+    }
+
+    /// Prints the summary, and the notes on the input.
+    fn report(&self, summary: &EditSummary, mut notes: Vec<String>) -> anyhow::Result<()> {
+        // The changes are in the file, whether this can be found out or not.
+        if !self.dry_run && common::block_on(has_stale_overviews(&self.file)).unwrap_or(false) {
+            let file = common::shown(&self.file);
+            notes.push(format!(
+                "the overviews of the file are stale now; renew them with `tiletool overviews {file}`"
+            ));
+        }
+        for note in notes.iter().filter(|_| !self.quiet) {
+            common::say(format_args!("note: {note}"));
+        }
+        if self.json {
+            common::print_json("the summary", &report::EditReport::of(summary, self.dry_run, notes))
+        } else if self.quiet {
+            Ok(())
+        } else {
+            common::print("the summary", &report::text(&self.file, summary, self.dry_run))
+        }
+    }
+}
+
+async fn has_stale_overviews(file: &Path) -> anyhow::Result<bool> {
+    let reader = common::open(file, OpenOptions::default()).await?;
+    Ok(!reader.stale_overviews().is_empty())
+}
