@@ -142,7 +142,7 @@ impl Editor {
             let number = batch.records.get(place).copied().unwrap_or(self.points.records);
             let record = self.next_record.saturating_add(number);
             let z = batch.z.get(place).copied().unwrap_or(NO_Z);
-            self.points.all.push(PointCall::Insert(point.normalized(), z, record));
+            self.points.push(PointCall::Insert(point.normalized(), z, record));
             self.points.records = self.points.records.max(number.saturating_add(1));
         }
         self.check_points()
@@ -174,7 +174,7 @@ impl Editor {
     /// As for [`insert`](Self::insert).
     pub fn delete(&mut self, points: &[Point]) -> Result<(), EditError> {
         let calls = points.iter().map(|point| PointCall::Delete(point.normalized()));
-        self.points.all.extend(calls);
+        calls.for_each(|call| self.points.push(call));
         self.check_points()
     }
 
@@ -186,7 +186,7 @@ impl Editor {
     /// As for [`insert`](Self::insert).
     pub fn move_points(&mut self, pairs: &[[Point; 2]]) -> Result<(), EditError> {
         let calls = pairs.iter().map(|pair| PointCall::Move(pair.map(Point::normalized)));
-        self.points.all.extend(calls);
+        calls.for_each(|call| self.points.push(call));
         self.check_points()
     }
 
@@ -197,13 +197,13 @@ impl Editor {
     pub fn set_z(&mut self, batch: &PointBatch) -> Result<(), EditError> {
         for (place, point) in batch.points.iter().enumerate() {
             let z = batch.z.get(place).copied().unwrap_or(NO_Z);
-            self.points.all.push(PointCall::SetZ(point.normalized(), z));
+            self.points.push(PointCall::SetZ(point.normalized(), z));
         }
         self.check_points()
     }
 
     fn check_points(&self) -> Result<(), EditError> {
-        Ok(EditShares::check_points(self.memory, self.points.all.len() as u64)?)
+        Ok(EditShares::check_points(self.memory, self.points.memory())?)
     }
 
     /// Returns the coordinate reference system of the file, as it names it.

@@ -10,9 +10,9 @@ use tokio::sync::oneshot;
 use crate::edit::ends::find_ends;
 use crate::edit::error::EditError;
 use crate::edit::labelling::{join, label, touch_crossed};
-use crate::edit::points::{self, NetChanges, net_changes};
+use crate::edit::points::{self, Inserted};
 use crate::edit::strip::{LocatedSegment, SegmentInserter};
-use crate::edit::summary::EditSummary;
+use crate::edit::summary::{EditSummary, PointCounts};
 use crate::edit::target::Target;
 use crate::edit::tiles::Tiles;
 use crate::edit::vertex::EditVertex;
@@ -62,17 +62,10 @@ fn edit_here(
 ) -> Result<EditSummary, EditError> {
     let began = Instant::now();
     let segments = work.segments.len() as u64;
-    let input = [work.points.all.len() as u64, segments];
+    let input = [work.points.memory(), segments];
     let shares = |largest| EditShares::new(memory, input, work.threads, largest);
     let mut tiles = Tiles::open(target, &shares, work.is_draft, runtime)?;
-    let NetChanges { put, delete, counts } = net_changes(&tiles, &work.points, is_stopped)?;
-    let taken_over = points::insert(&mut tiles, &put, is_stopped)?;
-    let (ends, added_ends) = find_ends(&mut tiles, work, is_stopped)?;
-    let inserted = insert(&mut tiles, work, &ends, is_stopped)?;
-    drop((ends, put));
-    let has_lines = segments > 0 || tiles.metadata().constraint_edges > 0;
-    let held = points::delete(&mut tiles, &delete, has_lines, is_stopped)?;
-    drop(delete);
+    let changed = make_changes(&mut tiles, work, is_stopped)?;
     touch_crossed(&mut tiles, work, is_stopped)?;
     let labels = join(&mut tiles, work.is_draft, memory, is_stopped)?;
     let (regions, spanning_regions, hole_regions) = (labels.regions, labels.spanning, labels.hole_regions);
@@ -85,38 +78,77 @@ fn edit_here(
     }
     label(&mut tiles, labels, is_stopped)?;
     let digest = tiles.digest(holes)?;
-    if digest.triangles.count == 0 && has_lines {
+    if digest.triangles.count == 0 && changed.has_lines {
         return Err(EditError::NothingLeft);
     }
     let totals = EditTotals {
-        ends: tiles.metadata().ends + added_ends + held - taken_over,
+        ends: changed.ends,
         regions,
         spanning_regions,
         hole_regions,
         digest,
     };
     let (tiles_written, tile_reads, length_before) = (tiles.count_changed(), tiles.reads(), tiles.length());
-    let file_bytes = match work.is_dry_run {
+    // An edit that changes nothing must not make overviews stale.
+    let is_empty = tiles_written == 0 && work.segments.is_empty();
+    let file_bytes = match work.is_dry_run || is_empty {
         true => tiles.abandon()?,
         false => tiles.publish(|directory| enter(directory, work, totals))?,
     };
     Ok(EditSummary {
-        points: counts,
+        points: changed.points,
         segments,
-        added_vertices: added_ends,
-        inserted_edges: inserted.edges,
+        added_vertices: changed.added_ends,
+        inserted_edges: changed.edges,
         constraint_edges: digest.constraint_edges.count,
         vertices: digest.vertices.count,
         triangles: digest.triangles.count,
         tiles_written: tiles_written as u64,
         tile_reads,
-        triangles_visited: inserted.examined,
+        triangles_visited: changed.examined,
         regions,
         hole_regions,
         hole_triangles: holes.count,
         bytes_appended: file_bytes - length_before,
         file_bytes,
         seconds: began.elapsed().as_secs_f64(),
+    })
+}
+
+/// What was changed in the tiles.
+struct Changed {
+    points: PointCounts,
+    /// Number of vertices that were added at ends of segments.
+    added_ends: u64,
+    /// Number of vertices of the file without a point of the input.
+    ends: u64,
+    /// Number of edges along the segments.
+    edges: u64,
+    /// Number of triangles that were examined to follow the segments.
+    examined: u64,
+    /// Whether any edge of the file may be a constraint.
+    has_lines: bool,
+}
+
+/// Makes all changes in the tiles: points that come, lines, points that go.
+fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> Result<Changed, EditError> {
+    let Inserted {
+        counts,
+        taken_over,
+        mut delete,
+    } = points::insert(tiles, &work.points, is_stopped)?;
+    let (ends, added_ends) = find_ends(tiles, work, is_stopped)?;
+    let SegmentInserter { edges, examined, .. } = insert(tiles, work, &ends, is_stopped)?;
+    drop(ends);
+    let has_lines = !work.segments.is_empty() || tiles.metadata().constraint_edges > 0;
+    let held = points::delete(tiles, &mut delete, has_lines, is_stopped)?;
+    Ok(Changed {
+        points: counts,
+        added_ends,
+        ends: tiles.metadata().ends + added_ends + held - taken_over,
+        edges,
+        examined,
+        has_lines,
     })
 }
 

@@ -1,5 +1,7 @@
 //! The result of an edit.
 
+use std::ops::AddAssign;
+
 /// The number of points that an edit changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
@@ -17,6 +19,17 @@ pub struct PointCounts {
     pub z_set: u64,
     /// Number of changes that were left out, since there was no point.
     pub skipped: u64,
+}
+
+impl AddAssign for PointCounts {
+    fn add_assign(&mut self, other: Self) {
+        self.inserted += other.inserted;
+        self.duplicates += other.duplicates;
+        self.deleted += other.deleted;
+        self.moved += other.moved;
+        self.z_set += other.z_set;
+        self.skipped += other.skipped;
+    }
 }
 
 /// The result of an edit.

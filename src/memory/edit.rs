@@ -6,9 +6,6 @@ use super::shortage::{MemoryShortage, MemoryUse};
 /// that these become.
 const EDIT_SEGMENT_BYTES: u64 = 200;
 
-/// Bytes per change of a point: the call, the position and what lies there, before and after.
-const EDIT_POINT_BYTES: u64 = 240;
-
 /// The shares of an edit's memory, without its segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EditShares {
@@ -19,8 +16,14 @@ pub(crate) struct EditShares {
 }
 
 impl EditShares {
-    /// Computes the shares of an edit that changes `points` points and inserts `segments` segments.
-    /// The largest tile has `largest_tile` bytes in the file.
+    /// Bytes per change of a point: the call, its place in the order of tiles, and the position of a
+    /// point that goes.
+    pub(crate) const POINT_BYTES: u64 = 80;
+    /// The same with moves: also all positions, and what lies there before and after.
+    pub(crate) const MOVED_POINT_BYTES: u64 = 240;
+
+    /// Computes the shares of an edit whose changes of points take `points` bytes, and which inserts
+    /// `segments` segments. The largest tile has `largest_tile` bytes in the file.
     pub(crate) fn new(memory: u64, [points, segments]: [u64; 2], threads: usize, largest_tile: u64) -> Self {
         /// The minimum number of bytes per thread.
         const OF_THREAD: u64 = 256 << 20;
@@ -30,7 +33,7 @@ impl EditShares {
         let threads = threads.min((memory / OF_THREAD) as usize).max(1);
         let in_work = threads as u64 * TILES_IN_WORK * largest_tile;
         let regions = memory / 8;
-        let input = points * EDIT_POINT_BYTES + segments * EDIT_SEGMENT_BYTES;
+        let input = points + segments * EDIT_SEGMENT_BYTES;
         let others = input + in_work + regions;
         Self {
             threads,
@@ -52,12 +55,12 @@ impl EditShares {
         check(memory, 2 * EDIT_SEGMENT_BYTES * segments)
     }
 
-    /// Checks that changes of `points` points take at most half of the memory.
+    /// Checks that changes of points, which take `bytes`, take at most half of the memory.
     ///
     /// # Errors
     /// Fails with the memory that they need, if they take more.
-    pub(crate) fn check_points(memory: u64, points: u64) -> Result<(), MemoryShortage> {
-        check(memory, 2 * EDIT_POINT_BYTES * points)
+    pub(crate) fn check_points(memory: u64, bytes: u64) -> Result<(), MemoryShortage> {
+        check(memory, 2 * bytes)
     }
 
     /// Checks that regions, which take `bytes` now, take at most a quarter of the memory.

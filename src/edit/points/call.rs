@@ -1,8 +1,10 @@
 //! The calls of a transaction that concern points.
 
+use crate::edit::error::EditError;
 use crate::geometry::Point;
 use crate::input::MissingZ;
-use crate::store::Source;
+use crate::memory::EditShares;
+use crate::store::{Source, TileId};
 
 /// A call.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +20,29 @@ pub(crate) enum PointCall {
     SetZ(Point, f64),
 }
 
+impl PointCall {
+    /// Returns the positions that it concerns.
+    pub(crate) fn positions(self) -> [Option<Point>; 2] {
+        match self {
+            Self::Move([from, to]) => [Some(from), Some(to)],
+            Self::Insert(point, ..) | Self::Delete(point) | Self::SetZ(point, _) => [Some(point), None],
+        }
+    }
+
+    /// Returns the position whose point it changes, or that gets a point.
+    pub(crate) fn position(self) -> Point {
+        let (Self::Insert(point, ..) | Self::Delete(point) | Self::Move([point, _]) | Self::SetZ(point, _)) = self;
+        point
+    }
+
+    fn is_move(self) -> bool {
+        matches!(self, Self::Move(_))
+    }
+}
+
+/// A call by its number, with the tile in whose cell its position is.
+pub(crate) type CallInTile = (TileId, u32);
+
 /// The calls of a transaction that concern points, in order.
 #[derive(Debug, Default)]
 pub(crate) struct PointCalls {
@@ -30,4 +55,48 @@ pub(crate) struct PointCalls {
     pub(crate) skip_missing: bool,
     /// What to do with points that have no z, if the file has z.
     pub(crate) missing_z: MissingZ,
+    has_moves: bool,
+}
+
+impl PointCalls {
+    pub(crate) fn push(&mut self, call: PointCall) {
+        self.has_moves |= call.is_move();
+        self.all.push(call);
+    }
+
+    /// Returns whether calls may concern positions in several tiles.
+    pub(crate) fn has_moves(&self) -> bool {
+        self.has_moves
+    }
+
+    /// Returns the bytes of memory that the calls take until they are carried out.
+    pub(crate) fn memory(&self) -> u64 {
+        let of_call = if self.has_moves {
+            EditShares::MOVED_POINT_BYTES
+        } else {
+            EditShares::POINT_BYTES
+        };
+        of_call * self.all.len() as u64
+    }
+
+    /// Checks that points have z if the file has, and only then.
+    pub(crate) fn check_z(&self, has_z: bool) -> Result<(), EditError> {
+        let z_of = |call: &PointCall| match *call {
+            PointCall::Insert(point, z, _) | PointCall::SetZ(point, z) => Some((point, z)),
+            PointCall::Delete(_) | PointCall::Move(_) => None,
+        };
+        let mut given = self.all.iter().filter_map(z_of);
+        if !has_z {
+            let has_some = given.any(|(_, z)| !z.is_nan());
+            return if has_some { Err(EditError::HasNoZ) } else { Ok(()) };
+        }
+        if self.missing_z == MissingZ::Zero {
+            return Ok(());
+        }
+        let mut without = given.filter(|(_, z)| z.is_nan());
+        without.next().map_or(Ok(()), |(point, _)| {
+            let count = 1 + without.count() as u64;
+            Err(EditError::PointWithoutZ { point, count })
+        })
+    }
 }

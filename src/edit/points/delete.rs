@@ -10,14 +10,15 @@ use crate::geometry::{Point, VertexIndex};
 use crate::mesh::point_table::PointTable;
 use crate::store::{TileId, VertexId};
 
-/// Removes points, which are ordered by tile. `has_lines` says whether any edge may be a constraint.
+/// Removes points, each by its tile. `has_lines` says whether any edge may be a constraint.
 /// Returns the number of vertices that stay, since something else holds them.
 pub(crate) fn delete(
     tiles: &mut Tiles,
-    points: &[(TileId, Point)],
+    points: &mut [(TileId, Point)],
     has_lines: bool,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<u64, EditError> {
+    points.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1)));
     let mut remover = VertexRemover::new(has_lines);
     let mut removed: BTreeMap<TileId, Vec<VertexIndex>> = BTreeMap::new();
     let mut held = 0;

@@ -1,47 +1,92 @@
 //! Points that come to be, and points that get other attributes.
 
 use crate::edit::error::EditError;
-use crate::edit::points::net::{Attributes, Change};
+use crate::edit::points::call::{CallInTile, PointCalls};
+use crate::edit::points::net::{Attributes, Change, net_changes, tile_at};
+use crate::edit::summary::PointCounts;
 use crate::edit::tile::NewVertex;
 use crate::edit::tiles::Tiles;
 use crate::edit::vertices;
-use crate::geometry::VertexIndex;
+use crate::geometry::{Point, VertexIndex};
 use crate::mesh::point_table::PointTable;
-use crate::store::VertexId;
+use crate::store::{TileId, VertexId};
 
-/// Makes points lie at positions, which are ordered by tile. Returns the number of vertices that
-/// had no point before.
-pub(crate) fn insert(tiles: &mut Tiles, changes: &[Change], is_stopped: &dyn Fn() -> bool) -> Result<u64, EditError> {
-    let mut taken_over = 0;
-    let mut groups = changes.chunk_by(|a, b| a.tile == b.tile);
+/// What came of calls.
+#[derive(Debug, Default)]
+pub(crate) struct Inserted {
+    pub(crate) counts: PointCounts,
+    /// Number of vertices that had no point before.
+    pub(crate) taken_over: u64,
+    /// The points that go, by tile.
+    pub(crate) delete: Vec<(TileId, Point)>,
+}
+
+/// Carries out calls, except that points which go stay for now.
+pub(crate) fn insert(
+    tiles: &mut Tiles,
+    calls: &PointCalls,
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<Inserted, EditError> {
+    calls.check_z(tiles.metadata().has_z)?;
+    let numbers = calls.all.iter().zip(0u32..);
+    let by_tile = numbers.map(|(call, number)| Ok((tile_at(tiles, call.position())?, number)));
+    let mut by_tile: Vec<CallInTile> = by_tile.collect::<Result<_, EditError>>()?;
+    // Without moves, each call concerns one tile only. Moves lead from one to another in their order.
+    let is_apart = !calls.has_moves();
+    if is_apart {
+        by_tile.sort_unstable();
+    }
+    let mut done = Inserted::default();
+    let mut first_missing = None;
+    let mut groups = by_tile.chunk_by(|a, b| !is_apart || a.0 == b.0);
     while let Some(group) = groups.next() {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
-        tiles.read_ahead(groups.clone().map(|group| group[0].tile));
-        let id = group[0].tile;
-        let tile = tiles.get(id)?;
-        let table = PointTable::new(tile.points());
-        let (mut new, mut there) = (Vec::new(), Vec::new());
-        for &Change { point, after, .. } in group {
-            match table.at(point).map(VertexIndex) {
-                Some(index) => there.push((index, after, tile.is_input_point(index))),
-                None => new.push(NewVertex {
-                    point,
-                    z: after.z,
-                    record: after.record,
-                    is_input_point: true,
-                }),
-            }
+        tiles.read_ahead(groups.clone().map(|group| group[0].0).filter(|_| is_apart));
+        let net = net_changes(tiles, calls, group)?;
+        done.counts += net.counts;
+        done.delete.extend(net.delete);
+        first_missing = first_missing.into_iter().chain(net.first_missing).min();
+        for changes in net.put.chunk_by(|a, b| a.tile == b.tile) {
+            done.taken_over += put(tiles, changes)?;
         }
-        drop(tile);
-        for (index, after, is_input_point) in there {
-            taken_over += u64::from(!is_input_point);
-            give(tiles, VertexId { tile: id, index }, after)?;
+    }
+    match first_missing.filter(|_| !calls.skip_missing) {
+        Some(number) => Err(EditError::NoPoint {
+            point: calls.all[number as usize].position(),
+            count: done.counts.skipped,
+        }),
+        None => Ok(done),
+    }
+}
+
+/// Makes points lie at positions in one tile. Returns the number of vertices that had no point
+/// before.
+fn put(tiles: &mut Tiles, changes: &[Change]) -> Result<u64, EditError> {
+    let id = changes[0].tile;
+    let tile = tiles.get(id)?;
+    let table = PointTable::new(tile.points());
+    let (mut new, mut there) = (Vec::new(), Vec::new());
+    for &Change { point, after, .. } in changes {
+        match table.at(point).map(VertexIndex) {
+            Some(index) => there.push((index, after, tile.is_input_point(index))),
+            None => new.push(NewVertex {
+                point,
+                z: after.z,
+                record: after.record,
+                is_input_point: true,
+            }),
         }
-        if !new.is_empty() {
-            vertices::add(tiles, id, new)?;
-        }
+    }
+    drop(tile);
+    let mut taken_over = 0;
+    for (index, after, is_input_point) in there {
+        taken_over += u64::from(!is_input_point);
+        give(tiles, VertexId { tile: id, index }, after)?;
+    }
+    if !new.is_empty() {
+        vertices::add(tiles, id, new)?;
     }
     Ok(taken_over)
 }

@@ -3,8 +3,9 @@
 //! In: calls, in order. Out: the points of the file are what the calls ask for.
 //!
 //! ```text
-//!   calls ──▶ the point at each position, before and after (net) ──▶ new and changed points (insert)
-//!                                                              └──▶ points that go (delete, removal)
+//!   calls, by tile ──▶ the point at each position, before and after (net)
+//!                           │        │
+//!   new and changed points (insert)  └──▶ points that go, at the end (delete, removal)
 //! ```
 //!
 //! Points come before lines, and go after them. So the triangulation never becomes smaller than it
@@ -19,5 +20,4 @@ mod removal;
 
 pub(crate) use call::{PointCall, PointCalls};
 pub(crate) use delete::delete;
-pub(crate) use insert::insert;
-pub(crate) use net::{NetChanges, net_changes};
+pub(crate) use insert::{Inserted, insert};

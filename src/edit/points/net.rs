@@ -3,11 +3,10 @@
 use foldhash::HashMap;
 
 use crate::edit::error::EditError;
-use crate::edit::points::call::{PointCall, PointCalls};
+use crate::edit::points::call::{CallInTile, PointCall, PointCalls};
 use crate::edit::summary::PointCounts;
 use crate::edit::tiles::Tiles;
 use crate::geometry::{Point, VertexIndex};
-use crate::input::MissingZ;
 use crate::mesh::point_table::PointTable;
 use crate::store::TileId;
 
@@ -41,6 +40,8 @@ pub(crate) struct NetChanges {
     /// Positions whose point goes.
     pub(crate) delete: Vec<(TileId, Point)>,
     pub(crate) counts: PointCounts,
+    /// The first call whose point is not there.
+    pub(crate) first_missing: Option<u32>,
 }
 
 /// A position that calls name.
@@ -51,35 +52,20 @@ struct Position {
     now: Option<Attributes>,
 }
 
-/// Returns what calls change.
-pub(crate) fn net_changes(
-    tiles: &Tiles,
-    calls: &PointCalls,
-    is_stopped: &dyn Fn() -> bool,
-) -> Result<NetChanges, EditError> {
+/// Returns what some calls change, given their numbers in order. No other call concerns the same
+/// positions.
+pub(crate) fn net_changes(tiles: &Tiles, calls: &PointCalls, numbers: &[CallInTile]) -> Result<NetChanges, EditError> {
     let has_z = tiles.metadata().has_z;
-    check_z(calls, has_z)?;
-    let mut positions = Positions::of(tiles, calls, is_stopped)?;
-    let mut counts = PointCounts::default();
-    let mut missing = None;
-    for &call in &calls.all {
-        if !positions.carry_out(call, has_z, &mut counts) {
-            counts.skipped += 1;
-            missing = missing.or(Some(call));
+    let numbers = numbers.iter().map(|(_, number)| *number);
+    let some = || numbers.clone().map(|number| calls.all[number as usize]);
+    let mut positions = Positions::of(tiles, some())?;
+    let mut net = NetChanges::default();
+    for (call, number) in some().zip(numbers.clone()) {
+        if !positions.carry_out(call, has_z, &mut net.counts) {
+            net.counts.skipped += 1;
+            net.first_missing = Some(net.first_missing.map_or(number, |first| first.min(number)));
         }
     }
-    if let Some(call) = missing.filter(|_| !calls.skip_missing) {
-        let (PointCall::Insert(point, ..)
-        | PointCall::Delete(point)
-        | PointCall::Move([point, _])
-        | PointCall::SetZ(point, _)) = call;
-        let count = counts.skipped;
-        return Err(EditError::NoPoint { point, count });
-    }
-    let mut net = NetChanges {
-        counts,
-        ..NetChanges::default()
-    };
     for Position {
         tile,
         point,
@@ -103,9 +89,9 @@ struct Positions {
 }
 
 impl Positions {
-    fn of(tiles: &Tiles, calls: &PointCalls, is_stopped: &dyn Fn() -> bool) -> Result<Self, EditError> {
+    fn of(tiles: &Tiles, calls: impl Iterator<Item = PointCall>) -> Result<Self, EditError> {
         let mut all = named(tiles, calls)?;
-        look_up(tiles, &mut all, is_stopped)?;
+        look_up(tiles, &mut all)?;
         let places = all.iter().zip(0u32..).map(|(at, place)| (key(at.point), place));
         Ok(Self {
             places: places.collect(),
@@ -156,38 +142,11 @@ impl Positions {
     }
 }
 
-/// Checks that points have z if the file has, and only then.
-fn check_z(calls: &PointCalls, has_z: bool) -> Result<(), EditError> {
-    let z_of = |call: &PointCall| match *call {
-        PointCall::Insert(point, z, _) | PointCall::SetZ(point, z) => Some((point, z)),
-        PointCall::Delete(_) | PointCall::Move(_) => None,
-    };
-    let mut given = calls.all.iter().filter_map(z_of);
-    if !has_z {
-        let has_some = given.any(|(_, z)| !z.is_nan());
-        return if has_some { Err(EditError::HasNoZ) } else { Ok(()) };
-    }
-    if calls.missing_z == MissingZ::Zero {
-        return Ok(());
-    }
-    let mut without = given.filter(|(_, z)| z.is_nan());
-    without.next().map_or(Ok(()), |(point, _)| {
-        let count = 1 + without.count() as u64;
-        Err(EditError::PointWithoutZ { point, count })
-    })
-}
-
 /// Returns the positions that calls name, by tile.
-fn named(tiles: &Tiles, calls: &PointCalls) -> Result<Vec<Position>, EditError> {
-    let points = calls.all.iter().flat_map(|call| match *call {
-        PointCall::Move([from, to]) => [Some(from), Some(to)],
-        PointCall::Insert(point, ..) | PointCall::Delete(point) | PointCall::SetZ(point, _) => [Some(point), None],
-    });
-    let mut named = Vec::with_capacity(calls.all.len());
-    for point in points.flatten() {
-        let tile = tiles.directory().tree.tile_at(point);
-        let none = || EditError::Internal("the file has no tiles".to_owned());
-        named.push((tile.ok_or_else(none)?, point));
+fn named(tiles: &Tiles, calls: impl Iterator<Item = PointCall>) -> Result<Vec<Position>, EditError> {
+    let mut named = Vec::with_capacity(calls.size_hint().0);
+    for point in calls.flat_map(PointCall::positions).flatten() {
+        named.push((tile_at(tiles, point)?, point));
     }
     named.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1)));
     named.dedup();
@@ -200,19 +159,15 @@ fn named(tiles: &Tiles, calls: &PointCalls) -> Result<Vec<Position>, EditError> 
     Ok(named.into_iter().map(new).collect())
 }
 
+/// Returns the tile in whose cell a position is.
+pub(crate) fn tile_at(tiles: &Tiles, point: Point) -> Result<TileId, EditError> {
+    let tile = tiles.directory().tree.tile_at(point);
+    tile.ok_or_else(|| EditError::Internal("the file has no tiles".to_owned()))
+}
+
 /// Finds out what lies at each position.
-fn look_up(tiles: &Tiles, positions: &mut [Position], is_stopped: &dyn Fn() -> bool) -> Result<(), EditError> {
-    let ids: Vec<TileId> = positions
-        .chunk_by(|a, b| a.tile == b.tile)
-        .map(|group| group[0].tile)
-        .collect();
-    let mut next = ids.iter().copied();
+fn look_up(tiles: &Tiles, positions: &mut [Position]) -> Result<(), EditError> {
     for group in positions.chunk_by_mut(|a, b| a.tile == b.tile) {
-        if is_stopped() {
-            return Err(EditError::Cancelled);
-        }
-        next.next();
-        tiles.read_ahead(next.clone());
         let tile = tiles.get(group[0].tile)?;
         let table = PointTable::new(tile.points());
         for position in group {

@@ -85,7 +85,7 @@ impl Scene {
                 let mut gone: Vec<Point> = self.points.values().map(|(point, _)| *point).collect();
                 random.shuffle(&mut gone);
                 gone.truncate(1 + random.below(most));
-                gone.iter().for_each(|&point| drop(self.points.remove(&key(point))));
+                self.points.retain(|_, (point, _)| !gone.contains(point));
                 editor.delete(&gone).unwrap();
             }
             (4, Some(point)) if self.has_z => {

@@ -8,7 +8,7 @@ use delaunay_tiles::export::ExportError;
 use delaunay_tiles::input::InputError;
 use delaunay_tiles::query::QueryError;
 use delaunay_tiles::terrain::TerrainError;
-use delaunay_tiles::{BuildError, ReadError, VerifyError, shown};
+use delaunay_tiles::{BuildError, EditError, ReadError, VerifyError, shown};
 use pyo3::PyErr;
 use pyo3::exceptions::{
     PyFileExistsError, PyFileNotFoundError, PyIndexError, PyKeyboardInterrupt, PyOSError, PyPermissionError,
@@ -19,6 +19,7 @@ use pyo3::exceptions::{
 mod python {
     pyo3::import_exception!(delaunay_tiles._errors, Error);
     pyo3::import_exception!(delaunay_tiles._errors, BuildError);
+    pyo3::import_exception!(delaunay_tiles._errors, EditError);
     pyo3::import_exception!(delaunay_tiles._errors, FileError);
     pyo3::import_exception!(delaunay_tiles._errors, InputError);
     pyo3::import_exception!(delaunay_tiles._errors, MemoryLimitError);
@@ -115,7 +116,9 @@ impl Failure {
 
 /// Returns the words of the library and the tool with the names of arguments instead of options.
 fn in_python(words: String) -> String {
-    const OPTIONS: [(&str, &str); 6] = [
+    const OPTIONS: [(&str, &str); 8] = [
+        ("--skip-missing", "skip_missing=True"),
+        ("leave z out (--dims 2)", "leave z out"),
         ("--crossings split", "crossings='split'"),
         ("--missing-z error", "missing_z='error'"),
         ("--missing-z zero", "missing_z='zero'"),
@@ -236,6 +239,17 @@ impl From<VerifyError> for Failure {
 impl From<InputError> for Failure {
     fn from(error: InputError) -> Self {
         Self::of(&error, python::InputError::new_err)
+    }
+}
+
+impl From<EditError> for Failure {
+    fn from(error: EditError) -> Self {
+        match error {
+            EditError::Read(error) => error.into(),
+            EditError::Cancelled => Self(PyKeyboardInterrupt::new_err("cancelled")),
+            EditError::Memory(_) => Self::of(&error, python::MemoryLimitError::new_err),
+            error => Self::of(&error, python::EditError::new_err),
+        }
     }
 }
 

@@ -6,6 +6,7 @@
 //!
 //! ```text
 //!   build             Builder: points, lines and sites from arrays, tables and files
+//!   edit              Editor: changes of points in a file
 //!   reader            Reader: a file, its metadata and its verification
 //!     ▲
 //!     ├── elements    tiles as arrays, and where points lie
@@ -23,6 +24,7 @@
 
 mod build;
 mod columns;
+mod edit;
 mod elements;
 mod error;
 mod mesh;
@@ -42,6 +44,9 @@ use pyo3::prelude::*;
 mod _core {
     #[pymodule_export]
     use super::build::{Builder, identity};
+
+    #[pymodule_export]
+    use super::edit::Editor;
 
     #[pymodule_export]
     use super::elements::Tile;

@@ -5,8 +5,9 @@ import os
 from . import _core
 from ._answers import Along, Distances, Footing, Nearest, Neighbours, Reached
 from ._build import Builder, BuildSummary, build
+from ._edit import EditSummary, edit
 from ._elements import Places, Table, Tile
-from ._errors import BuildError, Error, FileError, InputError, MemoryLimitError, QueryError, VerifyError
+from ._errors import BuildError, EditError, Error, FileError, InputError, MemoryLimitError, QueryError, VerifyError
 from ._mesh import Triangulation, triangulate
 from ._open import AsyncTiles, Tiles, aopen, open
 from ._outputs import Map
@@ -31,6 +32,8 @@ __all__ = [
     "Cache",
     "Contours",
     "Distances",
+    "EditError",
+    "EditSummary",
     "Error",
     "FileError",
     "Footing",
@@ -58,6 +61,7 @@ __all__ = [
     "Volume",
     "aopen",
     "build",
+    "edit",
     "open",
     "triangulate",
 ]

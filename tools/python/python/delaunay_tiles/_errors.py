@@ -13,6 +13,10 @@ class BuildError(Error, ValueError):
     """The input has no (constrained) Delaunay triangulation as asked for: lines cross, a ring does not close."""
 
 
+class EditError(Error, ValueError):
+    """A file cannot be changed as asked for: a point is not there, or has no z. The file is unchanged."""
+
+
 class FileError(Error):
     """A file is no tile file, is damaged, or has a version that this package does not support."""
 
@@ -33,5 +37,5 @@ class VerifyError(Error):
     """A tile file contradicts itself, or is not the (constrained) Delaunay triangulation."""
 
 
-for _exception in (Error, BuildError, FileError, InputError, MemoryLimitError, QueryError, VerifyError):
+for _exception in (Error, BuildError, EditError, FileError, InputError, MemoryLimitError, QueryError, VerifyError):
     _exception.__module__ = "delaunay_tiles"

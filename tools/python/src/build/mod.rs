@@ -7,7 +7,7 @@
 //!      └──────▶ batches      rows of arrays and of record batches, as the library's batches
 //! ```
 
-mod batches;
+pub mod batches;
 mod builder;
 mod options;
 mod work;

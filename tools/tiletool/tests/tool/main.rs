@@ -30,6 +30,7 @@ mod map;
 mod memory;
 mod outputs;
 mod overviews;
+mod points;
 mod printing;
 mod query;
 mod query_tables;

@@ -1,0 +1,158 @@
+"""Changes of the points of a tile file."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any
+
+from . import _core
+from ._arguments import byte_count, coordinates, path_text, word
+
+
+@dataclass(frozen=True, slots=True)
+class EditSummary:
+    """What an edit changed, and counts of the file after it."""
+
+    inserted: int
+    duplicates: int
+    deleted: int
+    moved: int
+    z_set: int
+    skipped: int
+    vertices: int
+    triangles: int
+    constraint_edges: int
+    regions: int
+    hole_regions: int
+    tiles_written: int
+    bytes_appended: int
+    file_bytes: int
+
+    @classmethod
+    def _of(cls, text: str) -> EditSummary:
+        found = json.loads(text)
+        found |= found.pop("points")
+        return cls(**{name: found[name] for name in cls.__slots__})
+
+
+class edit:
+    """Changes the points of a tile file; all changes take effect at once, at the end.
+
+    The file then has exactly the triangles that a build of the changed points with its lines and sites would have.
+    Calls act in their order. Used as a context manager, it makes the changes at the end of the block, and none if the
+    block raises an exception. Readers that have the file open keep what they opened; open the file again to see the
+    changes. No two edits can have a file at once.
+
+    Parameters
+    ----------
+    file : str or path
+        The tile file to change.
+    memory : int or str
+        What the edit may use, such as ``"256MiB"``; each change takes 80 bytes of it, 240 with moves, and all together at
+        most half.
+    missing_z : {"error", "zero"}
+        What to do with new points without z, if the file has z.
+    skip_missing : bool
+        Leave out, and count, changes of points that are not there; otherwise the first one is an `EditError`.
+    dry_run : bool
+        Do all the work, and report it in the summary, but leave the file as it is.
+
+    Raises
+    ------
+    FileError, OSError
+        The file cannot be opened.
+    EditError
+        Another edit has the file, or it has no triangles.
+
+    Examples
+    --------
+    >>> summary = dt.build([(x, y) for x in range(10) for y in range(10)], "field.tiles", overwrite=True)
+    >>> with dt.edit("field.tiles") as changes:
+    ...     changes.insert([(20.0, 20.0), (4.5, 4.5)])
+    ...     changes.delete([(0, 0)])
+    ...     changes.move([(9, 9)], [(30, 3)])
+    >>> changes.summary.vertices, changes.summary.moved
+    (101, 1)
+    """
+
+    def __init__(
+        self,
+        file: str | os.PathLike[str],
+        *,
+        memory: int | str = "1GiB",
+        missing_z: str = "error",
+        skip_missing: bool = False,
+        dry_run: bool = False,
+    ) -> None:
+        self._summary: EditSummary | None = None
+        self._core = _core.Editor(
+            path_text(file, "file"),
+            byte_count(memory, "memory"),
+            word(missing_z, "missing_z"),
+            bool(skip_missing),
+            bool(dry_run),
+        )
+
+    def insert(self, points: Any) -> None:
+        """Inserts points: an array (n, 2), or (n, 3) if the file has z. They may lie outside the hull.
+
+        A point at the position of another one is a duplicate, and left out.
+        """
+        self._core.insert(coordinates(points, "points", (2, 3)))
+
+    def delete(self, points: Any) -> None:
+        """Deletes the points at these positions: an array (n, 2) or (n, 3), of which z is not compared.
+
+        A vertex stays as long as a site or the end of a line is there.
+        """
+        self._core.delete(coordinates(points, "points", (2, 3)))
+
+    def move(self, starts: Any, ends: Any) -> None:
+        """Moves points from `starts` to `ends`, arrays (n, 2), with their z. Moves happen in their order.
+
+        A point that is moved to the position of another one is a duplicate, and gone.
+        """
+        before, after = coordinates(starts, "starts"), coordinates(ends, "ends")
+        if len(before) != len(after):
+            raise ValueError(f"starts and ends must be equally many, not {len(before)} and {len(after)}")
+        self._core.move_points(before, after)
+
+    def set_z(self, points: Any) -> None:
+        """Gives the points at x and y of an array (n, 3) its z."""
+        self._core.set_z(coordinates(points, "points", (3,)))
+
+    def finish(self) -> EditSummary:
+        """Makes the changes.
+
+        Raises
+        ------
+        EditError
+            A point is not there, has no z in a file with z, or lies where lines cross. The file is unchanged.
+        MemoryLimitError, OSError
+            The memory or the disk does not suffice. The file is unchanged.
+        """
+        self._summary = EditSummary._of(self._core.finish("points"))
+        return self._summary
+
+    @property
+    def summary(self) -> EditSummary | None:
+        """The summary of the finished edit, or None before."""
+        return self._summary
+
+    def close(self) -> None:
+        """Forgets the changes, unless they are made."""
+        self._core.close()
+
+    def __enter__(self) -> edit:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, where: TracebackType | None
+    ) -> None:
+        if kind is None and self._summary is None:
+            self.finish()
+        else:
+            self.close()

@@ -1,0 +1,91 @@
+"""Changes of points: the file is the one that a build gives; mistakes change nothing."""
+
+import numpy as np
+import pytest
+
+import delaunay_tiles as dt
+
+
+@pytest.fixture
+def field(tmp_path):
+    rng = np.random.default_rng(7)
+    points = np.column_stack([rng.random((3000, 2)), np.arange(3000.0)])
+    path = tmp_path / "field.tiles"
+    dt.build(points, path, tile_vertices=200)
+    return path, points
+
+
+def checked(path):
+    """Returns the digest of a file, after it was proved to be right by itself."""
+    with dt.open(path) as tiles:
+        tiles.verify(deep=True)
+        return tiles.digest()
+
+
+def test_all_changes_at_once(field, tmp_path):
+    path, points = field
+    new = np.array([[2.0, 2.0, 1.0], [-1.0, 0.5, 2.0], [0.5, 0.5, 3.0]])
+    with dt.edit(path) as changes:
+        changes.insert(new)
+        changes.delete(points[:1000])
+        changes.move(points[1000:1010, :2], points[1000:1010, :2] + 5)
+        changes.set_z(points[1010:1020] + [0, 0, 1])
+    assert changes.summary.inserted == 3 and changes.summary.deleted == 1000
+    assert changes.summary.moved == changes.summary.z_set == 10
+    points[1000:1010, :2] += 5
+    points[1010:1020, 2] += 1
+    assert changes.summary.vertices == 2003
+    dt.build(np.vstack([points[1000:], new]), tmp_path / "built.tiles")
+    assert checked(path) == checked(tmp_path / "built.tiles")
+
+
+def test_a_reader_keeps_what_it_opened(field):
+    path, points = field
+    with dt.open(path) as before:
+        with dt.edit(path) as changes:
+            changes.delete(points[:2000])
+        assert before.metadata.vertices == 3000
+        before.verify(deep=True)
+    with dt.open(path) as after:
+        assert after.metadata.vertices == 1000
+
+
+def test_an_exception_in_the_block_changes_nothing(field):
+    path, points = field
+    before = path.read_bytes()
+    with pytest.raises(KeyError), dt.edit(path) as changes:
+        changes.delete(points[:10])
+        raise KeyError("mine")
+    assert changes.summary is None and path.read_bytes() == before
+    # It is unlocked again.
+    with dt.edit(path, dry_run=True) as changes:
+        changes.delete(points[:10])
+    assert changes.summary.vertices == 2990 and path.read_bytes() == before
+
+
+def test_mistakes_are_named_and_change_nothing(field):
+    path, points = field
+    before = path.read_bytes()
+    with pytest.raises(dt.EditError, match=r"no point at \(7, 8\).*skip_missing=True"), dt.edit(path) as changes:
+        changes.delete([(7.0, 8.0)])
+    with pytest.raises(dt.EditError, match="missing_z='zero'"), dt.edit(path) as changes:
+        changes.insert([(7.0, 8.0)])
+    with dt.edit(path) as first, pytest.raises(dt.EditError, match="another editor"):
+        dt.edit(path)
+    assert first.summary.deleted == 0
+    with dt.edit(path, memory="1MiB") as changes, pytest.raises(dt.MemoryLimitError):
+        changes.delete(np.vstack([points] * 10))
+    for wrong in ([(1.0,)], [(np.nan, 1.0)], "points.csv"):
+        with dt.edit(path, dry_run=True) as changes, pytest.raises((ValueError, TypeError)):
+            changes.insert(wrong)
+    with dt.edit(path, dry_run=True) as changes, pytest.raises(ValueError, match="equally many"):
+        changes.move(points[:2, :2], points[:1, :2])
+    with pytest.raises(ValueError, match="missing_z"):
+        dt.edit(path, missing_z="drape")
+    with pytest.raises(FileNotFoundError):
+        dt.edit(path.with_name("none.tiles"))
+    assert path.read_bytes() == before
+    with dt.edit(path, skip_missing=True, missing_z="zero") as changes:
+        changes.delete([(7.0, 8.0)])
+        changes.insert([(7.0, 8.0)])
+    assert changes.summary.skipped == changes.summary.inserted == 1
