@@ -42,6 +42,9 @@ pub(crate) struct VertexRemover {
     spokes: Vec<Spoke>,
 }
 
+/// An edge that becomes a constraint: its ends, and the lines along it, as seen from the first.
+type NewLine = ([EditVertex; 2], Vec<LinePart>);
+
 /// A constraint edge at the vertex to remove.
 struct Spoke {
     /// The place of its other end in the link.
@@ -178,11 +181,7 @@ impl VertexRemover {
 
     /// Returns the edge that takes the place of two constraints on one line at the vertex, with the
     /// lines along it; `None` if no lines pass the vertex.
-    fn new_line(
-        &self,
-        tiles: &Tiles,
-        vertex: EditVertex,
-    ) -> Result<Option<([EditVertex; 2], Vec<LinePart>)>, EditError> {
+    fn new_line(&self, tiles: &Tiles, vertex: EditVertex) -> Result<Option<NewLine>, EditError> {
         let [one, other] = match &self.spokes[..] {
             [] => return Ok(None),
             [one, other] => [one, other],
