@@ -136,8 +136,11 @@ impl Editor {
     /// start from 0 in an edit, follow the numbers that the file has given so far.
     ///
     /// # Errors
-    /// Returns an error if the changes of points take more than half of the memory.
+    /// Returns an error if a coordinate or z is not valid, or if the changes of points take more than
+    /// half of the memory. Then it has no effect.
     pub fn insert(&mut self, batch: &PointBatch) -> Result<(), EditError> {
+        self.check_room(batch.len(), false)?;
+        check_values(&batch.points, &batch.z)?;
         for (place, point) in batch.points.iter().enumerate() {
             let number = batch.records.get(place).copied().unwrap_or(self.points.records);
             let record = self.next_record.saturating_add(number);
@@ -145,7 +148,7 @@ impl Editor {
             self.points.push(PointCall::Insert(point.normalized(), z, record));
             self.points.records = self.points.records.max(number.saturating_add(1));
         }
-        self.check_points()
+        Ok(())
     }
 
     /// Names the files that inserted points come from, each with its number of records, in the order
@@ -173,9 +176,11 @@ impl Editor {
     /// # Errors
     /// As for [`insert`](Self::insert).
     pub fn delete(&mut self, points: &[Point]) -> Result<(), EditError> {
+        self.check_room(points.len(), false)?;
+        check_values(points, &[])?;
         let calls = points.iter().map(|point| PointCall::Delete(point.normalized()));
         calls.for_each(|call| self.points.push(call));
-        self.check_points()
+        Ok(())
     }
 
     /// Moves points, each from its first position to its second, with its z and its record number.
@@ -185,9 +190,11 @@ impl Editor {
     /// # Errors
     /// As for [`insert`](Self::insert).
     pub fn move_points(&mut self, pairs: &[[Point; 2]]) -> Result<(), EditError> {
+        self.check_room(pairs.len(), true)?;
+        check_values(pairs.as_flattened(), &[])?;
         let calls = pairs.iter().map(|pair| PointCall::Move(pair.map(Point::normalized)));
         calls.for_each(|call| self.points.push(call));
-        self.check_points()
+        Ok(())
     }
 
     /// Gives the points at the positions of a batch the z of the batch.
@@ -195,15 +202,21 @@ impl Editor {
     /// # Errors
     /// As for [`insert`](Self::insert).
     pub fn set_z(&mut self, batch: &PointBatch) -> Result<(), EditError> {
+        self.check_room(batch.len(), false)?;
+        check_values(&batch.points, &batch.z)?;
         for (place, point) in batch.points.iter().enumerate() {
             let z = batch.z.get(place).copied().unwrap_or(NO_Z);
             self.points.push(PointCall::SetZ(point.normalized(), z));
         }
-        self.check_points()
+        Ok(())
     }
 
-    fn check_points(&self) -> Result<(), EditError> {
-        Ok(EditShares::check_points(self.memory, self.points.memory())?)
+    /// Checks that there is memory for more calls.
+    fn check_room(&self, more: usize, are_moves: bool) -> Result<(), EditError> {
+        Ok(EditShares::check_points(
+            self.memory,
+            self.points.memory_with(more, are_moves),
+        )?)
     }
 
     /// Returns the coordinate reference system of the file, as it names it.
@@ -317,6 +330,17 @@ impl Editor {
             threads: thread::available_parallelism().map_or(1, NonZero::get),
         };
         edit(target, work, memory, || false).await
+    }
+}
+
+/// Checks that points are valid, and z finite or missing.
+fn check_values(points: &[Point], z: &[f64]) -> Result<(), EditError> {
+    if let Some(&point) = points.iter().find(|point| !point.is_valid()) {
+        return Err(EditError::InvalidPoint(point));
+    }
+    match z.iter().zip(points).find(|(z, _)| z.is_infinite()) {
+        Some((&z, &point)) => Err(EditError::InvalidZ { point, z }),
+        None => Ok(()),
     }
 }
 

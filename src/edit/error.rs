@@ -55,6 +55,20 @@ pub enum EditError {
         /// Number of vertices that would have no z.
         count: u64,
     },
+    /// A point is not valid.
+    #[error(
+        "a point lies at ({}, {}): coordinates must be 0 or of a magnitude from {:e} to {:e}",
+        .0.x, .0.y, Point::MIN_MAGNITUDE, Point::MAX_MAGNITUDE
+    )]
+    InvalidPoint(Point),
+    /// A z is infinite.
+    #[error("the point at ({}, {}) has z {z}, which is not finite", point.x, point.y)]
+    InvalidZ {
+        /// The point.
+        point: Point,
+        /// Its z.
+        z: f64,
+    },
     /// There is no point at a position.
     #[error("there is no point at ({}, {}); {count} such positions are given (leave them out with --skip-missing)", point.x, point.y)]
     NoPoint {

@@ -71,12 +71,16 @@ impl PointCalls {
 
     /// Returns the bytes of memory that the calls take until they are carried out.
     pub(crate) fn memory(&self) -> u64 {
-        let of_call = if self.has_moves {
-            EditShares::MOVED_POINT_BYTES
-        } else {
-            EditShares::POINT_BYTES
+        self.memory_with(0, false)
+    }
+
+    /// Returns the bytes of memory that they take with more of them.
+    pub(crate) fn memory_with(&self, more: usize, are_moves: bool) -> u64 {
+        let of_call = match self.has_moves || are_moves {
+            true => EditShares::MOVED_POINT_BYTES,
+            false => EditShares::POINT_BYTES,
         };
-        of_call * self.all.len() as u64
+        of_call * (self.all.len() + more) as u64
     }
 
     /// Checks that points have z if the file has, and only then.

@@ -300,6 +300,24 @@ fn a_mistake_changes_nothing_unless_it_is_to_be_skipped() {
         );
         let error = edited(&flat, |editor| editor.insert(&with_z(&[nowhere], 1.0)).unwrap()).await;
         assert!(matches!(error, Err(EditError::HasNoZ)), "{error:?}");
+        for wrong in [f64::NAN, f64::INFINITY, 1e300, 1e-300].map(|x| Point::new(0.0, x)) {
+            let error = edited(&scratch, |editor| {
+                let calls = [
+                    editor.insert(&with_z(&[wrong], 1.0)),
+                    editor.delete(&[wrong]),
+                    editor.move_points(&[[points[0], wrong]]),
+                    editor.set_z(&with_z(&[wrong], 1.0)),
+                ];
+                for call in calls {
+                    assert!(matches!(call, Err(EditError::InvalidPoint(_))), "{call:?}");
+                }
+            });
+            // Calls with an error have no effect.
+            assert_eq!(error.await.unwrap().points, PointCounts::default());
+        }
+        let infinite = with_z(&[nowhere], f64::INFINITY);
+        let error = Editor::open(&scratch.path, 1 << 20).await.unwrap().insert(&infinite);
+        assert!(matches!(error, Err(EditError::InvalidZ { .. })), "{error:?}");
         assert_eq!(fs::read(&scratch.path).unwrap(), before);
         let many = vec![nowhere; 100_000];
         let error = Editor::open(&scratch.path, 1 << 20).await.unwrap().delete(&many);

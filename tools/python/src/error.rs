@@ -248,6 +248,7 @@ impl From<EditError> for Failure {
             EditError::Read(error) => error.into(),
             EditError::Cancelled => Self(PyKeyboardInterrupt::new_err("cancelled")),
             EditError::Memory(_) => Self::of(&error, python::MemoryLimitError::new_err),
+            EditError::InvalidPoint(_) | EditError::InvalidZ { .. } => Self::of(&error, PyValueError::new_err),
             error => Self::of(&error, python::EditError::new_err),
         }
     }

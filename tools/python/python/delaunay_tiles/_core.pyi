@@ -21,6 +21,7 @@ _Options = tuple[str, int | None, float | None, bool, bool]
 __all__ = [
     "Builder",
     "Cache",
+    "Editor",
     "Reader",
     "Tile",
     "__version__",
@@ -112,6 +113,7 @@ class Builder:
     def finish(self) -> tuple[str, list[str]]: ...
     def close(self) -> None: ...
 
+@final
 class Editor:
     def __new__(cls, file: _Path, memory: int, missing_z: str, skip_missing: bool, dry_run: bool) -> Editor: ...
     def insert(self, points: _Points) -> None: ...
