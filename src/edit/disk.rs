@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use bytes::Bytes;
-use foldhash::HashMap;
+use foldhash::{HashMap, HashSet};
 use tokio::sync::{MappedMutexGuard, Mutex, MutexGuard, oneshot};
 
 use crate::edit::contradiction::Contradiction;
@@ -52,8 +52,10 @@ struct Written {
     free: Vec<(u64, u32)>,
     /// Lengths of the ranges that were reused for fewer bytes, by offset.
     reused: HashMap<u64, u32>,
-    /// The digest of each tile that was written, without holes.
-    digests: HashMap<TileId, Digest>,
+    /// The tiles that were written with labels.
+    labelled: HashSet<TileId>,
+    /// The digest of these tiles, without holes.
+    digest: Digest,
 }
 
 impl Written {
@@ -97,7 +99,8 @@ impl Disk {
             entries: reader.directory().tiles.clone(),
             free: Vec::new(),
             reused: HashMap::default(),
-            digests: HashMap::default(),
+            labelled: HashSet::default(),
+            digest: Digest::default(),
         };
         let (alive, gone) = oneshot::channel();
         let disk = Self {
@@ -130,14 +133,9 @@ impl Disk {
         self.reads.load(Ordering::Relaxed)
     }
 
-    /// Returns the digest of the tiles that were written, without holes.
+    /// Returns the digest of the tiles that were written with labels, without holes.
     pub(crate) async fn digest(&self) -> Result<Digest, EditError> {
-        let written = self.written().await?;
-        let sum = |mut sum: Digest, digest: &Digest| {
-            sum += *digest;
-            sum
-        };
-        Ok(written.digests.values().fold(Digest::default(), sum))
+        Ok(self.written().await?.digest)
     }
 
     /// Publishes the current tiles, with a directory that `change` adapts. Returns the length of
@@ -243,7 +241,6 @@ impl Disk {
         }
         if counts.is_empty() {
             state.entries[id.0 as usize] = TileEntry::UNUSED;
-            state.digests.insert(id, Digest::default());
             return Ok(());
         }
         let written = async {
@@ -251,7 +248,13 @@ impl Disk {
             Ok((core, state.put(border, Part::Border).await?))
         };
         let (core, border) = written.await.map_err(|error| self.cannot("write", error))?;
-        state.digests.insert(id, counts.digest);
+        if self.labels.get().is_some() {
+            // Once labels are known, nothing else changes. So a tile that is written once more is
+            // the same.
+            if state.labelled.insert(id) {
+                state.digest += counts.digest;
+            }
+        }
         let table = state.writer.place_table(self.table_of(id)).await;
         let table = table.map_err(|error| self.cannot("write", error))?;
         state.entries[id.0 as usize] = TileEntry {
@@ -263,7 +266,8 @@ impl Disk {
 
     /// Returns the counts of a tile, and its core and its border as they are stored.
     fn encoded(&self, tile: &EditTile, codec: Codec) -> (Counts, StoredPart, StoredPart) {
-        let drafts = tile.drafts(&TileParts::of(tile));
+        let parts = self.labels.get().map(|_| TileParts::of(tile));
+        let drafts = tile.drafts(parts.as_ref());
         let core = drafts.core.encode(tile.id, self.generation, &self.buffers);
         let border = drafts.border.encode(tile.id, self.generation, &self.buffers);
         (

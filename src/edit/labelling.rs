@@ -33,7 +33,7 @@ pub(crate) fn touch_crossed(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn(
         directory.tree.tiles_along(bounds, ends, take);
         crossed.retain(|&tile| !tiles.is_changed(tile));
         for tile in crossed {
-            tiles.touch(tile)?;
+            drop(tiles.change(tile)?);
         }
     }
     Ok(())
@@ -88,7 +88,9 @@ pub(crate) fn label(tiles: &mut Tiles, labels: RegionLabels, is_stopped: &dyn Fn
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
-        tiles.put_table(id)?;
+        if !tiles.is_changed(id) {
+            tiles.put_table(id)?;
+        }
     }
     Ok(())
 }

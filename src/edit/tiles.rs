@@ -163,12 +163,12 @@ impl Tiles {
         self.runtime.block_on(self.disk.table(id))
     }
 
-    /// Makes the component table of a tile the one that the labels ask for.
+    /// Makes the component table of a tile that was not changed the one that the labels ask for.
     pub(crate) fn put_table(&self, id: TileId) -> Result<(), EditError> {
         self.runtime.block_on(self.disk.put_table(id))
     }
 
-    /// Returns the digest of the file once all tiles are written: that of the file as
+    /// Returns the digest of the file once all tiles are written with labels: that of the file as
     /// it was opened, less what the changed tiles had, and with what they have. `holes` are the
     /// triangles in holes.
     pub(crate) fn digest(&self, holes: DigestSum) -> Result<Digest, EditError> {
@@ -190,13 +190,6 @@ impl Tiles {
         Ok(lease)
     }
 
-    /// Marks a tile as changed, so that it is written again.
-    pub(crate) fn touch(&mut self, id: TileId) -> Result<(), EditError> {
-        // Borrowing a tile for a change makes the cache write it again.
-        let _: &mut EditTile = &mut *self.change(id)?;
-        Ok(())
-    }
-
     /// Returns whether a tile was changed since the file was opened.
     pub(crate) fn is_changed(&self, id: TileId) -> bool {
         self.is_changed[id.0 as usize]
@@ -212,10 +205,17 @@ impl Tiles {
         self.runtime.block_on(self.disk.read(id))
     }
 
-    /// Makes the component tables of tiles those that the labels ask for. Writes the changed tiles
-    /// that were not written since.
+    /// Makes tiles be written with their components from now on. Writes the changed tiles.
     pub(crate) fn label(&mut self, labels: RegionLabels) -> Result<(), EditError> {
+        // Tiles that were written without labels are written again. Those not written yet will have
+        // labels.
+        let changed = (0..self.is_changed.len()).filter(|&tile| self.is_changed[tile]);
+        let changed: Vec<TileId> = changed.map(|tile| TileId(tile as u32)).collect();
         self.disk.labels.get_or_init(|| labels);
+        for id in changed {
+            // Borrowing a tile for a change makes the cache write it again.
+            let _: &mut EditTile = &mut *self.change(id)?;
+        }
         self.runtime.block_on(self.cache.flush(self.disk.workers.threads))
     }
 
