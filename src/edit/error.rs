@@ -96,8 +96,8 @@ pub enum EditError {
     HasNoZ,
     /// A point lies where lines cross, so that it cannot be removed.
     #[error(
-        "the point at ({}, {}) cannot be deleted: two lines cross there; take one of them out first",
-        point.x, point.y
+        "the point at ({}, {}) cannot be deleted: lines {} and {} cross there; build the file without the point",
+        point.x, point.y, lines[0].number(), lines[1].number()
     )]
     LinesCross {
         /// The point.

@@ -209,8 +209,8 @@ impl Tiles {
     pub(crate) fn label(&mut self, labels: RegionLabels) -> Result<(), EditError> {
         // Tiles that were written without labels are written again. Those not written yet will have
         // labels.
-        let changed = (0..self.is_changed.len()).filter(|&tile| self.is_changed[tile]);
-        let changed: Vec<TileId> = changed.map(|tile| TileId(tile as u32)).collect();
+        // An emptied tile that the cache has evicted is no longer in the file.
+        let changed: Vec<TileId> = self.ids().filter(|&id| self.is_changed(id)).collect();
         self.disk.labels.get_or_init(|| labels);
         for id in changed {
             // Borrowing a tile for a change makes the cache write it again.

@@ -68,15 +68,14 @@ impl EditTile {
     /// Makes edges hull edges from which the triangles on one side are removed. A vertex that had a
     /// removed triangle as its way into its star gets another one there, or none.
     fn bare(&mut self, patch: &Patch, positions: &TilePositions) {
+        if patch.bared.is_empty() {
+            return;
+        }
         for &old in &patch.bared {
             let Some(twin) = positions.twin_of_old(old).and_then(Twin::half_edge) else {
                 continue;
             };
-            let twin_now = match self.origin(twin).min(self.destination(twin)).index() < self.points.len() {
-                true => Twin::Hull,
-                false => Twin::Elsewhere,
-            };
-            self.set_twin(twin, twin_now);
+            self.set_twin(twin, self.outside_of(twin));
             for half_edge in [twin, twin.next()] {
                 let corner = self.origin(half_edge);
                 if corner.index() < self.leaving.len() && !self.leaves(corner) {
@@ -89,6 +88,15 @@ impl EditTile {
             if id.tile == self.id && !self.leaves(id.index) {
                 self.leaving[id.index.index()] = PackedHalfEdge::NONE;
             }
+        }
+    }
+
+    /// Returns the twin of a half-edge on the hull. Between vertices of other tiles, these alone know
+    /// that it is on the hull.
+    fn outside_of(&self, half_edge: HalfEdge) -> Twin {
+        match self.origin(half_edge).min(self.destination(half_edge)).index() < self.points.len() {
+            true => Twin::Hull,
+            false => Twin::Elsewhere,
         }
     }
 
@@ -166,7 +174,6 @@ impl EditTile {
     /// Links new triangles with each other and with those that stay. Returns the triangles for
     /// which another tile is needed.
     fn join(&mut self, patch: &Patch, new: &[TriangleId], positions: &TilePositions) -> Vec<Unlinked> {
-        let own = self.points.len() as u32;
         let mut unlinked = Vec::new();
         for &number in new {
             let half_edges = positions.new[number.index()]
@@ -186,8 +193,7 @@ impl EditTile {
                             Twin::Elsewhere
                         }
                     },
-                    PatchTwin::Hull if self.origin(half_edge).min(self.destination(half_edge)).0 < own => Twin::Hull,
-                    PatchTwin::Hull => Twin::Elsewhere,
+                    PatchTwin::Hull => self.outside_of(half_edge),
                 };
                 self.set_twin(half_edge, twin);
                 if let Twin::HalfEdge(twin) = twin {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use delaunay_tiles::input::{PointBatch, PointSource, SegmentBatch, SegmentSource};
+use delaunay_tiles::input::{InputOptions, PointBatch, PointSource, SegmentBatch, SegmentSource};
 use delaunay_tiles::{EditError, Editor, MissingZ};
 
 use crate::common;
@@ -55,16 +55,7 @@ pub struct InsertArgs {
   tiletool delete survey.tiles old.laz --class 2 --skip-missing")]
 pub struct DeleteArgs {
     #[command(flatten)]
-    edit: EditArgs,
-    /// Files of points
-    #[arg(value_name = "POINTS", required = true)]
-    points: Vec<PathBuf>,
-    #[command(flatten)]
-    missing: MissingArgs,
-    #[command(flatten)]
-    crs: CrsArgs,
-    #[command(flatten)]
-    input: InputArgs,
+    known: KnownPoints,
 }
 
 /// Move points of a tile file
@@ -98,8 +89,15 @@ pub struct MoveArgs {
 )]
 pub struct SetZArgs {
     #[command(flatten)]
+    known: KnownPoints,
+}
+
+/// A file, and points that it has.
+#[derive(Args, Clone, Debug)]
+struct KnownPoints {
+    #[command(flatten)]
     edit: EditArgs,
-    /// Files of points with z
+    /// Files of points
     #[arg(value_name = "POINTS", required = true)]
     points: Vec<PathBuf>,
     #[command(flatten)]
@@ -140,34 +138,30 @@ pub fn insert(args: InsertArgs) -> anyhow::Result<()> {
 
 /// Deletes the points.
 pub fn delete(args: DeleteArgs) -> anyhow::Result<()> {
-    let DeleteArgs {
-        edit,
-        points,
-        missing,
-        crs,
-        input,
-    } = args;
-    let source = PointSource::open(&points, &input.options())?;
-    change(&edit, &crs, source, move |editor, source| {
-        editor.skip_missing(missing.skip_missing);
-        each_batch(source, |batch| editor.delete(&batch.points))
-    })
+    let options = args.known.input.options();
+    args.known
+        .change(&options, |editor, batch| editor.delete(&batch.points))
 }
 
 /// Gives the points their z.
 pub fn set_z(args: SetZArgs) -> anyhow::Result<()> {
-    let SetZArgs {
-        edit,
-        points,
-        missing,
-        crs,
-        input,
-    } = args;
-    let source = PointSource::open(&points, &input.options().missing_z(MissingZ::Error))?;
-    change(&edit, &crs, source, move |editor, source| {
-        editor.skip_missing(missing.skip_missing);
-        each_batch(source, |batch| editor.set_z(batch))
-    })
+    let options = args.known.input.options().missing_z(MissingZ::Error);
+    args.known.change(&options, Editor::set_z)
+}
+
+impl KnownPoints {
+    /// Makes a change with each batch of the points.
+    fn change(
+        self,
+        options: &InputOptions,
+        mut take: impl FnMut(&mut Editor, &PointBatch) -> Result<(), EditError> + Send + 'static,
+    ) -> anyhow::Result<()> {
+        let source = PointSource::open(&self.points, options)?;
+        change(&self.edit, &self.crs, source, move |editor, source| {
+            editor.skip_missing(self.missing.skip_missing);
+            each_batch(source, |batch| take(editor, batch))
+        })
+    }
 }
 
 /// Moves the points.
