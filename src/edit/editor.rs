@@ -1,34 +1,35 @@
 //! The editor: takes changes of points, and lines to make constraints of a file.
 
+use std::collections::BTreeSet;
 use std::num::NonZero;
 use std::path::Path;
 use std::thread;
 
-use crate::constraints::error::ConstraintError;
-use crate::constraints::polygons::check::PolygonCheck;
-use crate::constraints::polygons::counter::{PolygonCounter, by_ends};
-use crate::constraints::polygons::lines::PolygonLines;
 use crate::constraints::polygons::normalize::PolygonNormalizer;
 use crate::constraints::segment::Segment;
 use crate::constraints::without_z::NO_Z;
 use crate::edit::drape::drape_ends;
 use crate::edit::error::EditError;
+use crate::edit::intake::LineIntake;
 use crate::edit::points::{PointCall, PointCalls};
 use crate::edit::run::edit;
 use crate::edit::summary::EditSummary;
 use crate::edit::target::Target;
+use crate::edit::unconstrain::GoneLines;
 use crate::edit::work::{Piece, Work};
 use crate::geometry::Point;
 use crate::input::{MissingZ, PointBatch, SegmentBatch};
 use crate::memory::EditShares;
-use crate::store::{EdgeSource, LineKind, LinePart, LineSource, Source};
+use crate::store::{LineKind, LineSource, Source};
 
-/// An editor of a file on disk: it inserts, deletes and moves points, and makes lines constraints.
+/// An editor of a file on disk: it inserts, deletes and moves points, makes lines constraints, and
+/// removes lines.
 ///
 /// All changes take effect at once, when the edit is [finished](Self::finish). The file then has
 /// exactly the triangles that a build of the changed points and lines would have. The calls that
-/// change points act in their order; lines come after them. The file is locked against other
-/// editors. Readers may have it open, and see it as it was when they opened it.
+/// change points act in their order. Lines that are removed are those that the file had before, and
+/// they go before others come. The file is locked against other editors. Readers may have it open,
+/// and see it as it was when they opened it.
 ///
 /// # Example
 ///
@@ -66,14 +67,14 @@ pub struct Editor {
     next_record: u64,
     is_dry_run: bool,
     points: PointCalls,
-    lines: Vec<LineSource>,
-    segments: Vec<Segment>,
+    sources: Vec<LineSource>,
+    /// The lines that come, and those that go.
+    lines: LineIntake,
+    gone: LineIntake,
+    gone_numbers: BTreeSet<u64>,
     /// z at the ends of segments, as far as any have z.
     z: Vec<[f64; 2]>,
     missing_z: MissingZ,
-    polygons: PolygonCheck,
-    counter: PolygonCounter,
-    polygon_lines: PolygonLines,
 }
 
 impl Editor {
@@ -96,15 +97,12 @@ impl Editor {
             is_dry_run: false,
             points: PointCalls::default(),
             number: lists.lines.last().map_or(0, |last| last.edit).saturating_add(1),
-            // All segments are in memory, and a polygon takes no more than what is counted for
-            // them.
-            polygons: PolygonCheck::new(&target.path, u64::MAX),
-            counter: PolygonCounter::default(),
-            polygon_lines: PolygonLines::default(),
+            lines: LineIntake::new(&target.path, metadata.next_line),
+            gone: LineIntake::new(&target.path, 0),
+            gone_numbers: BTreeSet::new(),
             target,
             memory,
-            lines: Vec::new(),
-            segments: Vec::new(),
+            sources: Vec::new(),
             z: Vec::new(),
             missing_z: MissingZ::default(),
         })
@@ -119,8 +117,9 @@ impl Editor {
         self.points.missing_z = missing_z;
     }
 
-    /// Sets whether to leave out changes of points that are not there, and count them
-    /// ([`PointCounts::skipped`](crate::PointCounts::skipped)). By default they are an error.
+    /// Sets whether to leave out changes of points that are not there and lines to remove that are
+    /// not there, and count them ([`PointCounts::skipped`](crate::PointCounts::skipped),
+    /// [`LineCounts::skipped`](crate::LineCounts::skipped)). By default they are an error.
     pub fn skip_missing(&mut self, skip_missing: bool) {
         self.points.skip_missing = skip_missing;
     }
@@ -241,7 +240,7 @@ impl Editor {
             lines: source.lines,
             edit,
         });
-        self.lines.extend(numbered);
+        self.sources.extend(numbered);
     }
 
     /// Adds segments. Their lines are numbered from `first_line` on, among the new lines.
@@ -250,31 +249,38 @@ impl Editor {
     /// Returns an error if segments are given by record numbers, if only some of them have a
     /// polygon number, or if they take more than half of the memory.
     pub fn push(&mut self, kind: LineKind, first_line: u64, batch: &SegmentBatch) -> Result<(), EditError> {
-        if !batch.records.is_empty() {
-            return Err(EditError::Records);
-        }
-        let (segments, polygons) = (batch.ends.len(), batch.polygons.len());
-        if polygons != 0 && polygons != segments {
-            return Err(ConstraintError::PolygonNumbers { segments, polygons }.into());
-        }
-        let first = self.first_line + first_line;
-        let segments = batch.ends.iter().zip(&batch.lines).map(|(&ends, &line)| Segment {
-            ends: ends.map(Point::normalized),
-            source: LinePart::whole(EdgeSource::new(kind, first + line)),
-        });
+        self.check_segments(batch)?;
         if !batch.z.is_empty() {
-            self.z.resize(self.segments.len(), [NO_Z; 2]);
+            self.z.resize(self.lines.segments.len(), [NO_Z; 2]);
             self.z.extend_from_slice(&batch.z);
         }
-        self.segments.extend(segments);
-        EditShares::check_segments(self.memory, self.segments.len() as u64)?;
-        if kind == LineKind::Obstacle {
-            self.polygons.push(first, batch)?;
-            for (key, line, _) in by_ends(first, batch).filter(|(_, _, [a, b])| a != b) {
-                self.polygon_lines.take(self.counter.next(key, line), line);
-            }
-        }
-        Ok(())
+        self.lines.push(kind, first_line, batch)
+    }
+
+    /// Removes lines, by their segments. Each segment must be a whole segment of a line of this kind
+    /// in the file; the points on its way do not matter. If several lines have it, the one with the
+    /// smallest number loses it that has all segments of the given line. Obstacles are removed as
+    /// whole polygons. Vertices that nothing else holds go, too: no point, no site, and no end of
+    /// another segment. The lines are numbered from `first_line` on, for errors.
+    ///
+    /// # Errors
+    /// Returns an error if segments are given by record numbers, if only some of them have a
+    /// polygon number, or if they take more than half of the memory.
+    pub fn remove(&mut self, kind: LineKind, first_line: u64, batch: &SegmentBatch) -> Result<(), EditError> {
+        self.check_segments(batch)?;
+        self.gone.push(kind, first_line, batch)
+    }
+
+    /// Removes lines, by their numbers in the file, with all their segments. Of obstacles, all rings
+    /// go. This reads all tiles.
+    pub fn remove_lines(&mut self, numbers: &[u64]) {
+        self.gone_numbers.extend(numbers);
+    }
+
+    /// Checks that there is memory for more segments.
+    fn check_segments(&self, batch: &SegmentBatch) -> Result<(), EditError> {
+        let segments = self.lines.segments.len() + self.gone.segments.len() + batch.ends.len();
+        Ok(EditShares::check_segments(self.memory, segments as u64)?)
     }
 
     /// Makes all changes. An obstacle that covers a place more than once is normalised, so
@@ -283,48 +289,45 @@ impl Editor {
     /// # Errors
     /// Returns an error if a point is not there, or lies where lines cross; if a point or an end lacks
     /// a z ([`missing_z`](Self::missing_z)), or has z in a file without; if a line crosses a
-    /// constraint, if a ring does not close, if a polygon is inside out, if an obstacle covers a place
+    /// constraint, if a line to remove is not there, or if the file's lines were split where they cross;
+    /// if a ring does not close, if a polygon is inside out, if an obstacle covers a place
     /// more than once and its rings cross; if the vertices left would lie on one line, with lines; or
     /// if the system fails.
     pub async fn finish(self) -> Result<EditSummary, EditError> {
         let Self {
             target,
             memory,
-            lines,
-            mut segments,
             mut z,
             missing_z,
-            mut polygons,
-            polygon_lines,
             points,
             is_dry_run,
             ..
         } = self;
-        let faults = polygons.finish()?;
-        if let Some(line) = faults.open {
-            return Err(EditError::OpenRing { line });
-        }
-        if let Some(inverted) = faults.inverted {
-            return Err(EditError::Inverted(inverted));
-        }
-        let normalizer = polygons.normalizer();
-        drop(polygons);
-        segments.shrink_to_fit();
+        let lines = self.lines.finish()?;
+        let gone = self.gone.finish()?;
+        let gone = GoneLines {
+            segments: normalized(gone.segments, gone.normalizer),
+            polygon_lines: gone.polygon_lines,
+            numbers: self.gone_numbers,
+            skip_missing: points.skip_missing,
+        };
         if missing_z == MissingZ::Drape {
-            drape_ends(&target, &segments, &mut z, EditShares::for_draping(memory)).await?;
+            drape_ends(&target, &lines.segments, &mut z, EditShares::for_draping(memory)).await?;
         }
         z.shrink_to_fit();
+        let pieces = |normalizer| normalized_pieces(&lines.segments, normalizer);
         let work = Work {
-            new_records: points.records + 2 * segments.len() as u64,
+            new_records: points.records + 2 * lines.segments.len() as u64,
             points,
-            pieces: normalizer.map(|normalizer| normalized_pieces(&segments, normalizer)),
-            segments,
+            gone,
+            pieces: lines.normalizer.map(pieces),
+            segments: lines.segments,
             z,
             missing_z,
-            lines,
-            polygon_lines: polygon_lines.finish(),
-            inverted: faults.inverted_if_uncrossed,
-            overlapping: faults.overlapping_if_uncrossed,
+            lines: self.sources,
+            polygon_lines: lines.polygon_lines,
+            inverted: lines.faults.inverted_if_uncrossed,
+            overlapping: lines.faults.overlapping_if_uncrossed,
             is_draft: false,
             is_dry_run,
             threads: thread::available_parallelism().map_or(1, NonZero::get),
@@ -342,6 +345,19 @@ fn check_values(points: &[Point], z: &[f64]) -> Result<(), EditError> {
         Some((&z, &point)) => Err(EditError::InvalidZ { point, z }),
         None => Ok(()),
     }
+}
+
+/// Returns the segments that are not of zero length, after obstacles were normalised.
+fn normalized(mut segments: Vec<Segment>, normalizer: Option<PolygonNormalizer>) -> Vec<Segment> {
+    segments.retain(|segment| segment.ends[0] != segment.ends[1]);
+    let Some(mut normalizer) = normalizer else {
+        return segments;
+    };
+    let mut ready = Vec::with_capacity(segments.len());
+    segments
+        .into_iter()
+        .for_each(|segment| normalizer.take(segment, &mut ready));
+    ready
 }
 
 /// Returns the segments after obstacles were normalised, by the numbers of their ends. These are

@@ -77,6 +77,40 @@ pub enum EditError {
         /// Number of positions without a point.
         count: u64,
     },
+    /// No line has a segment that is to be removed.
+    #[error(
+        "no line of this kind has the segment from ({}, {}) to ({}, {}); {count} such segments are given (leave them out with \
+         --skip-missing)",
+        ends[0].x, ends[0].y, ends[1].x, ends[1].y
+    )]
+    NoLine {
+        /// The ends of the first such segment.
+        ends: [Point; 2],
+        /// Number of segments that no line has.
+        count: u64,
+    },
+    /// No line has a number that is to be removed.
+    #[error("the file has no line {line}; {count} such numbers are given (leave them out with --skip-missing)")]
+    NoLineNumber {
+        /// The first such number.
+        line: u64,
+        /// Number of such numbers.
+        count: u64,
+    },
+    /// An obstacle is to be removed, but not with all its rings.
+    #[error("the obstacle has more rings than those given, for example at ({}, {}); remove it by its number, {line} (--line)", point.x, point.y)]
+    PartOfObstacle {
+        /// The number of the line in the file.
+        line: u64,
+        /// The end of an edge that is not given.
+        point: Point,
+    },
+    /// The lines of the file were split, so that they cannot be told apart.
+    #[error(
+        "the lines of the file were split where they cross (--crossings split or --steiner), so none can be removed; build the \
+         file without it"
+    )]
+    SplitLines,
     /// Points have no z, but the file's vertices have z.
     #[error(
         "the point at ({}, {}) has no z, but the file has z; {count} such points are given; give z to all points, or allow \
@@ -94,20 +128,20 @@ pub enum EditError {
         "the points have z, but the vertices of the file have none; leave z out (--dims 2), or build the file with z"
     )]
     HasNoZ,
-    /// A point lies where lines cross, so that it cannot be removed.
+    /// A vertex lies where lines cross, so that it cannot be removed.
     #[error(
-        "the point at ({}, {}) cannot be deleted: lines {} and {} cross there; build the file without the point",
+        "the vertex at ({}, {}) cannot go: lines {} and {} cross there; build the file without it",
         point.x, point.y, lines[0].number(), lines[1].number()
     )]
     LinesCross {
-        /// The point.
+        /// The vertex.
         point: Point,
         /// The lines.
         lines: [EdgeSource; 2],
     },
-    /// Without the deleted points, all vertices would lie on one line, and some of its edges would be
+    /// Without what is removed, all vertices would lie on one line, and some of its edges would be
     /// constraints.
-    #[error("without these points, all vertices would lie on one line; build a file of the others")]
+    #[error("all vertices that are left would lie on one line; build a file of them")]
     NothingLeft,
     /// A line crosses a constraint.
     #[error(

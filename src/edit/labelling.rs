@@ -4,8 +4,8 @@ use crate::edit::contradiction::Contradiction;
 use crate::edit::error::EditError;
 use crate::edit::regions::{RegionJoin, RegionLabels};
 use crate::edit::tiles::{TileWithParts, Tiles};
+use crate::edit::touch::touch_along;
 use crate::edit::work::Work;
-use crate::geometry::Rect;
 use crate::memory::EditShares;
 use crate::store::TileId;
 
@@ -20,21 +20,11 @@ pub(crate) fn touch_crossed(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn(
         // There are no tables yet.
         return Ok(());
     }
-    let all_ends = work.segments.iter().flat_map(|segment| segment.ends);
-    let bounds = Rect::around(all_ends).union(tiles.metadata().bounds);
     for number in 0..work.piece_count() {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
-        let ends = work.piece(number).ends.map(|end| work.point(end));
-        let mut crossed: Vec<TileId> = Vec::new();
-        let directory = tiles.directory();
-        let take = |tile| crossed.push(tile);
-        directory.tree.tiles_along(bounds, ends, take);
-        crossed.retain(|&tile| !tiles.is_changed(tile));
-        for tile in crossed {
-            drop(tiles.change(tile)?);
-        }
+        touch_along(tiles, work.piece(number).ends.map(|end| work.point(end)))?;
     }
     Ok(())
 }

@@ -1,21 +1,23 @@
-//! Edits of a file on disk: lines become constraints of an existing triangulation.
+//! Edits of a file on disk: points and lines come and go.
 //!
-//! In: a tile file, and segments within its hull. Out: the same file in its next state, or
+//! In: a tile file, and changes of its points and lines. Out: the same file in its next state, or
 //! unchanged.
 //!
 //! ```text
-//!   segments ─▶ vertices at ends (vertices) ──▶ segments in curve order ─▶ strips (strip, patch)
-//!                                                                        │  ▲
-//!   file ──── tiles in use, in a cache that evicts the least recent ◀────▼──┘ (tiles, tile)
-//!     ▲                                                                  │
-//!     └── new tiles, directory, superblock ◀── regions, renumbered ◀─────┘ (regions)
+//!   points that come ─▶ lines that go ─▶ lines that come ──────▶ vertices that go     (run)
+//!   (points, vertices)  (unconstrain)    (ends, vertices, strip)  (points)
+//!           │                 │                   │                    │
+//!           ▼                 ▼                   ▼                    ▼
+//!   file ──── tiles in use, in a cache that evicts the least recent      (tiles, tile, exchange)
+//!     ▲                                                       │
+//!     └── new tiles, directory, superblock ◀── regions, renumbered ◀──┘  (labelling, regions)
 //! ```
 //!
-//! Inserting a segment changes exactly the triangles that it crosses, and the result does not
-//! depend on the order of insertion (Wu, Lemma 3.3.6). So an edited file has the triangles that a
-//! build with these lines would give. New tiles and a new directory are appended. Then one
-//! superblock is replaced, which puts all of it in force at once. A reader that has the file open
-//! sees its former state.
+//! The constrained Delaunay triangulation is a function of the points and the lines, so an edited
+//! file has the triangles that a build of the changed ones would give. Inserting a segment changes
+//! exactly the triangles that it crosses (Wu, Lemma 3.3.6). New tiles and a new directory are
+//! appended. Then one superblock is replaced, which puts all of it in force at once. A reader that
+//! has the file open sees its former state.
 
 mod chain;
 mod contradiction;
@@ -26,7 +28,10 @@ mod ends;
 mod error;
 mod exchange;
 mod hull;
+mod intake;
 mod labelling;
+mod leaving;
+mod marks;
 mod new_links;
 mod patch;
 mod points;
@@ -38,7 +43,10 @@ mod strip;
 mod summary;
 mod target;
 mod tile;
+mod tile_vertices;
 mod tiles;
+mod touch;
+mod unconstrain;
 mod vertex;
 mod vertices;
 mod work;
@@ -48,6 +56,7 @@ pub use editor::Editor;
 pub use error::EditError;
 pub(crate) use points::PointCalls;
 pub(crate) use run::edit;
-pub use summary::{EditSummary, PointCounts};
+pub use summary::{EditSummary, LineCounts, PointCounts};
 pub(crate) use target::Target;
+pub(crate) use unconstrain::GoneLines;
 pub(crate) use work::Work;

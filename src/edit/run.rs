@@ -12,9 +12,10 @@ use crate::edit::error::EditError;
 use crate::edit::labelling::{join, label, touch_crossed};
 use crate::edit::points::{self, Inserted};
 use crate::edit::strip::{LocatedSegment, SegmentInserter};
-use crate::edit::summary::{EditSummary, PointCounts};
+use crate::edit::summary::{EditSummary, LineCounts, PointCounts};
 use crate::edit::target::Target;
 use crate::edit::tiles::Tiles;
+use crate::edit::unconstrain::{self, Removed};
 use crate::edit::vertex::EditVertex;
 use crate::edit::work::Work;
 use crate::geometry::{MortonSquare, Point, Rect};
@@ -62,7 +63,7 @@ fn edit_here(
 ) -> Result<EditSummary, EditError> {
     let began = Instant::now();
     let segments = work.segments.len() as u64;
-    let input = [work.points.memory(), segments];
+    let input = [work.points.memory(), segments + work.gone.segments.len() as u64];
     let shares = |largest| EditShares::new(memory, input, work.threads, largest);
     let mut tiles = Tiles::open(target, &shares, work.is_draft, runtime)?;
     let changed = make_changes(&mut tiles, work, is_stopped)?;
@@ -97,6 +98,7 @@ fn edit_here(
     };
     Ok(EditSummary {
         points: changed.points,
+        lines: changed.lines,
         segments,
         added_vertices: changed.added_ends,
         inserted_edges: changed.edges,
@@ -118,6 +120,7 @@ fn edit_here(
 /// What was changed in the tiles.
 struct Changed {
     points: PointCounts,
+    lines: LineCounts,
     /// Number of vertices that were added at ends of segments.
     added_ends: u64,
     /// Number of vertices of the file without a point of the input.
@@ -130,22 +133,28 @@ struct Changed {
     has_lines: bool,
 }
 
-/// Makes all changes in the tiles: points that come, lines, points that go.
+/// Makes all changes in the tiles: points that come, lines that go, lines that come, vertices that go.
 fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> Result<Changed, EditError> {
     let Inserted {
         counts,
         taken_over,
-        mut delete,
+        delete,
     } = points::insert(tiles, &work.points, is_stopped)?;
+    let Removed {
+        counts: mut lines,
+        ends: freed,
+    } = unconstrain::remove(tiles, &work.gone, is_stopped)?;
     let (ends, added_ends) = find_ends(tiles, work, is_stopped)?;
     let SegmentInserter { edges, examined, .. } = insert(tiles, work, &ends, is_stopped)?;
     drop(ends);
-    let has_lines = !work.segments.is_empty() || tiles.metadata().constraint_edges > 0;
-    let held = points::delete(tiles, &mut delete, has_lines, is_stopped)?;
+    let has_lines = !work.segments.is_empty() || tiles.metadata().constraint_edges > lines.freed_edges;
+    let deleted = points::delete(tiles, delete, freed, has_lines, is_stopped)?;
+    lines.removed_vertices = deleted.ends;
     Ok(Changed {
         points: counts,
+        lines,
         added_ends,
-        ends: tiles.metadata().ends + added_ends + held - taken_over,
+        ends: tiles.metadata().ends + added_ends + deleted.held - taken_over - deleted.ends,
         edges,
         examined,
         has_lines,
@@ -227,7 +236,8 @@ fn enter(directory: &mut Directory, work: &Work, totals: EditTotals) {
         hole_triangles: totals.digest.holes.count,
         next_record: before.next_record.saturating_add(work.new_records),
         next_line: before.next_line.max(new_lines.unwrap_or(0)),
-        last_transaction: before.last_transaction + u64::from(!work.points.all.is_empty()),
+        last_transaction: before.last_transaction + u64::from(!work.points.all.is_empty() || !work.gone.is_empty()),
+        line_removals: before.line_removals + u64::from(!work.gone.is_empty()),
         digest: totals.digest,
         ..before
     };

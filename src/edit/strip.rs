@@ -11,9 +11,10 @@ use crate::edit::chain::{Chain, constraint_bits};
 use crate::edit::contradiction::Contradiction;
 use crate::edit::error::EditError;
 use crate::edit::exchange::exchange;
+use crate::edit::leaving::{Leaving, is_shorter_from_end, leave};
+use crate::edit::marks::mark;
 use crate::edit::patch::{OldTriangle, Patch, PatchTwin};
 use crate::edit::tile::EditTile;
-use crate::edit::tile::hubs::MOST_AROUND;
 use crate::edit::tiles::{Pin, Tiles};
 use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, Orientation, Point, TriangleId, orient2d};
@@ -41,14 +42,6 @@ enum Reached {
     Along(EditVertex, Vec<[VertexId; 3]>),
     /// Through the triangles of the strip, to this vertex.
     Through(EditVertex),
-}
-
-/// The direction in which a line leaves a vertex.
-enum Leaving {
-    /// Along the edge of this half-edge, to the next vertex.
-    Along(HalfEdge, EditVertex),
-    /// Into the triangle of this half-edge, which starts at the vertex.
-    Into(HalfEdge),
 }
 
 /// An inserter of segments, which reuses its buffers.
@@ -81,7 +74,8 @@ impl SegmentInserter {
             let [start, end] = if is_back { [to, at] } else { [at, to] };
             let next = match self.follow(tiles, start, end.point, segment)? {
                 Reached::Along(next, triangles) => {
-                    mark(tiles, &triangles, segment.source.is_wall())?;
+                    let bits = constraint_bits(segment.source.is_wall());
+                    mark(tiles, &triangles, |set| set | bits)?;
                     next
                 }
                 Reached::Through(next) => {
@@ -106,7 +100,7 @@ impl SegmentInserter {
         segment: LocatedSegment,
     ) -> Result<Reached, EditError> {
         let tile = tiles.get(from.id.tile)?;
-        match self.leave(&tile, from, to) {
+        match leave(&tile, from, to, &mut self.examined) {
             Some(Leaving::Along(edge, next)) => {
                 let half_edges = [Some(edge), tile.twin(edge).half_edge()].into_iter().flatten();
                 let corners = |half_edge| tile.triangle(half_edge).0.map(|vertex| vertex.id);
@@ -115,21 +109,6 @@ impl SegmentInserter {
             Some(Leaving::Into(half_edge)) => self.cross(tiles, tile, half_edge, [from.point, to], segment),
             None => Err(tiles.damaged(from.id.tile, Contradiction::NoWay)),
         }
-    }
-
-    /// Returns how a line leaves a vertex, in a tile that has the vertex.
-    fn leave(&mut self, tile: &EditTile, from: EditVertex, to: Point) -> Option<Leaving> {
-        let is_ahead = |p: Point| p.lex_cmp(from.point) == to.lex_cmp(from.point);
-        tile.around(from.id.index).find_map(|half_edge| {
-            self.examined += 1;
-            let [right, left] = [half_edge.next(), half_edge.prev()].map(|half_edge| tile.origin_vertex(half_edge));
-            match [right, left].map(|vertex| orient2d(from.point, vertex.point, to)) {
-                [Orientation::Collinear, _] if is_ahead(right.point) => Some(Leaving::Along(half_edge, right)),
-                [_, Orientation::Collinear] if is_ahead(left.point) => Some(Leaving::Along(half_edge.prev(), left)),
-                [Orientation::CounterClockwise, Orientation::Clockwise] => Some(Leaving::Into(half_edge)),
-                _ => None,
-            }
-        })
     }
 
     /// Follows a line through the triangle of a half-edge that starts where the line starts, up to
@@ -262,29 +241,6 @@ impl SegmentInserter {
         let noted = tiles.change(ends[0].tile)?.add_source(ends, part, times);
         noted.ok_or_else(|| tiles.damaged(ends[0].tile, Contradiction::MissingEdge))
     }
-}
-
-/// Returns whether to follow a line from its end: its start has many triangles, since thousands of
-/// lines may share it, and its end has fewer.
-fn is_shorter_from_end(tiles: &Tiles, [start, end]: [EditVertex; 2]) -> Result<bool, EditError> {
-    let around = |vertex: EditVertex| tiles.get(vertex.id.tile).map(|tile| tile.degree(vertex.id.index));
-    let at_start = around(start)?;
-    Ok(at_start > MOST_AROUND && around(end)? < at_start)
-}
-
-/// Makes the first half-edges of these triangles constraints, in all tiles that have the triangles.
-fn mark(tiles: &mut Tiles, triangles: &[[VertexId; 3]], is_wall: bool) -> Result<(), EditError> {
-    let bits = constraint_bits(is_wall);
-    for corners in triangles {
-        let mut of_tiles = corners.map(|id| id.tile);
-        of_tiles.sort_unstable();
-        for id in of_tiles.chunk_by(|a, b| a == b).map(|same| same[0]) {
-            if !tiles.change(id)?.mark_constraint(*corners, bits) {
-                return Err(tiles.damaged(id, Contradiction::MissingTriangle));
-            }
-        }
-    }
-    Ok(())
 }
 
 /// Returns the error for a line that crosses a constraint.

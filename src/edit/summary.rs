@@ -32,13 +32,31 @@ impl AddAssign for PointCounts {
     }
 }
 
+/// The number of lines that an edit removed, and what came of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct LineCounts {
+    /// Number of segments that were removed by geometry.
+    pub removed_segments: u64,
+    /// Number of lines that were removed by number.
+    pub removed_lines: u64,
+    /// Number of edges that are no constraints any more.
+    pub freed_edges: u64,
+    /// Number of vertices that were removed, since only ends of removed lines held them.
+    pub removed_vertices: u64,
+    /// Number of segments and of numbers that were left out, since no line has them.
+    pub skipped: u64,
+}
+
 /// The result of an edit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct EditSummary {
     /// The points that were changed.
     pub points: PointCounts,
-    /// Number of segments of the input.
+    /// The lines that were removed.
+    pub lines: LineCounts,
+    /// Number of segments that were inserted.
     pub segments: u64,
     /// Number of vertices that were added at their ends.
     pub added_vertices: u64,

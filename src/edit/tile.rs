@@ -209,12 +209,14 @@ impl EditTile {
         self.hubs.degree(vertex)
     }
 
-    /// Makes the first half-edge of a triangle with these corners a constraint, or also a wall.
-    /// Returns whether the tile has the triangle.
-    pub(crate) fn mark_constraint(&mut self, corners: [VertexId; 3], bits: u8) -> bool {
+    /// Changes the bits of the first half-edge of a triangle with these corners: a constraint, or also
+    /// a wall. Returns whether the tile has the triangle.
+    pub(crate) fn mark(&mut self, corners: [VertexId; 3], change: impl Fn(u8) -> u8) -> bool {
         let half_edge = self.half_edge_of(corners);
         if let Some(half_edge) = half_edge {
-            self.bits[half_edge.triangle().index()] |= bits << half_edge.corner();
+            let bits = self.half_edge_bits(half_edge);
+            let of_triangle = &mut self.bits[half_edge.triangle().index()];
+            *of_triangle ^= (bits ^ change(bits)) << half_edge.corner();
         }
         half_edge.is_some()
     }

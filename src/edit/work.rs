@@ -4,6 +4,7 @@ use crate::constraints::polygons::check::{InvertedPolygons, Overlapping};
 use crate::constraints::segment::Segment;
 use crate::constraints::without_z::NO_Z;
 use crate::edit::points::PointCalls;
+use crate::edit::unconstrain::GoneLines;
 use crate::geometry::Point;
 use crate::input::MissingZ;
 use crate::store::{LinePart, LineSource, PolygonLine};
@@ -20,6 +21,8 @@ pub(crate) struct Piece {
 pub(crate) struct Work {
     /// Changes of points.
     pub(crate) points: PointCalls,
+    /// The lines that go.
+    pub(crate) gone: GoneLines,
     /// The segments, whose ends become vertices.
     pub(crate) segments: Vec<Segment>,
     /// What becomes constraints: the segments after obstacles were normalised; `None` if these are

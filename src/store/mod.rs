@@ -51,6 +51,7 @@ pub(crate) use format::overview::OverviewEntry;
 pub(crate) use format::page::Page;
 pub use format::polygon_lines::PolygonLine;
 pub(crate) use format::polygon_lines::in_order as polygon_lines_in_order;
+pub(crate) use format::polygon_lines::polygon_of;
 pub use format::superblock::{FORMAT_VERSION, FileId};
 pub(crate) use format::table_place::TablePlace;
 pub(crate) use format::tile::{HalfEdgeNote, HalfEdgeNotes, VertexNotes};

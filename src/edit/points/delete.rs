@@ -10,36 +10,53 @@ use crate::geometry::{Point, VertexIndex};
 use crate::mesh::point_table::PointTable;
 use crate::store::{TileId, VertexId};
 
-/// Removes points, each by its tile. `has_lines` says whether any edge may be a constraint.
-/// Returns the number of vertices that stay, since something else holds them.
+/// What came of points and ends of lines that go.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Deleted {
+    /// Number of vertices that lost their point and stay, since something else holds them.
+    pub(crate) held: u64,
+    /// Number of removed vertices at which no point was.
+    pub(crate) ends: u64,
+}
+
+/// A position whose vertex may go, by its tile; and whether its point goes.
+type Position = (TileId, Point, bool);
+
+/// Removes points, each by its tile, and vertices that were ends of removed lines. `has_lines` says
+/// whether any edge may be a constraint.
 pub(crate) fn delete(
     tiles: &mut Tiles,
-    points: &mut [(TileId, Point)],
+    points: Vec<(TileId, Point)>,
+    ends: Vec<(TileId, Point)>,
     has_lines: bool,
     is_stopped: &dyn Fn() -> bool,
-) -> Result<u64, EditError> {
-    points.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1)));
+) -> Result<Deleted, EditError> {
+    let points = points.into_iter().map(|(tile, point)| (tile, point, true));
+    let ends = ends.into_iter().map(|(tile, point)| (tile, point, false));
+    let mut positions: Vec<Position> = points.chain(ends).collect();
+    // Of equal positions, the one whose point goes comes first.
+    positions.sort_unstable_by(|a, b| {
+        let by_point = a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1));
+        by_point.then_with(|| b.2.cmp(&a.2))
+    });
+    positions.dedup_by(|next, kept| (next.0, next.1) == (kept.0, kept.1));
     let mut remover = VertexRemover::new(has_lines);
     let mut removed: BTreeMap<TileId, Vec<VertexIndex>> = BTreeMap::new();
-    let mut held = 0;
-    let mut groups = points.chunk_by(|a, b| a.0 == b.0);
+    let mut deleted = Deleted::default();
+    let mut groups = positions.chunk_by(|a, b| a.0 == b.0);
     while let Some(group) = groups.next() {
         tiles.read_ahead(groups.clone().map(|group| group[0].0));
         let id = group[0].0;
-        let tile = tiles.get(id)?;
-        let table = PointTable::new(tile.points());
-        let found = group.iter().map(|&(_, point)| table.at(point).map(VertexIndex));
-        let found: Option<Vec<VertexIndex>> = found.collect();
-        drop(tile);
-        for index in found.ok_or_else(|| tiles.damaged(id, Contradiction::NoVertices))? {
+        for (index, is_point) in vertices_that_may_go(tiles, group)? {
             if is_stopped() {
                 return Err(EditError::Cancelled);
             }
             if remover.remove(tiles, VertexId { tile: id, index })? {
                 removed.entry(id).or_default().push(index);
-            } else {
+                deleted.ends += u64::from(!is_point);
+            } else if is_point {
                 tiles.change(id)?.set_input_point(index, false);
-                held += 1;
+                deleted.held += 1;
             }
         }
     }
@@ -47,7 +64,23 @@ pub(crate) fn delete(
     for (id, vertices) in removed {
         close_up(tiles, id, &vertices)?;
     }
-    Ok(held)
+    Ok(deleted)
+}
+
+/// Returns the vertices at positions of one tile, except those where a point stays; and whether
+/// their point goes.
+fn vertices_that_may_go(tiles: &Tiles, positions: &[Position]) -> Result<Vec<(VertexIndex, bool)>, EditError> {
+    let id = positions[0].0;
+    let tile = tiles.get(id)?;
+    let table = PointTable::new(tile.points());
+    let found = positions.iter().map(|&(_, point, is_point)| {
+        let vertex = table.at(point).map(VertexIndex);
+        vertex.map(|vertex| (vertex, is_point))
+    });
+    let found: Option<Vec<(VertexIndex, bool)>> = found.collect();
+    let mut found = found.ok_or_else(|| tiles.damaged(id, Contradiction::NoVertices))?;
+    found.retain(|&(vertex, is_point)| is_point || !tile.is_input_point(vertex));
+    Ok(found)
 }
 
 /// Forgets vertices of a tile that have no triangle any more.

@@ -116,6 +116,11 @@ impl EdgeSource {
         Self(self.0 ^ (self.0 >> 1 & 1))
     }
 
+    /// Returns the source of the line 0 of the same kind, on the same side.
+    pub(crate) const fn without_number(self) -> Self {
+        Self(self.0 & 3)
+    }
+
     /// Returns the number that stands for the kind, and for the side of the interior, in a file.
     pub(crate) const fn code(self) -> u64 {
         self.0 & 3

@@ -67,8 +67,11 @@ pub struct Metadata {
     pub next_line: u64,
     /// One more than the largest number ever assigned to a site.
     pub next_site: u64,
-    /// The number of edits that changed points, or 0 if none did.
+    /// The number of edits that changed points or removed lines, or 0 if none did.
     pub last_transaction: u64,
+    /// The number of edits that removed lines. Since then, the lines of the file may have other
+    /// numbers than those of a build.
+    pub line_removals: u64,
     /// The digest of the triangulation, as the file says. Builds and edits compute it as they
     /// write; [`TileReader::recompute_digest`](crate::store::TileReader::recompute_digest) computes
     /// it from the tiles.
@@ -102,6 +105,7 @@ impl Default for Metadata {
             next_line: 0,
             next_site: 0,
             last_transaction: 0,
+            line_removals: 0,
             digest: Digest::default(),
         }
     }
@@ -148,6 +152,7 @@ impl Metadata {
             next_line: self.next_line,
             next_site: self.next_site,
             last_transaction: self.last_transaction,
+            line_removals: self.line_removals,
             ..schema::DirectoryArgs::default()
         }
     }
@@ -179,6 +184,7 @@ impl Metadata {
             next_line: root.next_line(),
             next_site: root.next_site(),
             last_transaction: root.last_transaction(),
+            line_removals: root.line_removals(),
             digest: Digest::from_schema([
                 root.triangle_sum(),
                 root.vertex_sum(),
@@ -237,6 +243,7 @@ mod tests {
             next_line: 1 << 41,
             next_site: 1 << 42,
             last_transaction: 1 << 43,
+            line_removals: 1 << 44,
             digest: Digest {
                 triangles: DigestSum {
                     count: 100,

@@ -4,7 +4,8 @@ use std::cmp::Ordering;
 
 use crate::geometry::{Point, compare_lines};
 use crate::store::format::edge_source::{EdgeSource, LineKind};
-use crate::store::format::line_part::LinePart;
+use crate::store::format::line_part::{LinePart, join_equal};
+use crate::store::format::metadata::Metadata;
 use crate::store::format::tile::Tile;
 use crate::store::verify::error::Fault;
 
@@ -49,13 +50,46 @@ pub(super) fn forward([from, to]: [Point; 2], part: LinePart) -> ([Point; 2], Li
     }
 }
 
+/// What tells lines apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum LineNames {
+    /// Their numbers.
+    Numbers,
+    /// Only their kind, and the side of an obstacle's interior: after lines were removed, those of a
+    /// build without them have other numbers.
+    Kinds,
+}
+
+impl LineNames {
+    pub(super) fn of(metadata: &Metadata) -> Self {
+        match metadata.line_removals {
+            0 => Self::Numbers,
+            _ => Self::Kinds,
+        }
+    }
+
+    /// Returns a source with the number 0 if numbers do not matter.
+    pub(super) const fn source(self, source: EdgeSource) -> EdgeSource {
+        match self {
+            Self::Numbers => source,
+            Self::Kinds => source.without_number(),
+        }
+    }
+}
+
 /// Returns the entries of a tile, numbered in the order in which they are stored.
-pub(super) fn entries(tile: &Tile) -> impl Iterator<Item = EdgeEntry> {
+pub(super) fn entries(tile: &Tile, names: LineNames) -> impl Iterator<Item = EdgeEntry> {
     let mut number = 0;
     tile.owned_constraints()
         .flat_map(move |edge| {
             let ends = tile.ends(edge).map(|vertex| vertex.point);
-            let mut parts = tile.edge_parts(edge).peekable();
+            let named = |part: LinePart| LinePart::of(names.source(part.source()), part.begins(), part.ends());
+            let mut parts: Vec<LinePart> = tile.edge_parts(edge).map(named).collect();
+            if names == LineNames::Kinds {
+                parts.sort_unstable();
+                join_equal(&mut parts);
+            }
+            let mut parts = parts.into_iter().peekable();
             // Equal sources are consecutive.
             std::iter::from_fn(move || {
                 let part = parts.next()?;
@@ -80,7 +114,7 @@ pub(super) fn entries(tile: &Tile) -> impl Iterator<Item = EdgeEntry> {
 }
 
 /// Returns the number of items of a tile: its entries, with copies, and their ends of segments.
-pub(super) fn count(tile: &Tile) -> Result<u32, Fault> {
+pub(super) fn count(tile: &Tile, names: LineNames) -> Result<u32, Fault> {
     let mut edges = 0;
     for edge in tile.owned_constraints() {
         let [from, to] = tile.ends(edge).map(|vertex| vertex.point);
@@ -96,8 +130,7 @@ pub(super) fn count(tile: &Tile) -> Result<u32, Fault> {
         let reason = "it has sources for edges that are no constraints of its own";
         return Err(Fault::new(reason));
     }
-    let mut total = 0;
-    for entry in entries(tile) {
+    for entry in entries(tile, LineNames::Numbers) {
         if entry.copies > 1 && entry.part.kind() != LineKind::Obstacle {
             let [from, to] = entry.ends;
             return Err(Fault::new(format!(
@@ -109,7 +142,6 @@ pub(super) fn count(tile: &Tile) -> Result<u32, Fault> {
                 entry.part.source()
             )));
         }
-        total += entry.items();
     }
-    Ok(total)
+    Ok(entries(tile, names).map(|entry| entry.items()).sum())
 }

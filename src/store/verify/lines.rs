@@ -20,7 +20,8 @@
 //! two searches and a difference of sums find them, however many entries and segments there are.
 //!
 //! Each entry that some segment covers gets a bit. A break line or a wall is a source of an edge
-//! once, however often it runs along the edge. Rings of obstacles count each time: the number of
+//! once, however often it runs along the edge. After lines were removed, lines are told apart by
+//! their kind only, and an entry has a copy for each of them. Rings of obstacles count each time: the number of
 //! segments that cover such an entry must equal the number of its copies, each in its direction. At
 //! the end, all bits must be set.
 
@@ -39,7 +40,7 @@ use crate::store::format::line_part::LinePart;
 use crate::store::format::tile::Tile;
 use crate::store::pass::{Needs, PassPlan, PassReader, Workspaces, by_tile, list_for, spawn};
 use crate::store::reader::TileReader;
-use crate::store::verify::edge_entry::{self, EdgeEntry, count, forward};
+use crate::store::verify::edge_entry::{self, EdgeEntry, LineNames, count, forward};
 use crate::store::verify::error::{Fault, VerifyError, VerifyReport};
 use crate::store::verify::tile_bits::TileBits;
 
@@ -85,8 +86,8 @@ struct SoughtSegment {
 type TileSegment = (u32, u32);
 
 /// The segments that are looked up at once.
-#[derive(Default)]
 struct SegmentPart {
+    names: LineNames,
     segments: Vec<SoughtSegment>,
     tile_segments: Vec<TileSegment>,
 }
@@ -150,7 +151,8 @@ impl TileReader {
         next: impl FnMut(&mut LineBatch) -> Result<bool, E>,
     ) -> Result<VerifyReport, VerifyError> {
         let passes = self.for_passes().await?;
-        let counts = passes.count_in_tiles(count).await?;
+        let names = LineNames::of(&passes.directory().metadata);
+        let counts = passes.count_in_tiles(move |tile| count(tile, names)).await?;
         let (plan, at_once) = passes.plan_lines(&counts)?;
         passes.verify_in_parts(next, counts, plan, at_once).await
     }
@@ -183,7 +185,8 @@ impl PassReader {
         let directory = self.directory();
         let found_bits = Arc::new(TileBits::new(counts));
         let workspaces = Arc::new(Workspaces::default());
-        let mut part = SegmentPart::with_room(at_once, directory.tiles.len());
+        let names = LineNames::of(&directory.metadata);
+        let mut part = SegmentPart::with_room(names, at_once, directory.tiles.len());
         let mut batch = LineBatch::default();
         let (mut segments, mut surplus, mut end) = (0, None, None);
         while end.is_none() {
@@ -271,16 +274,18 @@ impl PassReader {
             return Err(wrong(segment.ends, segment.part.source(), reason));
         }
         // Finished tasks no longer hold a reference.
-        Ok(Arc::get_mut(&mut part)
-            .map(std::mem::take)
-            .map_or_else(SegmentPart::default, SegmentPart::emptied))
+        let names = part.names;
+        Ok(match Arc::get_mut(&mut part) {
+            Some(part) => std::mem::replace(part, SegmentPart::with_room(names, 0, 0)).emptied(),
+            None => SegmentPart::with_room(names, 0, 0),
+        })
     }
 
     /// Returns the error for an entry that no segment covers.
     async fn not_of_the_input(&self, tile: TileId, number: u32) -> Result<VerifyError, ReadError> {
-        let tile = self.tile(tile).await?;
-        let entry =
-            edge_entry::entries(&tile).find(|entry| (entry.number..entry.number + entry.items()).contains(&number));
+        let (tile, names) = (self.tile(tile).await?, LineNames::of(&self.directory().metadata));
+        let mut entries = edge_entry::entries(&tile, names);
+        let entry = entries.find(|entry| (entry.number..entry.number + entry.items()).contains(&number));
         Ok(match entry {
             Some(entry) if number - entry.number >= entry.copies => wrong(entry.ends, entry.part.source(), FALSE_END),
             Some(entry) => {
@@ -307,8 +312,9 @@ fn unequal(batch: &LineBatch) -> String {
 impl SegmentPart {
     /// Creates a part with room for `segments` segments, the last of which may meet all `tiles`
     /// tiles.
-    fn with_room(segments: usize, tiles: usize) -> Self {
+    fn with_room(names: LineNames, segments: usize, tiles: usize) -> Self {
         Self {
+            names,
             segments: list_for(segments),
             tile_segments: list_for(segments * TILES_PER_SEGMENT as usize + tiles),
         }
@@ -360,7 +366,7 @@ impl Workspace {
     fn find(
         &mut self,
         tile: &Tile,
-        part: &SegmentPart,
+        segments: &SegmentPart,
         group: Range<usize>,
         found_bits: &TileBits,
     ) -> Option<(Contradiction, EdgeEntry)> {
@@ -370,7 +376,7 @@ impl Workspace {
             cover_changes,
         } = self;
         entries.clear();
-        entries.extend(edge_entry::entries(tile));
+        entries.extend(edge_entry::entries(tile, segments.names));
         entries.sort_unstable_by(|a, b| a.compare(b.ends, b.part.source(), b.ends[0]));
         sums.clear();
         let mut sum = HashSum::default();
@@ -382,9 +388,9 @@ impl Workspace {
         cover_changes.clear();
         cover_changes.resize(sums.len(), 0);
         let mut surplus = None;
-        for &(_, index) in &part.tile_segments[group] {
-            let SoughtSegment { ends, part, sum } = &part.segments[index as usize];
-            let source = part.source();
+        for &(_, index) in &segments.tile_segments[group] {
+            let SoughtSegment { ends, part, sum } = &segments.segments[index as usize];
+            let source = segments.names.source(part.source());
             let [start, end] = ends.map(|from| entries.partition_point(|e| e.compare(*ends, source, from).is_lt()));
             for half in 0..2 {
                 sum[half].fetch_add(sums[end][half].wrapping_sub(sums[start][half]), Memory::Relaxed);
@@ -399,15 +405,12 @@ impl Workspace {
         let mut covers = 0u32;
         for (entry, change) in entries.iter().zip(cover_changes) {
             covers = covers.wrapping_add(*change);
+            let (copies, covers) = (entry.number..entry.number + entry.copies, covers as usize);
             let fits = match entry.part.kind() {
-                LineKind::Obstacle => {
-                    let copies = entry.number..entry.number + entry.copies;
-                    found_bits.set_more(tile.id(), copies, covers as usize) == covers as usize
-                }
+                LineKind::Obstacle => found_bits.set_more(tile.id(), copies, covers) == covers,
                 LineKind::BreakLine | LineKind::Wall => {
-                    if covers > 0 {
-                        found_bits.set(tile.id(), entry.number);
-                    }
+                    let covered = covers.min(copies.len());
+                    found_bits.set_more(tile.id(), copies, covered);
                     true
                 }
             };

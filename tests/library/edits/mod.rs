@@ -2,7 +2,9 @@
 //! that has the file open keeps its old content. A compacted file has the same content.
 //! `constraints` and `regions` promise that edits give the triangles of a build.
 
+mod lines;
 mod points;
+mod scene;
 
 use std::fs::{self, File};
 

@@ -2,161 +2,23 @@
 //! with the same lines and sites gives, whatever the tiles, the order and the place of the changes;
 //! a mistake changes nothing.
 
-use std::collections::BTreeMap;
 use std::fs;
 
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
-use delaunay_tiles::input::{MissingZ, PointBatch, SegmentBatch, SiteBatch, SiteId};
-use delaunay_tiles::store::{Digest, LineKind};
-use delaunay_tiles::{BuildError, BuildOptions, Builder, EditError, EditSummary, Editor, PointCounts};
+use delaunay_tiles::input::{MissingZ, PointBatch};
+use delaunay_tiles::store::LineKind;
+use delaunay_tiles::{BuildOptions, EditError, EditSummary, Editor, PointCounts};
 
+use crate::edits::scene::{Line, Scene, checked, key, random_scene};
 use crate::support::{Random, Scratch, built, points_of, runtime};
 
 /// So little memory that tiles must leave the cache and come back.
 const LITTLE: u64 = 256 << 10;
 
-/// What a file is built from. Points are kept by their coordinates, with z.
-#[derive(Clone, Debug, Default)]
-struct Scene {
-    points: BTreeMap<[u64; 2], (Point, f64)>,
-    has_z: bool,
-    lines: Vec<(LineKind, Vec<Point>)>,
-    sites: Vec<Point>,
-}
-
-fn key(p: Point) -> [u64; 2] {
-    [p.x, p.y].map(f64::to_bits)
-}
-
-fn batch_of_line(corners: &[Point]) -> SegmentBatch {
-    SegmentBatch {
-        ends: corners.array_windows().copied().collect(),
-        lines: vec![0; corners.len() - 1],
-        ..SegmentBatch::default()
-    }
-}
-
-impl Scene {
-    async fn build(&self, tile_vertices: usize) -> Result<Scratch, BuildError> {
-        let scratch = Scratch::new();
-        let options = BuildOptions::default().tile_vertices(tile_vertices);
-        let mut builder = Builder::new(&scratch.path, options)?;
-        for ((kind, corners), number) in self.lines.iter().zip(0..) {
-            builder.push_lines(*kind, number, &batch_of_line(corners))?;
-        }
-        builder.push_sites(&SiteBatch {
-            points: self.sites.clone(),
-            ids: (0..self.sites.len() as u64).map(SiteId::Number).collect(),
-            ..SiteBatch::default()
-        })?;
-        builder.push(&self.batch(self.points.values().copied())).await?;
-        builder.finish().await?;
-        Ok(scratch)
-    }
-
-    fn batch(&self, points: impl Iterator<Item = (Point, f64)>) -> PointBatch {
-        let (points, z): (Vec<Point>, Vec<f64>) = points.unzip();
-        PointBatch {
-            records: (0..points.len() as u64).collect(),
-            z: if self.has_z { z } else { Vec::new() },
-            points,
-        }
-    }
-
-    fn any(&self, random: &mut Random) -> Option<Point> {
-        let number = random.below(self.points.len().max(1));
-        self.points.values().nth(number).map(|(point, _)| *point)
-    }
-
-    /// Makes a random change in an editor and here.
-    fn change(&mut self, editor: &mut Editor, random: &mut Random, at: impl Fn(&mut Random) -> Point) {
-        let z = random.below(9) as f64;
-        match (random.below(5), self.any(random)) {
-            (2, Some(from)) => {
-                let to = at(random);
-                if let Some((_, z)) = self.points.remove(&key(from)) {
-                    self.points.entry(key(to)).or_insert((to, z));
-                }
-                editor.move_points(&[[from, to]]).unwrap();
-            }
-            (3, Some(_)) => {
-                // Sometimes most points go.
-                let most = if random.below(6) == 0 { self.points.len() } else { 3 };
-                let mut gone: Vec<Point> = self.points.values().map(|(point, _)| *point).collect();
-                random.shuffle(&mut gone);
-                gone.truncate(1 + random.below(most));
-                self.points.retain(|_, (point, _)| !gone.contains(point));
-                editor.delete(&gone).unwrap();
-            }
-            (4, Some(point)) if self.has_z => {
-                self.points.insert(key(point), (point, z));
-                editor.set_z(&self.batch([(point, z)].into_iter())).unwrap();
-            }
-            _ => {
-                let point = at(random);
-                self.points.entry(key(point)).or_insert((point, z));
-                editor.insert(&self.batch([(point, z)].into_iter())).unwrap();
-            }
-        }
-    }
-}
-
-/// Returns the digest of the tiles, after it proved that the file is right by itself.
-async fn checked(scratch: &Scratch) -> Digest {
-    let reader = scratch.open().await;
-    reader.verify(true).await.unwrap();
-    reader.recompute_digest().await.unwrap()
-}
-
-/// Returns a scene on a lattice, with lines that do not cross and sites; or points alone, uniform
-/// or on a circle.
-async fn random_scene(random: &mut Random) -> (Scene, Box<dyn Fn(&mut Random) -> Point>) {
-    let size = 3 + random.below(10);
-    let kind = random.below(5);
-    let at = move |random: &mut Random| match kind {
-        0 => Point::new(random.unit(), random.unit()),
-        1 => {
-            let angle = random.below(360) as f64;
-            Point::new(100.0 * angle.cos(), 100.0 * angle.sin())
-        }
-        _ => Point::new(random.below(size) as f64, random.below(size) as f64),
-    };
-    let mut scene = Scene {
-        has_z: random.below(2) == 0,
-        ..Scene::default()
-    };
-    for _ in 0..1 + random.below(80) {
-        let point = at(random);
-        scene.points.insert(key(point), (point, random.below(9) as f64));
-    }
-    if kind > 2 {
-        scene.has_z = false;
-        scene.sites = (0..random.below(5)).map(|_| at(random)).collect();
-        for _ in 0..random.below(6) {
-            let [a, b] = [at(random), at(random)];
-            let line = match random.below(3) {
-                0 => (LineKind::Wall, vec![a, b]),
-                1 => (LineKind::BreakLine, vec![a, at(random), b]),
-                _ => {
-                    let [right, up] = [1 + random.below(4), 1 + random.below(4)].map(|side| side as f64);
-                    let corners = [(0.0, 0.0), (right, 0.0), (right, up), (0.0, up), (0.0, 0.0)];
-                    let corners = corners.map(|(x, y)| Point::new(a.x + x, a.y + y));
-                    (LineKind::Obstacle, corners.to_vec())
-                }
-            };
-            scene.lines.push(line);
-            if scene.build(16).await.is_err() {
-                scene.lines.pop();
-            }
-        }
-    }
-    (scene, Box::new(at))
-}
-
 /// Edits a random scene a few times. Returns the number of edits that were made.
 async fn check_sequence(seed: u64) -> u64 {
     let mut random = Random(seed);
-    let (mut scene, at) = random_scene(&mut random).await;
+    let (mut scene, at) = random_scene(&mut random, 0..5).await;
     let scratch = scene.build(4 + random.below(60)).await.unwrap();
     let mut edits = 0;
     for _ in 0..1 + random.below(4) {
@@ -178,11 +40,8 @@ async fn check_sequence(seed: u64) -> u64 {
                 assert_eq!(summary.triangles, expected.triangles.count);
             }
             // The lattice has few places, so lines meet in points.
-            Err(EditError::LinesCross { point, .. }) => {
-                assert!(
-                    former.points.contains_key(&key(point)) && former.lines.len() > 1,
-                    "seed {seed}"
-                );
+            Err(EditError::LinesCross { .. }) => {
+                assert!(scene.build(30).await.is_err(), "seed {seed}");
                 assert_eq!(checked(&scratch).await, before);
                 scene = former;
             }
@@ -403,7 +262,11 @@ fn a_vertex_goes_when_nothing_holds_it_any_more() {
             scene.points.insert(key(point), (point, 0.0));
         }
         // Along a row of points, a wall that begins and ends at points, and a site at another one.
-        scene.lines.push((LineKind::Wall, vec![at(1.0, 4.0), at(8.0, 4.0)]));
+        scene.lines.push(Line {
+            kind: LineKind::Wall,
+            corners: vec![at(1.0, 4.0), at(8.0, 4.0)],
+            number: 0,
+        });
         scene.sites.push(at(5.0, 7.0));
         let scratch = scene.build(8).await.unwrap();
         assert_eq!(scratch.open().await.metadata().constraint_edges, 7);

@@ -116,10 +116,12 @@ impl Failure {
 
 /// Returns the words of the library and the tool with the names of arguments instead of options.
 fn in_python(words: String) -> String {
-    const OPTIONS: [(&str, &str); 8] = [
+    const OPTIONS: [(&str, &str); 10] = [
         ("--skip-missing", "skip_missing=True"),
         ("leave z out (--dims 2)", "leave z out"),
         ("--crossings split", "crossings='split'"),
+        ("(--line)", "(remove_lines)"),
+        ("--missing-z drape", "missing_z='drape'"),
         ("--missing-z error", "missing_z='error'"),
         ("--missing-z zero", "missing_z='zero'"),
         ("(option `crs`)", "(argument crs)"),

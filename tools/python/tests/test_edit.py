@@ -1,4 +1,4 @@
-"""Changes of points: the file is the one that a build gives; mistakes change nothing."""
+"""Changes of points and lines: the file is the one that a build gives; mistakes change nothing."""
 
 import numpy as np
 import pytest
@@ -37,6 +37,30 @@ def test_all_changes_at_once(field, tmp_path):
     assert changes.summary.vertices == 2003
     dt.build(np.vstack([points[1000:], new]), tmp_path / "built.tiles")
     assert checked(path) == checked(tmp_path / "built.tiles")
+
+
+def test_lines_come_and_go(field, tmp_path):
+    path, points = field
+    wall, other = [(0.1, 0.1), (0.9, 0.2)], [(0.1, 0.5), (0.9, 0.6)]
+    square = [(0.2, 0.7), (0.8, 0.7), (0.8, 0.9), (0.2, 0.9), (0.2, 0.7)]
+    plain = checked(path)
+    with dt.edit(path, missing_z="zero") as changes:
+        changes.constrain([wall, other], "walls")
+        changes.constrain([square], "obstacles")
+    assert changes.summary.segments == 6 and changes.summary.hole_regions == 1
+    with dt.edit(path) as changes:
+        changes.unconstrain([wall], "walls")
+        changes.remove_lines([2])
+    assert (changes.summary.removed_segments, changes.summary.removed_lines) == (1, 1)
+    assert changes.summary.hole_regions == 0 and changes.summary.constraint_edges > 0
+    with pytest.raises(dt.EditError, match=r"from \(0.1, 0.1\) to \(0.9, 0.2\).*skip_missing=True"), dt.edit(path) as changes:
+        changes.unconstrain([wall], "walls")
+    with dt.edit(path, skip_missing=True) as changes:
+        changes.unconstrain([other, wall], "walls")
+    assert (changes.summary.removed_segments, changes.summary.skipped) == (1, 1)
+    assert checked(path) == plain
+    with dt.edit(path, dry_run=True) as changes, pytest.raises(ValueError, match="ponds"):
+        changes.constrain([square], "ponds")
 
 
 def test_a_reader_keeps_what_it_opened(field):
@@ -81,7 +105,7 @@ def test_mistakes_are_named_and_change_nothing(field):
     with dt.edit(path, dry_run=True) as changes, pytest.raises(ValueError, match="equally many"):
         changes.move(points[:2, :2], points[:1, :2])
     with pytest.raises(ValueError, match="missing_z"):
-        dt.edit(path, missing_z="drape")
+        dt.edit(path, missing_z="guess")
     with pytest.raises(FileNotFoundError):
         dt.edit(path.with_name("none.tiles"))
     assert path.read_bytes() == before

@@ -3815,6 +3815,7 @@ pub mod delaunay_tiles {
             pub const VT_VERTEX_Z_SUM: ::flatbuffers::VOffsetT = 90;
             pub const VT_EDGE_SOURCE_SUM: ::flatbuffers::VOffsetT = 92;
             pub const VT_SITE_SUM: ::flatbuffers::VOffsetT = 94;
+            pub const VT_LINE_REMOVALS: ::flatbuffers::VOffsetT = 96;
 
             #[inline]
             pub unsafe fn init_from_table(table: ::flatbuffers::Table<'a>) -> Self {
@@ -3826,6 +3827,7 @@ pub mod delaunay_tiles {
                 args: &'args DirectoryArgs<'args>,
             ) -> ::flatbuffers::WIPOffset<Directory<'bldr>> {
                 let mut builder = DirectoryBuilder::new(_fbb);
+                builder.add_line_removals(args.line_removals);
                 builder.add_last_transaction(args.last_transaction);
                 builder.add_next_site(args.next_site);
                 builder.add_next_line(args.next_line);
@@ -4282,6 +4284,14 @@ pub mod delaunay_tiles {
                 // which contains a valid value in this slot
                 unsafe { self._tab.get::<Sum>(Directory::VT_SITE_SUM, None).unwrap() }
             }
+            /// How many edits removed lines.
+            #[inline]
+            pub fn line_removals(&self) -> u64 {
+                // Safety:
+                // Created from valid Table for this object
+                // which contains a valid value in this slot
+                unsafe { self._tab.get::<u64>(Directory::VT_LINE_REMOVALS, Some(0)).unwrap() }
+            }
         }
 
         impl ::flatbuffers::Verifiable for Directory<'_> {
@@ -4345,6 +4355,7 @@ pub mod delaunay_tiles {
                     .visit_field::<Sum>("vertex_z_sum", Self::VT_VERTEX_Z_SUM, true)?
                     .visit_field::<Sum>("edge_source_sum", Self::VT_EDGE_SOURCE_SUM, true)?
                     .visit_field::<Sum>("site_sum", Self::VT_SITE_SUM, true)?
+                    .visit_field::<u64>("line_removals", Self::VT_LINE_REMOVALS, false)?
                     .finish();
                 Ok(())
             }
@@ -4396,6 +4407,7 @@ pub mod delaunay_tiles {
             pub vertex_z_sum: Option<&'a Sum>,
             pub edge_source_sum: Option<&'a Sum>,
             pub site_sum: Option<&'a Sum>,
+            pub line_removals: u64,
         }
         impl<'a> Default for DirectoryArgs<'a> {
             #[inline]
@@ -4447,6 +4459,7 @@ pub mod delaunay_tiles {
                     vertex_z_sum: None,        // required field
                     edge_source_sum: None,     // required field
                     site_sum: None,            // required field
+                    line_removals: 0,
                 }
             }
         }
@@ -4662,6 +4675,11 @@ pub mod delaunay_tiles {
                 self.fbb_.push_slot_always::<&Sum>(Directory::VT_SITE_SUM, site_sum);
             }
             #[inline]
+            pub fn add_line_removals(&mut self, line_removals: u64) {
+                self.fbb_
+                    .push_slot::<u64>(Directory::VT_LINE_REMOVALS, line_removals, 0);
+            }
+            #[inline]
             pub fn new(_fbb: &'b mut ::flatbuffers::FlatBufferBuilder<'a, A>) -> DirectoryBuilder<'a, 'b, A> {
                 let start = _fbb.start_table();
                 DirectoryBuilder {
@@ -4735,6 +4753,7 @@ pub mod delaunay_tiles {
                 ds.field("vertex_z_sum", &self.vertex_z_sum());
                 ds.field("edge_source_sum", &self.edge_source_sum());
                 ds.field("site_sum", &self.site_sum());
+                ds.field("line_removals", &self.line_removals());
                 ds.finish()
             }
         }

@@ -6,7 +6,7 @@ use crate::store::format::edge_source::{EdgeSource, LineKind};
 use crate::store::format::ids::VertexId;
 use crate::store::format::line_part::LinePart;
 use crate::store::pass::Needs;
-use crate::store::verify::edge_entry::count;
+use crate::store::verify::edge_entry::{LineNames, count};
 use crate::store::verify::error::VerifyError;
 use crate::store::verify::lines::LineBatch;
 use crate::store::verify::tests::grid;
@@ -116,6 +116,7 @@ impl Town {
 #[track_caller]
 fn compare(model: &Model, lines: &[Sourced]) -> Result<u64, VerifyError> {
     let reader = run(async { model.open().await.for_passes().await.unwrap() });
+    let names = LineNames::of(&reader.directory().metadata);
     let all = [1, 9, 1000].map(|at_once| {
         run(async {
             let mut batches = lines.chunks(4);
@@ -124,7 +125,7 @@ fn compare(model: &Model, lines: &[Sourced]) -> Result<u64, VerifyError> {
                 (batch.ends, batch.sources) = chunk.iter().copied().unzip();
                 Ok(true)
             };
-            let counts = reader.count_in_tiles(count).await?;
+            let counts = reader.count_in_tiles(move |tile| count(tile, names)).await?;
             let plan = reader.plan(Needs::default())?;
             let report = reader.verify_in_parts(next, counts, plan, at_once).await?;
             Ok(report.segments)

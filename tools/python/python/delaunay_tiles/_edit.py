@@ -1,15 +1,17 @@
-"""Changes of the points of a tile file."""
+"""Changes of the points and lines of a tile file."""
 
 from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any
 
 from . import _core
 from ._arguments import byte_count, coordinates, path_text, word
+from ._geometry import wkb
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +24,11 @@ class EditSummary:
     moved: int
     z_set: int
     skipped: int
+    segments: int
+    inserted_edges: int
+    removed_segments: int
+    removed_lines: int
+    freed_edges: int
     vertices: int
     triangles: int
     constraint_edges: int
@@ -34,15 +41,17 @@ class EditSummary:
     @classmethod
     def _of(cls, text: str) -> EditSummary:
         found = json.loads(text)
-        found |= found.pop("points")
+        points, lines = found.pop("points"), found.pop("lines")
+        points["skipped"] += lines.pop("skipped")
+        found |= points | lines
         return cls(**{name: found[name] for name in cls.__slots__})
 
 
 class edit:
-    """Changes the points of a tile file; all changes take effect at once, at the end.
+    """Changes the points and lines of a tile file; all changes take effect at once, at the end.
 
-    The file then has exactly the triangles that a build of the changed points with its lines and sites would have.
-    Calls act in their order. Used as a context manager, it makes the changes at the end of the block, and none if the
+    The file then has exactly the triangles that a build of the changed points and lines with its sites would have.
+    Calls that change points act in their order; then lines go that the file had, and others come. Used as a context manager, it makes the changes at the end of the block, and none if the
     block raises an exception. Readers that have the file open keep what they opened; open the file again to see the
     changes. No two edits can have a file at once.
 
@@ -53,10 +62,12 @@ class edit:
     memory : int or str
         What the edit may use, such as ``"256MiB"``; each change takes 80 bytes of it, 240 with moves, and all together at
         most half.
-    missing_z : {"error", "zero"}
-        What to do with new points without z, if the file has z.
+    missing_z : {"drape", "error", "zero"}
+        What to do if the file has z, and ends of lines have none: take it from the surface before the edit, raise an
+        error, or give them 0. Points without z are an error, or get 0.
     skip_missing : bool
-        Leave out, and count, changes of points that are not there; otherwise the first one is an `EditError`.
+        Leave out, and count, changes of points, and lines to remove, that are not there; otherwise the first one is an
+        `EditError`.
     dry_run : bool
         Do all the work, and report it in the summary, but leave the file as it is.
 
@@ -74,8 +85,9 @@ class edit:
     ...     changes.insert([(20.0, 20.0), (4.5, 4.5)])
     ...     changes.delete([(0, 0)])
     ...     changes.move([(9, 9)], [(30, 3)])
-    >>> changes.summary.vertices, changes.summary.moved
-    (101, 1)
+    ...     changes.constrain([[(1, 1), (5, 1)]], "walls")
+    >>> changes.summary.vertices, changes.summary.moved, changes.summary.constraint_edges
+    (101, 1, 4)
     """
 
     def __init__(
@@ -83,7 +95,7 @@ class edit:
         file: str | os.PathLike[str],
         *,
         memory: int | str = "1GiB",
-        missing_z: str = "error",
+        missing_z: str = "drape",
         skip_missing: bool = False,
         dry_run: bool = False,
     ) -> None:
@@ -124,13 +136,41 @@ class edit:
         """Gives the points at x and y of an array (n, 3) its z."""
         self._core.set_z(coordinates(points, "points", (3,)))
 
+    def constrain(self, lines: Any, kind: str = "lines") -> None:
+        """Makes lines constraints: break lines, ``"walls"`` or ``"obstacles"``; see `build` for what they may be.
+
+        Their ends may lie outside the hull. No line may cross another one.
+        """
+        self._take(lines, kind, False)
+
+    def unconstrain(self, lines: Any, kind: str = "lines") -> None:
+        """Removes lines that the file has: break lines, ``"walls"`` or ``"obstacles"``, given by their geometry.
+
+        Each segment must be a whole segment of a line of this kind. Obstacles are removed with all their rings.
+        Vertices go if only ends of removed lines were there.
+        """
+        self._take(lines, kind, True)
+
+    def remove_lines(self, numbers: Iterable[int]) -> None:
+        """Removes lines by their numbers in the file, and obstacles with all their rings. This reads all tiles."""
+        self._core.remove_lines([int(number) for number in numbers])
+
+    def _take(self, lines: Any, kind: str, are_to_go: bool) -> None:
+        if isinstance(lines, (str, bytes, os.PathLike)):
+            self._core.line_file(kind, path_text(lines, kind), are_to_go)
+        elif isinstance(lines, (list, tuple)) and any(isinstance(item, (str, os.PathLike)) for item in lines):
+            for item in lines:
+                self._take(item, kind, are_to_go)
+        else:
+            self._core.line_wkb(kind, wkb(lines, kind == "obstacles", kind), are_to_go)
+
     def finish(self) -> EditSummary:
         """Makes the changes.
 
         Raises
         ------
         EditError
-            A point is not there, has no z in a file with z, or lies where lines cross. The file is unchanged.
+            A point or a line is not there, a point has no z in a file with z, or lines cross. The file is unchanged.
         MemoryLimitError, OSError
             The memory or the disk does not suffice. The file is unchanged.
         """

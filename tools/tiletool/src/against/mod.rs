@@ -280,7 +280,11 @@ impl BuildInput<'_> {
             }
         };
         let lines = segments.lines;
-        verified.map_err(|error| lines.name_in(error.into()))?;
+        verified.map_err(|error| match reader.metadata().line_removals {
+            0 => lines.name_in(error.into()),
+            // Lines of the file have other numbers than those given.
+            _ => error.into(),
+        })?;
         if reader.lists().await?.hole_points != lines.seeds() {
             bail!("the hole points of the file are not those of the .poly files");
         }

@@ -1,11 +1,11 @@
 //! `tiletool constrain`: adds lines to an existing tile file as constraints.
 
 use clap::Args;
-use delaunay_tiles::{EditError, EditSummary};
+use delaunay_tiles::EditSummary;
 
 use crate::common;
 use crate::crs::CrsArgs;
-use crate::edit::EditArgs;
+use crate::edit::{EditArgs, line_error};
 use crate::lines::{LineFiles, LineInput, MissingZArgs};
 
 /// Add lines to a tile file as constraints
@@ -60,25 +60,6 @@ async fn constrain(args: &ConstrainArgs, lines: LineInput) -> anyhow::Result<(Ed
         Some(line) => lines.name(line),
         None => format!("line {number} of {}", common::shown(file)),
     };
-    let summary = args.edit.finish(editor, |error| named(error, name)).await?;
+    let summary = args.edit.finish(editor, |error| line_error(error, name)).await?;
     Ok((summary, lines))
-}
-
-/// Adds the names of lines to an error.
-fn named(error: EditError, name: impl Fn(u64) -> String) -> anyhow::Error {
-    let named = match &error {
-        EditError::OpenRing { line } | EditError::NoZ { line, .. } => Some(name(*line)),
-        EditError::Inverted(inverted) => Some(name(inverted.first.obstacle)),
-        EditError::Overlapping(overlapping) => Some(name(overlapping.obstacle)),
-        EditError::Crossed { line, other, .. } => {
-            let other = other.map(|other| format!(" and {}", name(other.number())));
-            Some(name(line.number()) + &other.unwrap_or_default())
-        }
-        _ => None,
-    };
-    let error = anyhow::Error::new(error);
-    match named {
-        None => error,
-        Some(named) => error.context(named),
-    }
 }

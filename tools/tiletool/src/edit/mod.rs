@@ -1,10 +1,12 @@
-//! The commands that change an existing tile file: points with `points`, lines with `constrain`.
+//! The commands that change an existing tile file: points with `points`, lines with `constrain` and
+//! `unconstrain`.
 //!
 //! In: a file and files of changes. Out: the file in its next state, or as it was; and a summary.
 
 pub mod constrain;
 pub mod points;
 mod report;
+pub mod unconstrain;
 
 use std::path::{Path, PathBuf};
 
@@ -87,4 +89,23 @@ impl EditArgs {
 async fn has_stale_overviews(file: &Path) -> anyhow::Result<bool> {
     let reader = common::open(file, OpenOptions::default()).await?;
     Ok(!reader.stale_overviews().is_empty())
+}
+
+/// Adds the names of lines to an error.
+fn line_error(error: EditError, name: impl Fn(u64) -> String) -> anyhow::Error {
+    let named = match &error {
+        EditError::OpenRing { line } | EditError::NoZ { line, .. } => Some(name(*line)),
+        EditError::Inverted(inverted) => Some(name(inverted.first.obstacle)),
+        EditError::Overlapping(overlapping) => Some(name(overlapping.obstacle)),
+        EditError::Crossed { line, other, .. } => {
+            let other = other.map(|other| format!(" and {}", name(other.number())));
+            Some(name(line.number()) + &other.unwrap_or_default())
+        }
+        _ => None,
+    };
+    let error = anyhow::Error::new(error);
+    match named {
+        None => error,
+        Some(named) => error.context(named),
+    }
 }

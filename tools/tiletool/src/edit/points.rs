@@ -114,7 +114,7 @@ pub struct MissingArgs {
     /// Leave out points that are not in the file, and count them; without this option, the first one
     /// is an error
     #[arg(long)]
-    skip_missing: bool,
+    pub skip_missing: bool,
 }
 
 /// Inserts the points.

@@ -16,6 +16,11 @@ pub struct EditReport {
     moved_points: u64,
     points_with_new_z: u64,
     skipped_points: u64,
+    removed_segments: u64,
+    removed_lines: u64,
+    freed_edges: u64,
+    removed_vertices: u64,
+    skipped_lines: u64,
     segments: u64,
     added_vertices: u64,
     inserted_edges: u64,
@@ -44,6 +49,11 @@ impl EditReport {
             moved_points: summary.points.moved,
             points_with_new_z: summary.points.z_set,
             skipped_points: summary.points.skipped,
+            removed_segments: summary.lines.removed_segments,
+            removed_lines: summary.lines.removed_lines,
+            freed_edges: summary.lines.freed_edges,
+            removed_vertices: summary.lines.removed_vertices,
+            skipped_lines: summary.lines.skipped,
             segments: summary.segments,
             added_vertices: summary.added_vertices,
             inserted_edges: summary.inserted_edges,
@@ -120,12 +130,32 @@ fn what_changed(summary: &EditSummary) -> String {
             counted(summary.added_vertices, "added vertex", "added vertices"),
         ));
     }
-    for (count, what) in [
-        (points.duplicates, "at the position of another one"),
-        (points.skipped, "left out, since they are not there"),
+    let lines = &summary.lines;
+    if lines.removed_segments + lines.removed_lines > 0 {
+        let removed = [
+            (lines.removed_segments, ["segment", "segments"]),
+            (lines.removed_lines, ["line", "lines"]),
+        ];
+        let removed = removed.into_iter().filter(|(count, _)| *count > 0);
+        let removed: Vec<String> = removed.map(|(count, [one, more])| counted(count, one, more)).collect();
+        parts.push(format!(
+            "removed {}, which frees {} and takes {} out",
+            removed.join(" and "),
+            counted(lines.freed_edges, "edge", "edges"),
+            counted(lines.removed_vertices, "vertex", "vertices"),
+        ));
+    }
+    for (count, [one, more], what) in [
+        (points.duplicates, ["point", "points"], "at the position of another one"),
+        (
+            points.skipped,
+            ["point", "points"],
+            "left out, since they are not there",
+        ),
+        (lines.skipped, ["line", "lines"], "left out, since they are not there"),
     ] {
         if count > 0 {
-            parts.push(format!("{} {what}", counted(count, "point", "points")));
+            parts.push(format!("{} {what}", counted(count, one, more)));
         }
     }
     match parts.is_empty() {

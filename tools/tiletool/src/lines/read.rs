@@ -218,6 +218,15 @@ impl LineInput {
         Ok((editor, self))
     }
 
+    /// Passes all lines to an editor, to be removed.
+    pub fn feed_removal(mut self, mut editor: Editor) -> anyhow::Result<(Editor, Self)> {
+        let mut batch = SegmentBatch::default();
+        while let Some((kind, first)) = self.next_batch(&mut batch)? {
+            editor.remove(kind, first, &batch)?;
+        }
+        Ok((editor, self))
+    }
+
     /// Returns the number of segments that were read.
     pub fn segments(&self) -> u64 {
         let of_set = |set: &LineSet| match &set.source {

@@ -1,7 +1,8 @@
-//! `tiletool constrain` and `compact` from the command line: their results, mistakes, and kills at
-//! any moment.
+//! `tiletool constrain`, `unconstrain` and `compact` from the command line: their results, mistakes,
+//! and kills at any moment.
 
 use std::fs;
+use std::path::Path;
 use std::time::Instant;
 
 use crate::support::{data, fails, json, kill_after, run, tiletool};
@@ -71,6 +72,100 @@ fn a_mistake_is_an_error_and_leaves_the_file_unchanged() {
         assert!(error.contains(says), "{args}: {error}");
     }
     assert_eq!(fs::read(folder.join("points.tiles")).unwrap(), before);
+}
+
+/// Writes every other island to `even.geojson`, and the rest to `odd.geojson`.
+fn divide_islands(folder: &Path) {
+    let text = fs::read(folder.join("islands.geojson")).unwrap();
+    let mut all: serde_json::Value = serde_json::from_slice(&text).unwrap();
+    let features = all["features"].as_array().unwrap().clone();
+    assert!(features.len() > 1, "{}", features.len());
+    for (name, first) in [("even.geojson", 0), ("odd.geojson", 1)] {
+        all["features"] = features.iter().skip(first).step_by(2).cloned().collect();
+        fs::write(folder.join(name), all.to_string()).unwrap();
+    }
+}
+
+#[test]
+fn islands_are_removed_as_if_the_file_had_been_built_without_them() {
+    let scratch = islands();
+    let folder = scratch.path();
+    divide_islands(folder);
+    run(folder, "build --obstacles odd.geojson -o odd.tiles");
+    let odd = run(folder, "digest --recompute odd.tiles");
+    let before = fs::read(folder.join("whole.tiles")).unwrap();
+    let planned = json(
+        folder,
+        "unconstrain whole.tiles --obstacles even.geojson --dry-run --json",
+    );
+    assert_eq!(fs::read(folder.join("whole.tiles")).unwrap(), before);
+    let summary = json(folder, "unconstrain whole.tiles --obstacles even.geojson --json");
+    for key in [
+        "removed_segments",
+        "removed_vertices",
+        "freed_edges",
+        "hole_regions",
+        "triangles",
+    ] {
+        assert_eq!(summary[key], planned[key], "{key}");
+    }
+    assert_eq!(summary["removed_segments"], summary["freed_edges"]);
+    assert_eq!(run(folder, "digest --recompute whole.tiles"), odd);
+    run(folder, "verify --deep whole.tiles --obstacles odd.geojson");
+    let error = fails(folder, 1, "verify whole.tiles --obstacles islands.geojson");
+    assert!(error.contains("is not a chain of edges"), "{error}");
+    run(folder, "compact whole.tiles");
+    run(folder, "verify --deep whole.tiles --obstacles odd.geojson");
+    // All that is left goes, and nothing remains.
+    let text = run(folder, "unconstrain whole.tiles --obstacles odd.geojson");
+    assert!(text.contains("0 vertices, 0 triangles"), "{text}");
+    run(folder, "verify --deep whole.tiles");
+
+    // Beside a wall that comes and goes by its number, nothing changes.
+    let plain = run(folder, "digest --recompute points.tiles");
+    fs::write(folder.join("wall.csv"), "100,-7.123,100,5.321\n100,5.321,101,5.322\n").unwrap();
+    run(folder, "constrain points.tiles --walls wall.csv");
+    let text = run(folder, "unconstrain points.tiles --line 0 --line 1");
+    assert!(text.contains("removed 2 lines"), "{text}");
+    assert_eq!(run(folder, "digest --recompute points.tiles"), plain);
+    for (args, says) in [
+        ("unconstrain points.tiles", "no lines are given"),
+        (
+            "unconstrain points.tiles --walls wall.csv",
+            "no line of this kind has the segment from (100, -7.123)",
+        ),
+        ("unconstrain points.tiles --line 7", "no line 7"),
+        ("unconstrain points.tiles --line seven", "invalid"),
+    ] {
+        let code = if says == "invalid" { 2 } else { 1 };
+        let error = fails(folder, code, args);
+        assert!(error.contains(says), "{args}: {error}");
+    }
+    let text = run(
+        folder,
+        "unconstrain points.tiles --walls wall.csv --line 7 --skip-missing",
+    );
+    assert!(text.contains("3 lines left out"), "{text}");
+}
+
+#[test]
+fn a_removal_killed_at_any_moment_is_applied_completely_or_not_at_all() {
+    let scratch = islands();
+    let folder = scratch.path();
+    let whole = run(folder, "digest --recompute whole.tiles");
+    let before = fs::read(folder.join("whole.tiles")).unwrap();
+    divide_islands(folder);
+    let removal = "unconstrain whole.tiles --obstacles even.geojson";
+    let began = Instant::now();
+    run(folder, removal);
+    let took = began.elapsed();
+    let odd = run(folder, "digest --recompute whole.tiles");
+    for kill in 0..15 {
+        fs::write(folder.join("whole.tiles"), &before).unwrap();
+        kill_after(tiletool(folder, removal), took * kill / 12);
+        let digest = run(folder, "digest --recompute whole.tiles");
+        assert!(digest == whole || digest == odd, "kill {kill}");
+    }
 }
 
 #[test]

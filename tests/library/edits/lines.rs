@@ -1,0 +1,286 @@
+//! The promise: after lines were removed, the file is the one that a build of the remaining lines
+//! gives, whatever the tiles, and whether the lines were given by geometry or by number; a mistake
+//! changes nothing.
+
+use std::fs;
+
+use delaunay_tiles::geometry::Point;
+use delaunay_tiles::input::SegmentBatch;
+use delaunay_tiles::store::EdgeSource;
+use delaunay_tiles::store::{LineBatch, LineKind, LinePart};
+use delaunay_tiles::{BuildOptions, Builder, Crossings, EditError, EditSummary, Editor};
+
+use crate::edits::scene::{Line, Scene, batch_of_line, checked, key, random_line, random_scene, source};
+use crate::support::{Random, Scratch, runtime};
+
+/// So little memory that tiles must leave the cache and come back.
+const LITTLE: u64 = 256 << 10;
+
+/// Removes some lines of a random scene a few times, while others come and points change. Returns
+/// the number of edits that were made.
+async fn check_sequence(seed: u64) -> u64 {
+    let mut random = Random(seed);
+    let (mut scene, at) = random_scene(&mut random, 3..5).await;
+    let scratch = scene.build(4 + random.below(60)).await.unwrap();
+    // Of equal lines, the one with the smallest number goes, which the scene does not tell apart.
+    let mut are_numbers_known = true;
+    let mut edits = 0;
+    for _ in 0..1 + random.below(4) {
+        let before = checked(&scratch).await;
+        if before.triangles.count == 0 || scene.lines.is_empty() {
+            break;
+        }
+        let former = scene.clone();
+        let mut editor = Editor::open(&scratch.path, LITTLE).await.unwrap();
+        let by_number = are_numbers_known && random.below(2) == 0;
+        are_numbers_known &= by_number;
+        let gone = 1 + random.below(scene.lines.len());
+        for number in 0..gone as u64 {
+            let line = scene.lines.swap_remove(random.below(scene.lines.len()));
+            if by_number {
+                editor.remove_lines(&[line.number]);
+            } else {
+                // The direction does not matter, but to obstacles.
+                let mut corners = line.corners;
+                if line.kind != LineKind::Obstacle && random.below(2) == 0 {
+                    corners.reverse();
+                }
+                editor.remove(line.kind, number, &batch_of_line(&corners)).unwrap();
+            }
+        }
+        let mut come = 0;
+        for _ in 0..random.below(3) {
+            let (kind, corners) = random_line(&mut random, &at);
+            let number = editor.first_line() + come;
+            let batch = batch_of_line(&corners);
+            scene.lines.push(Line { kind, corners, number });
+            if scene.build(16).await.is_err() {
+                scene.lines.pop();
+                continue;
+            }
+            editor.push(kind, come, &batch).unwrap();
+            editor.add_sources(vec![source(kind, come)]);
+            come += 1;
+        }
+        for _ in 0..random.below(4) {
+            scene.change(&mut editor, &mut random, &at);
+        }
+        match editor.finish().await {
+            Ok(summary) => {
+                edits += 1;
+                let expected = checked(&scene.build(30).await.unwrap()).await;
+                assert_eq!(checked(&scratch).await, expected, "seed {seed}, edit {edits}");
+                assert_eq!(summary.constraint_edges, expected.constraint_edges.count);
+                compare_lines(&scratch, &scene).await;
+            }
+            Err(EditError::LinesCross { .. } | EditError::Crossed { .. }) => {
+                assert!(scene.build(30).await.is_err(), "seed {seed}");
+                assert_eq!(checked(&scratch).await, before);
+                scene = former;
+            }
+            Err(EditError::NothingLeft) => {
+                let left = scene.build(30).await.unwrap();
+                assert_eq!(checked(&left).await.triangles.count, 0, "seed {seed}");
+                assert_eq!(checked(&scratch).await, before);
+                scene = former;
+            }
+            Err(error) => panic!("seed {seed}: {error}"),
+        }
+    }
+    edits
+}
+
+/// Asserts that the lines of a file are those of a scene, and no others.
+async fn compare_lines(scratch: &Scratch, scene: &Scene) {
+    let reader = scratch.open().await;
+    let mut lines = scene.lines.iter();
+    let next = |batch: &mut LineBatch| -> Result<bool, String> {
+        let Some(line) = lines.next() else { return Ok(false) };
+        let part = LinePart::whole(EdgeSource::new(line.kind, 77));
+        batch.ends = batch_of_line(&line.corners).ends;
+        batch.sources = vec![part; batch.ends.len()];
+        Ok(true)
+    };
+    reader.verify_lines(next).await.unwrap();
+    if let Some(last) = scene.lines.last() {
+        let mut left = scene.lines[..scene.lines.len() - 1].iter();
+        let is_there_twice = left.clone().any(|line| line.kind == last.kind);
+        let next = |batch: &mut LineBatch| -> Result<bool, String> {
+            let Some(line) = left.next() else { return Ok(false) };
+            let part = LinePart::whole(EdgeSource::new(line.kind, 0));
+            batch.ends = batch_of_line(&line.corners).ends;
+            batch.sources = vec![part; batch.ends.len()];
+            Ok(true)
+        };
+        // A line of another kind is missed, wherever it runs.
+        let is_point = last.corners.iter().all(|corner| *corner == last.corners[0]);
+        assert!(is_there_twice || is_point || reader.verify_lines(next).await.is_err());
+    }
+}
+
+#[test]
+fn random_sequences_with_lines_that_go_give_what_a_build_gives() {
+    runtime().block_on(async {
+        let mut edits = 0;
+        for seed in 0..300 {
+            edits += check_sequence(seed).await;
+        }
+        assert!(edits > 250, "{edits}");
+    });
+}
+
+fn points(places: &[(f64, f64)]) -> Vec<Point> {
+    places.iter().map(|&(x, y)| Point::new(x, y)).collect()
+}
+
+/// Builds a lattice of 10 by 10 points with a bent break line (0), a wall (1), and an obstacle with a
+/// hole (2). Their ends are no points, but for the break line's.
+async fn town() -> (Scene, Scratch) {
+    let mut scene = Scene::default();
+    for place in 0..100 {
+        let point = Point::new(f64::from(place % 10), f64::from(place / 10));
+        scene.points.insert(key(point), (point, 0.0));
+    }
+    let ring = |low: f64, high: f64| [(low, low), (high, low), (high, high), (low, high), (low, low)];
+    let mut hole = points(&ring(5.2, 7.8));
+    hole.reverse();
+    for (number, (kind, corners)) in [
+        (LineKind::BreakLine, points(&[(0.0, 9.0), (4.0, 9.0), (4.0, 5.0)])),
+        (LineKind::Wall, points(&[(0.5, 0.5), (3.5, 2.5)])),
+        (LineKind::Obstacle, points(&ring(4.5, 8.5))),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let number = number as u64;
+        scene.lines.push(Line { kind, corners, number });
+    }
+    let scratch = Scratch::new();
+    let mut builder = Builder::new(&scratch.path, BuildOptions::default().tile_vertices(8)).unwrap();
+    for line in &scene.lines {
+        let mut batch = batch_of_line(&line.corners);
+        if line.kind == LineKind::Obstacle {
+            batch.ends.extend(batch_of_line(&hole).ends);
+            batch.lines.resize(batch.ends.len(), 0);
+        }
+        builder.push_lines(line.kind, line.number, &batch).unwrap();
+    }
+    builder
+        .push(&scene.batch(scene.points.values().copied()))
+        .await
+        .unwrap();
+    builder.finish().await.unwrap();
+    (scene, scratch)
+}
+
+async fn removed(scratch: &Scratch, change: impl FnOnce(&mut Editor)) -> Result<EditSummary, EditError> {
+    let mut editor = Editor::open(&scratch.path, 16 << 20).await?;
+    change(&mut editor);
+    editor.finish().await
+}
+
+#[test]
+fn a_line_that_is_not_there_is_an_error_unless_it_is_to_be_skipped() {
+    runtime().block_on(async {
+        let (scene, scratch) = town().await;
+        let before = fs::read(&scratch.path).unwrap();
+        let missing: [(LineKind, &[(f64, f64)]); 6] = [
+            // Nowhere; a part of a segment; a segment and its continuation; across a bend; another
+            // kind; from a vertex of no line.
+            (LineKind::Wall, &[(0.25, 0.5), (3.5, 2.5)]),
+            (LineKind::BreakLine, &[(0.0, 9.0), (3.0, 9.0)]),
+            (LineKind::BreakLine, &[(0.0, 9.0), (5.0, 9.0)]),
+            (LineKind::BreakLine, &[(0.0, 9.0), (4.0, 5.0)]),
+            (LineKind::BreakLine, &[(0.5, 0.5), (3.5, 2.5)]),
+            (LineKind::BreakLine, &[(1.0, 1.0), (2.0, 1.0)]),
+        ];
+        for (kind, places) in missing {
+            let batch = batch_of_line(&points(places));
+            let error = removed(&scratch, |editor| editor.remove(kind, 0, &batch).unwrap()).await;
+            assert!(
+                matches!(error, Err(EditError::NoLine { ends, count: 1 }) if [ends] == batch.ends[..]),
+                "{error:?}"
+            );
+        }
+        let error = removed(&scratch, |editor| editor.remove_lines(&[1, 3, 4])).await;
+        assert!(
+            matches!(error, Err(EditError::NoLineNumber { line: 3, count: 2 })),
+            "{error:?}"
+        );
+        // A ring alone is no whole obstacle.
+        let ring = batch_of_line(&scene.lines[2].corners);
+        let error = removed(&scratch, |editor| editor.remove(LineKind::Obstacle, 0, &ring).unwrap()).await;
+        assert!(
+            matches!(error, Err(EditError::PartOfObstacle { line: 2, .. })),
+            "{error:?}"
+        );
+        let records = SegmentBatch {
+            records: vec![[0, 1]],
+            lines: vec![0],
+            ..SegmentBatch::default()
+        };
+        let mut editor = Editor::open(&scratch.path, 16 << 20).await.unwrap();
+        let error = editor.remove(LineKind::Wall, 0, &records);
+        assert!(matches!(error, Err(EditError::Records)), "{error:?}");
+        drop(editor);
+        assert_eq!(fs::read(&scratch.path).unwrap(), before);
+
+        let summary = removed(&scratch, |editor| {
+            editor.skip_missing(true);
+            for (kind, places) in missing {
+                editor.remove(kind, 0, &batch_of_line(&points(places))).unwrap();
+            }
+            editor.remove_lines(&[2, 9]);
+        });
+        let lines = summary.await.unwrap().lines;
+        assert_eq!((lines.removed_segments, lines.removed_lines, lines.skipped), (0, 1, 7));
+        // The corners of both rings were vertices of nothing else.
+        assert_eq!(lines.removed_vertices, 8);
+        let reader = scratch.open().await;
+        assert_eq!(reader.metadata().hole_regions, 0);
+        reader.verify(true).await.unwrap();
+    });
+}
+
+#[test]
+fn vertices_go_with_the_lines_unless_something_else_holds_them() {
+    runtime().block_on(async {
+        let (mut scene, scratch) = town().await;
+        let [bend, wall] = [0, 1].map(|place| batch_of_line(&scene.lines[place].corners));
+        let end = Point::new(0.5, 0.5);
+        let summary = removed(&scratch, |editor| {
+            editor.remove(LineKind::BreakLine, 0, &bend).unwrap();
+            editor.remove(LineKind::Wall, 1, &wall).unwrap();
+            // A point comes where the wall began.
+            editor.insert(&scene.batch([(end, 0.0)].into_iter())).unwrap();
+            editor.remove_lines(&[2]);
+        });
+        let summary = summary.await.unwrap();
+        assert_eq!((summary.lines.removed_segments, summary.lines.removed_vertices), (3, 9));
+        assert_eq!(
+            (summary.vertices, summary.constraint_edges, summary.regions),
+            (101, 0, 1)
+        );
+        scene.points.insert(key(end), (end, 0.0));
+        scene.lines.clear();
+        assert_eq!(checked(&scratch).await, checked(&scene.build(30).await.unwrap()).await);
+    });
+}
+
+#[test]
+fn lines_that_were_split_stay() {
+    runtime().block_on(async {
+        let scratch = Scratch::new();
+        let options = BuildOptions::default().crossings(Crossings::Split);
+        let mut builder = Builder::new(&scratch.path, options).unwrap();
+        let cross = [[(0.0, 0.0), (2.0, 2.0)], [(0.0, 2.0), (2.0, 0.0)]];
+        for (ends, number) in cross.iter().zip(0..) {
+            builder
+                .push_lines(LineKind::Wall, number, &batch_of_line(&points(ends)))
+                .unwrap();
+        }
+        builder.finish().await.unwrap();
+        let error = removed(&scratch, |editor| editor.remove_lines(&[0])).await;
+        assert!(matches!(error, Err(EditError::SplitLines)), "{error:?}");
+    });
+}
