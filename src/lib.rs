@@ -260,7 +260,7 @@ pub use constraints::{
     ConstraintError, Crossing, Inverted, InvertedPolygons, LinesToSplit, MissingZ, Overlapping, PolygonCheck,
     PolygonFaults, PolygonNormalizer, SplitError, SplitLines, VertexWithoutZ, WithoutZ,
 };
-pub use edit::{EditError, EditSummary, Editor, LineCounts, PointCounts};
+pub use edit::{EditError, EditSummary, Editor, LineCounts, PointCounts, SiteCounts};
 pub use export::{ExportError, ExportOptions};
 pub use geometry::{Point, Rect};
 pub use memory::{MemoryShortage, MemoryUse, default_memory, peak_memory};

@@ -8,22 +8,23 @@ use std::thread;
 use crate::constraints::polygons::normalize::PolygonNormalizer;
 use crate::constraints::segment::Segment;
 use crate::constraints::without_z::NO_Z;
-use crate::edit::drape::drape_ends;
+use crate::edit::drape::drape;
 use crate::edit::error::EditError;
 use crate::edit::intake::LineIntake;
 use crate::edit::points::{PointCall, PointCalls};
 use crate::edit::run::edit;
+use crate::edit::sites::{SiteCall, SiteCalls};
 use crate::edit::summary::EditSummary;
 use crate::edit::target::Target;
 use crate::edit::unconstrain::GoneLines;
 use crate::edit::work::{Piece, Work};
 use crate::geometry::Point;
-use crate::input::{MissingZ, PointBatch, SegmentBatch};
+use crate::input::{MissingZ, PointBatch, SegmentBatch, SiteBatch};
 use crate::memory::EditShares;
 use crate::store::{LineKind, LineSource, Source};
 
-/// An editor of a file on disk: it inserts, deletes and moves points, makes lines constraints, and
-/// removes lines.
+/// An editor of a file on disk: it inserts, deletes and moves points, makes lines constraints,
+/// removes lines, and inserts and deletes sites.
 ///
 /// All changes take effect at once, when the edit is [finished](Self::finish). The file then has
 /// exactly the triangles that a build of the changed points and lines would have. The calls that
@@ -65,6 +66,7 @@ pub struct Editor {
     number: u32,
     crs: Option<String>,
     next_record: u64,
+    next_site: u64,
     is_dry_run: bool,
     points: PointCalls,
     sources: Vec<LineSource>,
@@ -73,7 +75,8 @@ pub struct Editor {
     gone: LineIntake,
     gone_numbers: BTreeSet<u64>,
     /// z at the ends of segments, as far as any have z.
-    z: Vec<[f64; 2]>,
+    z: Vec<f64>,
+    sites: SiteCalls,
     missing_z: MissingZ,
 }
 
@@ -94,6 +97,7 @@ impl Editor {
             first_line: metadata.next_line,
             crs: lists.crs.clone(),
             next_record: metadata.next_record,
+            next_site: metadata.next_site,
             is_dry_run: false,
             points: PointCalls::default(),
             number: lists.lines.last().map_or(0, |last| last.edit).saturating_add(1),
@@ -104,6 +108,7 @@ impl Editor {
             memory,
             sources: Vec::new(),
             z: Vec::new(),
+            sites: SiteCalls::default(),
             missing_z: MissingZ::default(),
         })
     }
@@ -117,11 +122,13 @@ impl Editor {
         self.points.missing_z = missing_z;
     }
 
-    /// Sets whether to leave out changes of points that are not there and lines to remove that are
-    /// not there, and count them ([`PointCounts::skipped`](crate::PointCounts::skipped),
-    /// [`LineCounts::skipped`](crate::LineCounts::skipped)). By default they are an error.
+    /// Sets whether to leave out changes of points, lines to remove and sites to delete that are not
+    /// there, and count them ([`PointCounts::skipped`](crate::PointCounts::skipped),
+    /// [`LineCounts::skipped`](crate::LineCounts::skipped),
+    /// [`SiteCounts::skipped`](crate::SiteCounts::skipped)). By default they are an error.
     pub fn skip_missing(&mut self, skip_missing: bool) {
         self.points.skip_missing = skip_missing;
+        self.sites.skip_missing = skip_missing;
     }
 
     /// Sets whether to do all the work without changing the file. By default the file is changed.
@@ -230,6 +237,13 @@ impl Editor {
         self.first_line
     }
 
+    /// Returns the number that follows those of all sites so far, in the file and in this edit. Sites
+    /// without ids may take it.
+    #[must_use]
+    pub fn next_site(&self) -> u64 {
+        self.next_site.saturating_add(self.sites.all.len() as u64)
+    }
+
     /// Sets the files that the lines come from, in the order of their numbers from 0 on.
     pub fn add_sources(&mut self, sources: Vec<LineSource>) {
         let (first_line, edit) = (self.first_line, self.number);
@@ -251,8 +265,8 @@ impl Editor {
     pub fn push(&mut self, kind: LineKind, first_line: u64, batch: &SegmentBatch) -> Result<(), EditError> {
         self.check_segments(batch)?;
         if !batch.z.is_empty() {
-            self.z.resize(self.lines.segments.len(), [NO_Z; 2]);
-            self.z.extend_from_slice(&batch.z);
+            self.z.resize(2 * self.lines.segments.len(), NO_Z);
+            self.z.extend_from_slice(batch.z.as_flattened());
         }
         self.lines.push(kind, first_line, batch)
     }
@@ -277,6 +291,38 @@ impl Editor {
         self.gone_numbers.extend(numbers);
     }
 
+    /// Inserts sites. Where no vertex is, a site makes one, which takes its z; outside the hull, too.
+    ///
+    /// # Errors
+    /// Returns an error if the arrays of the batch differ in length, if a coordinate or z is not
+    /// valid, or if the changes of sites take more than half of the memory. Then it has no effect.
+    pub fn insert_sites(&mut self, batch: &SiteBatch) -> Result<(), EditError> {
+        let (sites, z, ids) = (batch.points.len(), batch.z.len(), batch.ids.len());
+        if ids != sites || (z != sites && z != 0) {
+            return Err(EditError::SiteBatch { sites, z, ids });
+        }
+        check_values(&batch.points, &batch.z)?;
+        EditShares::check_points(self.memory, self.sites.memory_with_batch(batch))?;
+        for (place, (point, id)) in batch.points.iter().zip(&batch.ids).enumerate() {
+            let z = batch.z.get(place).copied().unwrap_or(NO_Z);
+            self.sites.push(SiteCall::Insert(point.normalized(), z, id.clone()));
+        }
+        Ok(())
+    }
+
+    /// Deletes the sites at these positions, whatever their ids. A vertex goes with them if nothing
+    /// else holds it: no point, and no end of a segment. Calls that change sites act in their order.
+    ///
+    /// # Errors
+    /// As for [`insert_sites`](Self::insert_sites).
+    pub fn delete_sites(&mut self, points: &[Point]) -> Result<(), EditError> {
+        check_values(points, &[])?;
+        EditShares::check_points(self.memory, self.sites.memory_with(points.len(), 0))?;
+        let calls = points.iter().map(|point| SiteCall::Delete(point.normalized()));
+        calls.for_each(|call| self.sites.push(call));
+        Ok(())
+    }
+
     /// Checks that there is memory for more segments.
     fn check_segments(&self, batch: &SegmentBatch) -> Result<(), EditError> {
         let segments = self.lines.segments.len() + self.gone.segments.len() + batch.ends.len();
@@ -287,7 +333,7 @@ impl Editor {
     /// that it covers it once. The file is unchanged until the very end.
     ///
     /// # Errors
-    /// Returns an error if a point is not there, or lies where lines cross; if a point or an end lacks
+    /// Returns an error if a point or a site is not there, or lies where lines cross; if a point, a site or an end lacks
     /// a z ([`missing_z`](Self::missing_z)), or has z in a file without; if a line crosses a
     /// constraint, if a line to remove is not there, or if the file's lines were split where they cross;
     /// if a ring does not close, if a polygon is inside out, if an obstacle covers a place
@@ -300,6 +346,7 @@ impl Editor {
             mut z,
             missing_z,
             points,
+            mut sites,
             is_dry_run,
             ..
         } = self;
@@ -312,13 +359,17 @@ impl Editor {
             skip_missing: points.skip_missing,
         };
         if missing_z == MissingZ::Drape {
-            drape_ends(&target, &lines.segments, &mut z, EditShares::for_draping(memory)).await?;
+            let memory = EditShares::for_draping(memory);
+            let ends: Vec<Point> = lines.segments.iter().flat_map(|segment| segment.ends).collect();
+            drape(&target, &ends, &mut z, memory).await?;
+            drape_sites(&target, &mut sites, memory).await?;
         }
         z.shrink_to_fit();
         let pieces = |normalizer| normalized_pieces(&lines.segments, normalizer);
         let work = Work {
-            new_records: points.records + 2 * lines.segments.len() as u64,
+            new_records: points.records + 2 * lines.segments.len() as u64 + sites.all.len() as u64,
             points,
+            sites,
             gone,
             pieces: lines.normalizer.map(pieces),
             segments: lines.segments,
@@ -334,6 +385,19 @@ impl Editor {
         };
         edit(target, work, memory, || false).await
     }
+}
+
+/// Fills in the z of new sites that have none, in a file with z.
+async fn drape_sites(target: &Target, sites: &mut SiteCalls, memory: u64) -> Result<(), EditError> {
+    let inserted = sites.all.iter_mut().filter_map(|call| match call {
+        SiteCall::Insert(point, z, _) => Some((*point, z)),
+        SiteCall::Delete(_) => None,
+    });
+    let (points, places): (Vec<Point>, Vec<&mut f64>) = inserted.unzip();
+    let mut z = places.iter().map(|z| **z).collect();
+    drape(target, &points, &mut z, memory).await?;
+    places.into_iter().zip(z).for_each(|(place, z)| *place = z);
+    Ok(())
 }
 
 /// Checks that points are valid, and z finite or missing.

@@ -77,6 +77,24 @@ pub enum EditError {
         /// Number of positions without a point.
         count: u64,
     },
+    /// There is no site at a position.
+    #[error("there is no site at ({}, {}); {count} such positions are given (leave them out with --skip-missing)", point.x, point.y)]
+    NoSite {
+        /// The first such position.
+        point: Point,
+        /// Number of positions without a site.
+        count: u64,
+    },
+    /// The arrays of a batch of sites differ in length.
+    #[error("a batch has {sites} sites, {z} elevations and {ids} ids")]
+    SiteBatch {
+        /// Number of sites.
+        sites: usize,
+        /// Number of elevations.
+        z: usize,
+        /// Number of ids.
+        ids: usize,
+    },
     /// No line has a segment that is to be removed.
     #[error(
         "no line of this kind has the segment from ({}, {}) to ({}, {}); {count} such segments are given (leave them out with \

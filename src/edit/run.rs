@@ -11,8 +11,9 @@ use crate::edit::ends::find_ends;
 use crate::edit::error::EditError;
 use crate::edit::labelling::{join, label, touch_crossed};
 use crate::edit::points::{self, Inserted};
+use crate::edit::sites;
 use crate::edit::strip::{LocatedSegment, SegmentInserter};
-use crate::edit::summary::{EditSummary, LineCounts, PointCounts};
+use crate::edit::summary::{EditSummary, LineCounts, PointCounts, SiteCounts};
 use crate::edit::target::Target;
 use crate::edit::tiles::Tiles;
 use crate::edit::unconstrain::{self, Removed};
@@ -63,7 +64,10 @@ fn edit_here(
 ) -> Result<EditSummary, EditError> {
     let began = Instant::now();
     let segments = work.segments.len() as u64;
-    let input = [work.points.memory(), segments + work.gone.segments.len() as u64];
+    let input = [
+        work.points.memory() + work.sites.memory(),
+        segments + work.gone.segments.len() as u64,
+    ];
     let shares = |largest| EditShares::new(memory, input, work.threads, largest);
     let mut tiles = Tiles::open(target, &shares, work.is_draft, runtime)?;
     let changed = make_changes(&mut tiles, work, is_stopped)?;
@@ -84,6 +88,7 @@ fn edit_here(
     }
     let totals = EditTotals {
         ends: changed.ends,
+        sites: tiles.metadata().sites + changed.sites.inserted - changed.sites.deleted,
         regions,
         spanning_regions,
         hole_regions,
@@ -99,6 +104,7 @@ fn edit_here(
     Ok(EditSummary {
         points: changed.points,
         lines: changed.lines,
+        sites: changed.sites,
         segments,
         added_vertices: changed.added_ends,
         inserted_edges: changed.edges,
@@ -121,7 +127,8 @@ fn edit_here(
 struct Changed {
     points: PointCounts,
     lines: LineCounts,
-    /// Number of vertices that were added at ends of segments.
+    sites: SiteCounts,
+    /// Number of vertices that were added at ends of segments and at sites.
     added_ends: u64,
     /// Number of vertices of the file without a point of the input.
     ends: u64,
@@ -133,7 +140,8 @@ struct Changed {
     has_lines: bool,
 }
 
-/// Makes all changes in the tiles: points that come, lines that go, lines that come, vertices that go.
+/// Makes all changes in the tiles: points that come, sites, lines that go, lines that come, and then
+/// the vertices that nothing holds.
 fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> Result<Changed, EditError> {
     let Inserted {
         counts,
@@ -142,17 +150,26 @@ fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -
     } = points::insert(tiles, &work.points, is_stopped)?;
     let Removed {
         counts: mut lines,
-        ends: freed,
+        ends: mut freed,
     } = unconstrain::remove(tiles, &work.gone, is_stopped)?;
-    let (ends, added_ends) = find_ends(tiles, work, is_stopped)?;
+    let (ends, mut added_ends) = find_ends(tiles, work, is_stopped)?;
     let SegmentInserter { edges, examined, .. } = insert(tiles, work, &ends, is_stopped)?;
     drop(ends);
+    let segments = work.segments.len() as u64;
+    let first_record = tiles
+        .metadata()
+        .next_record
+        .saturating_add(work.points.records + 2 * segments);
+    let sites = sites::change(tiles, &work.sites, work.missing_z, first_record, is_stopped)?;
+    added_ends += sites.added_vertices;
+    freed.extend(sites.freed);
     let has_lines = !work.segments.is_empty() || tiles.metadata().constraint_edges > lines.freed_edges;
     let deleted = points::delete(tiles, delete, freed, has_lines, is_stopped)?;
     lines.removed_vertices = deleted.ends;
     Ok(Changed {
         points: counts,
         lines,
+        sites: sites.counts,
         added_ends,
         ends: tiles.metadata().ends + added_ends + deleted.held - taken_over - deleted.ends,
         edges,
@@ -203,6 +220,7 @@ fn in_curve_order(work: &Work, ends: &[EditVertex]) -> impl Iterator<Item = Loca
 struct EditTotals {
     /// Number of vertices without a point of the input.
     ends: u64,
+    sites: u64,
     regions: u64,
     spanning_regions: u64,
     hole_regions: u64,
@@ -229,14 +247,16 @@ fn enter(directory: &mut Directory, work: &Work, totals: EditTotals) {
         triangles,
         hull_edges: hull_edges(vertices, triangles),
         ends: totals.ends,
+        sites: totals.sites,
         constraint_edges: totals.digest.constraint_edges.count,
         regions: totals.regions,
         spanning_regions: totals.spanning_regions,
         hole_regions: totals.hole_regions,
         hole_triangles: totals.digest.holes.count,
         next_record: before.next_record.saturating_add(work.new_records),
+        next_site: before.next_site.saturating_add(work.sites.all.len() as u64),
         next_line: before.next_line.max(new_lines.unwrap_or(0)),
-        last_transaction: before.last_transaction + u64::from(!work.points.all.is_empty() || !work.gone.is_empty()),
+        last_transaction: before.last_transaction + u64::from(work.changes_what_was_built()),
         line_removals: before.line_removals + u64::from(!work.gone.is_empty()),
         digest: totals.digest,
         ..before

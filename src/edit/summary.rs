@@ -32,6 +32,18 @@ impl AddAssign for PointCounts {
     }
 }
 
+/// The number of sites that an edit changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct SiteCounts {
+    /// Number of sites that were inserted.
+    pub inserted: u64,
+    /// Number of sites that were deleted.
+    pub deleted: u64,
+    /// Number of positions that were left out, since no site was there.
+    pub skipped: u64,
+}
+
 /// The number of lines that an edit removed, and what came of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
@@ -56,9 +68,11 @@ pub struct EditSummary {
     pub points: PointCounts,
     /// The lines that were removed.
     pub lines: LineCounts,
+    /// The sites that were changed.
+    pub sites: SiteCounts,
     /// Number of segments that were inserted.
     pub segments: u64,
-    /// Number of vertices that were added at their ends.
+    /// Number of vertices that were added at their ends, and at sites.
     pub added_vertices: u64,
     /// Number of edges along the segments, including those that were constraints before.
     pub inserted_edges: u64,

@@ -8,6 +8,7 @@ pub(crate) mod hubs;
 pub(crate) mod parts;
 pub(crate) mod points;
 mod replace;
+mod sites;
 mod sources;
 mod topology;
 mod twin;
@@ -148,6 +149,11 @@ impl EditTile {
             + OF_SOURCES * self.sources.len()
             + 8 * self.source_count
             + 32 * self.sites.len()
+            + self
+                .site_ids
+                .iter()
+                .map(|id| size_of::<String>() + id.len())
+                .sum::<usize>()
             + self.hubs.byte_size()
     }
 

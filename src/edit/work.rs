@@ -4,6 +4,7 @@ use crate::constraints::polygons::check::{InvertedPolygons, Overlapping};
 use crate::constraints::segment::Segment;
 use crate::constraints::without_z::NO_Z;
 use crate::edit::points::PointCalls;
+use crate::edit::sites::SiteCalls;
 use crate::edit::unconstrain::GoneLines;
 use crate::geometry::Point;
 use crate::input::MissingZ;
@@ -21,6 +22,8 @@ pub(crate) struct Piece {
 pub(crate) struct Work {
     /// Changes of points.
     pub(crate) points: PointCalls,
+    /// Changes of sites.
+    pub(crate) sites: SiteCalls,
     /// The lines that go.
     pub(crate) gone: GoneLines,
     /// The segments, whose ends become vertices.
@@ -28,16 +31,16 @@ pub(crate) struct Work {
     /// What becomes constraints: the segments after obstacles were normalised; `None` if these are
     /// all segments as they are.
     pub(crate) pieces: Option<Vec<Piece>>,
-    /// z at the ends of some segments, or [`NO_Z`].
-    pub(crate) z: Vec<[f64; 2]>,
+    /// z at some of the ends of all segments, or [`NO_Z`].
+    pub(crate) z: Vec<f64>,
     /// What to do with ends that have no z and become vertices, if the file has z.
     pub(crate) missing_z: MissingZ,
     /// New lines for the directory.
     pub(crate) lines: Vec<LineSource>,
     /// The new lines that belong to the polygon of a smaller line.
     pub(crate) polygon_lines: Vec<PolygonLine>,
-    /// Number of record numbers for inserted points, and then for the ends of the segments, in order;
-    /// 0 if the ends were vertices before.
+    /// Number of record numbers for inserted points, then for the ends of the segments, in order, and
+    /// then for changes of sites; 0 if the ends were vertices before.
     pub(crate) new_records: u64,
     /// Obstacles that are inside out, if their rings cross at vertices only. In that case the edit
     /// fails and the file is unchanged.
@@ -54,6 +57,11 @@ pub(crate) struct Work {
 }
 
 impl Work {
+    /// Returns whether it changes points, lines or sites that the file has, besides adding lines.
+    pub(crate) fn changes_what_was_built(&self) -> bool {
+        !self.points.all.is_empty() || !self.sites.all.is_empty() || !self.gone.is_empty()
+    }
+
     /// Returns the number of segments that become constraints.
     pub(crate) fn piece_count(&self) -> u32 {
         self.pieces.as_ref().map_or(self.segments.len(), Vec::len) as u32
@@ -77,6 +85,6 @@ impl Work {
 
     /// Returns the z at an end, by its number among all ends, or [`NO_Z`].
     pub(crate) fn z_of(&self, end: u32) -> f64 {
-        self.z.get(end as usize / 2).map_or(NO_Z, |z| z[end as usize % 2])
+        self.z.get(end as usize).copied().unwrap_or(NO_Z)
     }
 }

@@ -22,8 +22,12 @@ impl EditShares {
     /// The same with moves: also all positions, and what lies there before and after.
     pub(crate) const MOVED_POINT_BYTES: u64 = 240;
 
-    /// Computes the shares of an edit whose changes of points take `points` bytes, and which inserts
-    /// `segments` segments. The largest tile has `largest_tile` bytes in the file.
+    /// Bytes per change of a site, without the text of its id: the call, its place in the order of
+    /// tiles, the vertex that it becomes, and the position of a site that goes.
+    pub(crate) const SITE_BYTES: u64 = 160;
+
+    /// Computes the shares of an edit whose changes of points and sites take `points` bytes, and which
+    /// inserts or removes `segments` segments. The largest tile has `largest_tile` bytes in the file.
     pub(crate) fn new(memory: u64, [points, segments]: [u64; 2], threads: usize, largest_tile: u64) -> Self {
         /// The minimum number of bytes per thread.
         const OF_THREAD: u64 = 256 << 20;

@@ -2,14 +2,13 @@
 
 use std::io;
 use std::ops::Range;
-use std::path::Path;
 use std::sync::Arc;
 
 use bytes::Bytes;
 use futures::future;
 
-use crate::io::{Backend, ReadAt, Section};
-use crate::memory::FileShares;
+use crate::io::{ReadAt, Section, blocking};
+
 use crate::store::borders_ahead::BorderAhead;
 use crate::store::cache::{Cache, PinnedTile, TileKey};
 use crate::store::error::ReadError;
@@ -26,55 +25,12 @@ use crate::store::format::overview::Overviews;
 use crate::store::format::superblock::{FileId, InForce};
 use crate::store::format::table_place::TablePlace;
 use crate::store::format::tile::Tile;
+use crate::store::open_options::{OpenOptions, Origin};
 use crate::store::pages::Pages;
-use crate::{io as files, shown};
 
 /// Bytes of the directory in memory per tile: its entry, two nodes of the tree, and the notes of
 /// passes on the tile.
 pub(super) const DIRECTORY_BYTES: u64 = 320;
-
-/// Options for opening a tile file.
-#[derive(Clone, Default)]
-pub struct OpenOptions {
-    cache: Option<Cache>,
-    memory: Option<u64>,
-    backend: Option<Backend>,
-}
-
-impl OpenOptions {
-    /// Uses this cache, which other readers may share. By default, a reader has a cache of its own,
-    /// of 64 MiB or an eighth of the [memory](Self::memory) that it may use.
-    #[must_use]
-    pub fn cache(mut self, cache: &Cache) -> Self {
-        self.cache = Some(cache.clone());
-        self
-    }
-
-    /// Limits the memory of each pass over all tiles, in bytes. These passes are
-    /// [`tiles`](TileReader::tiles), [`recompute_digest`](TileReader::recompute_digest),
-    /// [`verify`](TileReader::verify) and [`export`](crate::export::export).
-    ///
-    /// The directory counts, and so does the cache if the pass uses it. A pass works on as many
-    /// tiles at once as fit, and fails with [`ReadError::Memory`] if not even one fits. The limit
-    /// does not affect results. By default, a pass reads about 64 MiB ahead.
-    ///
-    /// The limit applies to one pass at a time. Threads and the allocator need a few mebibytes
-    /// more.
-    #[must_use]
-    pub fn memory(mut self, bytes: u64) -> Self {
-        self.memory = Some(bytes);
-        self
-    }
-
-    /// Reads files on disk with this backend. By default, the environment variable
-    /// [`DELAUNAY_TILES_IO`](crate::io::BACKEND_VARIABLE) selects the backend; if it is not set,
-    /// the backend is [`Backend::Auto`].
-    #[must_use]
-    pub fn backend(mut self, backend: Backend) -> Self {
-        self.backend = Some(backend);
-        self
-    }
-}
 
 /// An open tile file.
 ///
@@ -88,68 +44,10 @@ struct ReaderInner {
     pages: Arc<Pages>,
     memory: Option<u64>,
     overviews: Overviews,
+    origin: Origin,
 }
 
 impl TileReader {
-    /// Opens a file.
-    ///
-    /// # Errors
-    ///
-    /// Returns an error if the file cannot be read, is no tile file, has a damaged directory, or if
-    /// the directory needs more memory than the reader may use.
-    pub async fn open(path: impl AsRef<Path>, options: OpenOptions) -> Result<Self, ReadError> {
-        let path = path.as_ref();
-        let name: Arc<str> = shown::path(path).into();
-        let backend = options.backend.map_or_else(Backend::from_environment, Ok);
-        let file = backend.and_then(|backend| files::open(path, backend));
-        let file = file.map_err(|error| ReadError::Io {
-            file: Arc::clone(&name),
-            what: "the file".to_owned(),
-            source: Arc::new(error),
-        })?;
-        Self::open_source(file, &name, options).await
-    }
-
-    /// Opens a file on a web server or in an object store: `http://…`, `https://…` or
-    /// `s3://bucket/…`. See [`ObjectFile::open`](crate::io::ObjectFile::open).
-    ///
-    /// # Errors
-    ///
-    /// Returns the errors of [`open`](Self::open), and errors of the server.
-    #[cfg(feature = "object-store")]
-    pub async fn open_url(url: &str, options: OpenOptions) -> Result<Self, ReadError> {
-        let file = files::ObjectFile::open(url).await.map_err(|error| ReadError::Io {
-            file: shown::text(url).into(),
-            what: "the file".to_owned(),
-            source: Arc::new(error),
-        })?;
-        Self::open_source(file, &shown::text(url), options).await
-    }
-
-    /// Opens a file on any backend. Errors contain `name` as the name of the file.
-    ///
-    /// # Errors
-    ///
-    /// Returns the errors of [`open`](Self::open).
-    pub async fn open_source(
-        source: impl ReadAt + 'static,
-        name: &str,
-        options: OpenOptions,
-    ) -> Result<Self, ReadError> {
-        let cache = options.cache;
-        let cache = cache.unwrap_or_else(|| Cache::new(FileShares(options.memory).cache()));
-        let pages = Pages::open(Arc::new(source), name.into(), cache).await?;
-        tracing::debug!(
-            file = &*pages.name,
-            backend = pages.source.backend(),
-            note = pages.source.note(),
-            tiles = pages.root.metadata.tiles,
-            "opened"
-        );
-        let overviews = Overviews::of(&pages.root.overviews, pages.in_force.superblock.generation);
-        Ok(Self::of(pages, options.memory, overviews))
-    }
-
     /// Opens a tile file that is a section of this one. It shares the cache of this reader.
     pub(super) async fn open_section(&self, section: Range<u64>, name: &str) -> Result<Self, ReadError> {
         let Self { inner } = self;
@@ -160,17 +58,28 @@ impl TileReader {
         );
         let pages = Pages::open(Arc::new(source), name.into(), inner.pages.cache.clone()).await?;
         // An overview has none of its own, whatever its bytes say.
-        Ok(Self::of(pages, inner.memory, Overviews::default()))
+        Ok(Self::of(pages, inner.memory, Overviews::default(), Origin::Given))
     }
 
-    fn of(pages: Pages, memory: Option<u64>, overviews: Overviews) -> Self {
+    pub(super) fn of(pages: Pages, memory: Option<u64>, overviews: Overviews, origin: Origin) -> Self {
         Self {
             inner: Arc::new(ReaderInner {
                 pages: Arc::new(pages),
                 memory,
                 overviews,
+                origin,
             }),
         }
+    }
+
+    /// Returns where the file is found again, and the options with which it is opened then.
+    pub(super) fn origin(&self) -> (&Origin, OpenOptions) {
+        let options = OpenOptions {
+            cache: Some(self.inner.pages.cache.clone()),
+            memory: self.inner.memory,
+            backend: None,
+        };
+        (&self.inner.origin, options)
     }
 
     /// Returns what the directory says of overviews.
@@ -484,7 +393,7 @@ impl ReaderInner {
         // A border that is cut off does not have its checksum.
         let border = within(&border, start, entry.border).unwrap_or(border);
         // Checksums and range checks take milliseconds, which would block the runtime's workers.
-        let opened = files::blocking(move || Tile::open(id, &entry, [&core, &border], table.as_ref())).await;
+        let opened = blocking(move || Tile::open(id, &entry, [&core, &border], table.as_ref())).await;
         let tile = opened.map_err(ReadError::thread)?;
         tile.map(Arc::new).map_err(|damage| ReadError::Tile {
             file: Arc::clone(&self.pages.name),

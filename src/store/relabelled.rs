@@ -12,7 +12,8 @@ use crate::store::format::encode::{BorderDraft, CoreDraft};
 use crate::store::format::entry::TileEntry;
 use crate::store::format::metadata::Metadata;
 use crate::store::format::tile::Tile;
-use crate::store::reader::{OpenOptions, TileReader};
+use crate::store::open_options::OpenOptions;
+use crate::store::reader::TileReader;
 use crate::store::writer::TileWriter;
 
 /// Returns the drafts of a tile, without constraints, regions and sites.

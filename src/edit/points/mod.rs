@@ -21,3 +21,4 @@ mod removal;
 pub(crate) use call::{PointCall, PointCalls};
 pub(crate) use delete::delete;
 pub(crate) use insert::{Inserted, insert};
+pub(crate) use net::tile_at;

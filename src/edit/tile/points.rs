@@ -40,11 +40,6 @@ impl EditTile {
         self.records[vertex.index()] = record;
     }
 
-    /// Returns whether a site is at a vertex.
-    pub(crate) fn has_site(&self, vertex: VertexIndex) -> bool {
-        self.sites.iter().any(|(at, _)| *at == vertex.0)
-    }
-
     /// Sets the z of a vertex, the tile's own or a corner of another tile, in a file with z.
     pub(crate) fn set_z(&mut self, id: VertexId, z: f64) {
         if id.tile == self.id {

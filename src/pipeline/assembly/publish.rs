@@ -9,7 +9,7 @@ use std::sync::Arc;
 use tracing::Instrument;
 
 use crate::constraints::segment::Segment;
-use crate::edit::{EditError, EditSummary, GoneLines, PointCalls, Target, Work, edit};
+use crate::edit::{EditError, EditSummary, GoneLines, PointCalls, SiteCalls, Target, Work, edit};
 use crate::geometry::Rect;
 use crate::input::MissingZ;
 use crate::io::{Backend, ThreadsFile, WriteAt};
@@ -189,6 +189,7 @@ impl Assembly {
         };
         let work = Work {
             points: PointCalls::default(),
+            sites: SiteCalls::default(),
             gone: GoneLines::default(),
             segments,
             z: Vec::new(),

@@ -9,7 +9,8 @@ use crate::store::format::line_source::LineSource;
 use crate::store::format::lists::Source;
 use crate::store::format::metadata::Metadata;
 use crate::store::format::table_place::{ShortTable, TablePlace};
-use crate::store::reader::{OpenOptions, TileReader};
+use crate::store::open_options::OpenOptions;
+use crate::store::reader::TileReader;
 use crate::store::writer::TileWriter;
 use crate::store::{KdTree, LineKind};
 

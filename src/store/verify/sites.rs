@@ -13,6 +13,7 @@ use xxhash_rust::xxh3::Xxh3;
 use crate::geometry::Point;
 use crate::input::{SiteBatch, SiteId};
 use crate::store::error::ReadError;
+use crate::store::format::metadata::Metadata;
 use crate::store::format::tile::Tile;
 use crate::store::format::tile::sites::Site;
 use crate::store::pass::{Needs, PassPlan, PassReader, Workspaces, by_tile, list_for, spawn};
@@ -101,6 +102,7 @@ impl PassReader {
         at_once: usize,
     ) -> Result<VerifyReport, VerifyError> {
         let directory = self.directory();
+        let has_numbers = has_numbers(&directory.metadata);
         let found_bits = Arc::new(TileBits::new(counts));
         let hashes = Arc::default();
         let mut sought = list_for(at_once);
@@ -122,7 +124,7 @@ impl PassReader {
                 // The same numbers as in a build.
                 let (number, text) = match id {
                     SiteId::Number(number) => (*number, None),
-                    SiteId::Text(text) => (sites, Some(text.as_str())),
+                    SiteId::Text(text) => (if has_numbers { sites } else { 0 }, Some(text.as_str())),
                 };
                 sought.push(SoughtSite {
                     hash: hash(point, number, text),
@@ -166,8 +168,22 @@ impl PassReader {
         let mut sought = sorted.await?;
         let groups = by_tile(&sought, |s| s.tile);
         let (of_all, found_bits, hashes) = (Arc::clone(&sought), Arc::clone(found_bits), Arc::clone(hashes));
+        let has_numbers = has_numbers(&self.directory().metadata);
         let mut tiles = self.for_some_tiles(groups, plan, move |tile, group| {
-            hashes.with(|hashes| find_in_tile(&tile, &of_all[group], &found_bits, hashes))
+            let of_site = |site: Site<'_>| {
+                let number = if has_numbers || site.id.is_none() {
+                    site.number
+                } else {
+                    0
+                };
+                hash(tile.point(site.vertex), number, site.id)
+            };
+            hashes.with(|hashes| {
+                hashes.clear();
+                hashes.extend(tile.sites().map(of_site).zip(0..));
+                hashes.sort_unstable();
+                find_in_tile(&tile, &of_all[group], &found_bits, hashes)
+            })
         });
         let mut first_missing: Option<MissingSite> = None;
         while let Some(found) = tiles.next().await {
@@ -188,18 +204,20 @@ impl PassReader {
     }
 }
 
-/// Looks up the sites that a tile must have, and sets their bits. Returns the first that is
-/// missing.
+/// Returns whether sites with a text as their id have the numbers of a build: edits may have
+/// inserted and deleted some.
+fn has_numbers(metadata: &Metadata) -> bool {
+    metadata.last_transaction == 0
+}
+
+/// Looks up the sites that a tile must have, and sets their bits. `hashes` are those of the tile's
+/// sites, in order. Returns the first that is missing.
 fn find_in_tile(
     tile: &Tile,
     group: &[SoughtSite],
     found_bits: &TileBits,
-    hashes: &mut SiteHashes,
+    hashes: &[(u128, u32)],
 ) -> Option<MissingSite> {
-    hashes.clear();
-    let of_site = |site: Site<'_>| hash(tile.point(site.vertex), site.number, site.id);
-    hashes.extend(tile.sites().map(of_site).zip(0..));
-    hashes.sort_unstable();
     let missing = group.chunk_by(|a, b| a.hash == b.hash).filter_map(|alike| {
         let hash = alike[0].hash;
         let start = hashes.partition_point(|&(other, _)| other < hash);

@@ -1,16 +1,18 @@
-//! The promise: after lines were removed, the file is the one that a build of the remaining lines
-//! gives, whatever the tiles, and whether the lines were given by geometry or by number; a mistake
+//! The promise: after lines were removed, and sites changed, the file is the one that a build of the
+//! others gives, whatever the tiles, and whether the lines were given by geometry or by number; a mistake
 //! changes nothing.
 
 use std::fs;
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::input::SegmentBatch;
+use delaunay_tiles::input::{MissingZ, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::EdgeSource;
 use delaunay_tiles::store::{LineBatch, LineKind, LinePart};
 use delaunay_tiles::{BuildOptions, Builder, Crossings, EditError, EditSummary, Editor};
 
-use crate::edits::scene::{Line, Scene, batch_of_line, checked, key, random_line, random_scene, source};
+use crate::edits::scene::{
+    Line, Scene, batch_of_line, batch_of_sites, checked, key, random_line, random_scene, random_site, source,
+};
 use crate::support::{Random, Scratch, runtime};
 
 /// So little memory that tiles must leave the cache and come back.
@@ -65,6 +67,7 @@ async fn check_sequence(seed: u64) -> u64 {
         for _ in 0..random.below(4) {
             scene.change(&mut editor, &mut random, &at);
         }
+        change_sites(&mut scene, &mut editor, &mut random, &at);
         match editor.finish().await {
             Ok(summary) => {
                 edits += 1;
@@ -90,7 +93,24 @@ async fn check_sequence(seed: u64) -> u64 {
     edits
 }
 
-/// Asserts that the lines of a file are those of a scene, and no others.
+/// Inserts and deletes some sites, in an editor and in a scene.
+fn change_sites(scene: &mut Scene, editor: &mut Editor, random: &mut Random, at: &dyn Fn(&mut Random) -> Point) {
+    for _ in 0..random.below(4) {
+        if random.below(2) == 0 || scene.sites.is_empty() {
+            let site = random_site(random, at);
+            editor
+                .insert_sites(&batch_of_sites(std::slice::from_ref(&site)))
+                .unwrap();
+            scene.sites.push(site);
+        } else {
+            let (gone, _) = scene.sites[random.below(scene.sites.len())];
+            editor.delete_sites(&[gone]).unwrap();
+            scene.sites.retain(|(point, _)| *point != gone);
+        }
+    }
+}
+
+/// Asserts that the lines and sites of a file are those of a scene, and no others.
 async fn compare_lines(scratch: &Scratch, scene: &Scene) {
     let reader = scratch.open().await;
     let mut lines = scene.lines.iter();
@@ -102,6 +122,17 @@ async fn compare_lines(scratch: &Scratch, scene: &Scene) {
         Ok(true)
     };
     reader.verify_lines(next).await.unwrap();
+    assert_eq!(reader.metadata().sites, scene.sites.len() as u64);
+    for left in [0, 1] {
+        let sites = batch_of_sites(&scene.sites[..scene.sites.len().saturating_sub(left)]);
+        let mut sites = Some(sites).filter(|sites| left == 0 || sites.len() < scene.sites.len());
+        let next = |batch: &mut SiteBatch| -> Result<bool, String> {
+            *batch = sites.take().unwrap_or_default();
+            Ok(!batch.is_empty())
+        };
+        let verified = reader.verify_sites(next).await;
+        assert_eq!(verified.is_ok(), left == 0 || scene.sites.is_empty(), "{verified:?}");
+    }
     if let Some(last) = scene.lines.last() {
         let mut left = scene.lines[..scene.lines.len() - 1].iter();
         let is_there_twice = left.clone().any(|line| line.kind == last.kind);
@@ -282,5 +313,93 @@ fn lines_that_were_split_stay() {
         builder.finish().await.unwrap();
         let error = removed(&scratch, |editor| editor.remove_lines(&[0])).await;
         assert!(matches!(error, Err(EditError::SplitLines)), "{error:?}");
+    });
+}
+
+#[test]
+fn sites_come_and_go_with_their_vertices() {
+    runtime().block_on(async {
+        let (mut scene, scratch) = town().await;
+        let before = checked(&scratch).await;
+        let [known, new, far, nowhere] =
+            [(3.0, 3.0), (3.25, 7.5), (50.0, -20.0), (3.0, 3.5)].map(|(x, y)| Point::new(x, y));
+        let text = |text: &str| SiteId::Text(text.to_owned());
+        let sites = [
+            (known, text("a")),
+            (known, text("b")),
+            (new, SiteId::Number(7)),
+            (far, text("c")),
+            (new, text("d")),
+        ];
+        let summary = removed(&scratch, |editor| editor.insert_sites(&batch_of_sites(&sites)).unwrap());
+        let summary = summary.await.unwrap();
+        assert_eq!((summary.sites.inserted, summary.added_vertices), (5, 2));
+        let metadata = scratch.open().await.metadata().clone();
+        assert_eq!(
+            (metadata.sites, metadata.next_site, metadata.bounds.max_x),
+            (5, 5, 50.0)
+        );
+        let error = removed(&scratch, |editor| editor.delete_sites(&[far, nowhere, far]).unwrap()).await;
+        assert!(
+            matches!(error, Err(EditError::NoSite { point, count: 2 }) if point == nowhere),
+            "{error:?}"
+        );
+        let mut editor = Editor::open(&scratch.path, 1 << 20).await.unwrap();
+        let mut wrong = batch_of_sites(&sites);
+        wrong.ids.pop();
+        let error = editor.insert_sites(&wrong);
+        assert!(
+            matches!(error, Err(EditError::SiteBatch { sites: 5, ids: 4, z: 0 })),
+            "{error:?}"
+        );
+        let error = editor.insert_sites(&batch_of_sites(&[(far, text(&"x".repeat(300_000)))]));
+        assert!(matches!(error, Err(EditError::Memory(_))), "{error:?}");
+        drop(editor);
+        let summary = removed(&scratch, |editor| {
+            editor.skip_missing(true);
+            editor.delete_sites(&[known, new, far, nowhere]).unwrap();
+            // A point holds the vertex from now on.
+            editor.insert(&scene.batch([(far, 0.0)].into_iter())).unwrap();
+        });
+        let sites = summary.await.unwrap().sites;
+        assert_eq!((sites.deleted, sites.skipped), (5, 1));
+        assert_ne!(checked(&scratch).await, before);
+        removed(&scratch, |editor| editor.delete(&[far]).unwrap())
+            .await
+            .unwrap();
+        assert_eq!(checked(&scratch).await, before);
+
+        // With z, a site takes it from the surface, unless it has its own; outside, it needs one.
+        scene.has_z = true;
+        scene.lines.clear();
+        scene.points.values_mut().for_each(|(point, z)| *z = point.x);
+        let hill = scene.build(20).await.unwrap();
+        let error = removed(&hill, |editor| {
+            editor.insert_sites(&batch_of_sites(&[(far, text("c"))])).unwrap()
+        })
+        .await;
+        assert!(
+            matches!(error, Err(EditError::PointWithoutZ { point, count: 1 }) if point == far),
+            "{error:?}"
+        );
+        let mut with_z = batch_of_sites(&[(new, text("a")), (far, text("b"))]);
+        with_z.z = vec![f64::NAN, 4.0];
+        removed(&hill, |editor| editor.insert_sites(&with_z).unwrap())
+            .await
+            .unwrap();
+        removed(&hill, |editor| {
+            editor.missing_z(MissingZ::Zero);
+            editor.insert_sites(&batch_of_sites(&[(nowhere, text("c"))])).unwrap();
+        })
+        .await
+        .unwrap();
+        let reader = hill.open().await;
+        for (point, z) in [(new, 3.25), (far, 4.0), (nowhere, 0.0)] {
+            assert_eq!(
+                reader.surface_z(point.x, point.y, Default::default()).await.unwrap(),
+                Some(z)
+            );
+        }
+        reader.verify(true).await.unwrap();
     });
 }

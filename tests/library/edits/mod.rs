@@ -180,6 +180,34 @@ fn an_open_reader_sees_no_edits_and_a_new_reader_sees_all() {
 }
 
 #[test]
+fn a_reader_that_is_refreshed_sees_the_edits_and_its_clones_do_not() {
+    runtime().block_on(async {
+        let scratch = grid().await;
+        let mut reader = scratch.open().await;
+        let old = reader.recompute_digest().await.unwrap();
+        assert!(!reader.refresh().await.unwrap());
+        let clone = reader.clone();
+        for wall in walls() {
+            edit(&scratch, ENOUGH, &[wall]).await.unwrap();
+            assert!(reader.refresh().await.unwrap());
+            assert_eq!(reader.recompute_digest().await.unwrap(), digest(&scratch).await);
+        }
+        // The file is another one after this, with the same content.
+        reader.compact(&scratch.path).await.unwrap();
+        edit(&scratch, ENOUGH, &[segment((0.0, 29.0), (1.0, 29.0))])
+            .await
+            .unwrap();
+        assert!(reader.refresh().await.unwrap());
+        assert_eq!(reader.recompute_digest().await.unwrap(), digest(&scratch).await);
+        assert_eq!(clone.recompute_digest().await.unwrap(), old);
+        // If the file is gone, the reader keeps what it has.
+        fs::remove_file(&scratch.path).unwrap();
+        assert!(reader.refresh().await.is_err());
+        reader.verify(true).await.unwrap();
+    });
+}
+
+#[test]
 fn refused_edits_change_nothing() {
     runtime().block_on(async {
         let scratch = grid().await;

@@ -5,7 +5,7 @@
 use std::fs;
 
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
-use delaunay_tiles::input::{MissingZ, PointBatch};
+use delaunay_tiles::input::{MissingZ, PointBatch, SiteId};
 use delaunay_tiles::store::LineKind;
 use delaunay_tiles::{BuildOptions, EditError, EditSummary, Editor, PointCounts};
 
@@ -267,7 +267,7 @@ fn a_vertex_goes_when_nothing_holds_it_any_more() {
             corners: vec![at(1.0, 4.0), at(8.0, 4.0)],
             number: 0,
         });
-        scene.sites.push(at(5.0, 7.0));
+        scene.sites.push((at(5.0, 7.0), SiteId::Number(3)));
         let scratch = scene.build(8).await.unwrap();
         assert_eq!(scratch.open().await.metadata().constraint_edges, 7);
         let [passed, end, site] = [at(4.0, 4.0), at(8.0, 4.0), at(5.0, 7.0)];

@@ -24,11 +24,30 @@ pub struct Scene {
     pub points: BTreeMap<[u64; 2], (Point, f64)>,
     pub has_z: bool,
     pub lines: Vec<Line>,
-    pub sites: Vec<Point>,
+    pub sites: Vec<(Point, SiteId)>,
 }
 
 pub fn key(p: Point) -> [u64; 2] {
     [p.x, p.y].map(f64::to_bits)
+}
+
+pub fn batch_of_sites(sites: &[(Point, SiteId)]) -> SiteBatch {
+    let (points, ids) = sites.iter().cloned().unzip();
+    SiteBatch {
+        points,
+        ids,
+        ..SiteBatch::default()
+    }
+}
+
+/// Returns a site with a number or a text as its id.
+pub fn random_site(random: &mut Random, at: &dyn Fn(&mut Random) -> Point) -> (Point, SiteId) {
+    let number = random.below(20) as u64;
+    let id = match random.below(2) {
+        0 => SiteId::Number(number),
+        _ => SiteId::Text(format!("site {number}")),
+    };
+    (at(random), id)
 }
 
 pub fn batch_of_line(corners: &[Point]) -> SegmentBatch {
@@ -56,11 +75,7 @@ impl Scene {
                 .collect(),
             ..Description::default()
         });
-        builder.push_sites(&SiteBatch {
-            points: self.sites.clone(),
-            ids: (0..self.sites.len() as u64).map(SiteId::Number).collect(),
-            ..SiteBatch::default()
-        })?;
+        builder.push_sites(&batch_of_sites(&self.sites))?;
         builder.push(&self.batch(self.points.values().copied())).await?;
         builder.finish().await?;
         Ok(scratch)
@@ -173,7 +188,7 @@ pub async fn random_scene(random: &mut Random, kinds: Range<usize>) -> (Scene, B
     }
     if kind > 2 {
         scene.has_z = false;
-        scene.sites = (0..random.below(5)).map(|_| at(random)).collect();
+        scene.sites = (0..random.below(5)).map(|_| random_site(random, &at)).collect();
         for _ in 0..random.below(6) {
             let (kind, corners) = random_line(random, &at);
             let number = scene.lines.len() as u64;

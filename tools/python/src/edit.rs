@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use delaunay_tiles::Point;
-use delaunay_tiles::input::{MissingZ, PointBatch, SegmentBatch, SegmentSource, SiteSource};
+use delaunay_tiles::input::{MissingZ, PointBatch, SegmentBatch, SegmentSource, SiteBatch, SiteSource};
 use delaunay_tiles::store::LineKind;
 use numpy::PyReadonlyArray2;
 use numpy::ndarray::ArrayView2;
@@ -49,12 +49,7 @@ impl Editor {
     }
 
     /// Passes lines to the editor. `open` opens them, given whether they are polygons.
-    fn take_lines(
-        &self,
-        kind: &str,
-        lines: Lines,
-        open: impl FnOnce(bool) -> Outcome<SegmentSource>,
-    ) -> PyResult<()> {
+    fn take_lines(&self, kind: &str, lines: Lines, open: impl FnOnce(bool) -> Outcome<SegmentSource>) -> PyResult<()> {
         let Role::Lines(kind) = Role::named(kind)? else {
             return Err(Failure::value("ponds are made by builds only").into());
         };
@@ -167,6 +162,31 @@ impl Editor {
             state.editor.remove_lines(&numbers);
             Ok(())
         })
+    }
+
+    /// Inserts the sites of a file.
+    fn site_file(&self, path: PathBuf, id_field: Option<&str>) -> PyResult<()> {
+        self.with(|state| {
+            let mut source = SiteSource::open(&[path], id_field)?;
+            let mut batch = SiteBatch::default();
+            while source.next_batch(&mut batch)? {
+                state.editor.insert_sites(&batch)?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Inserts sites at rows of x, y and perhaps z.
+    fn insert_sites(&self, points: PyReadonlyArray2<'_, f64>, ids: Option<Vec<String>>) -> PyResult<()> {
+        self.with(|state| {
+            let batch = batches::sites(points.as_array(), ids, state.editor.next_site())?;
+            Ok(state.editor.insert_sites(&batch)?)
+        })
+    }
+
+    /// Deletes the sites at rows of x and y.
+    fn delete_sites(&self, points: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
+        self.with(|state| Ok(state.editor.delete_sites(&batch(points.as_array(), 0).points)?))
     }
 
     /// Makes the changes. Returns the summary as JSON.

@@ -63,6 +63,25 @@ def test_lines_come_and_go(field, tmp_path):
         changes.constrain([square], "ponds")
 
 
+def test_sites_come_and_go(field):
+    path, points = field
+    plain = checked(path)
+    with dt.edit(path) as changes:
+        changes.insert_sites([(0.25, 0.25), (0.75, 0.5)], ids=["north", "south"])
+        changes.insert_sites(points[:2])
+    assert changes.summary.inserted_sites == 4
+    with dt.open(path) as tiles:
+        assert tiles.metadata.sites == 4 and tiles.metadata.vertices == 3002
+        assert [found.id for found in tiles.nearest([(0.25, 0.25)], 1)[0]] == ["north"]
+    with pytest.raises(dt.EditError, match=r"no site at \(9, 9\)"), dt.edit(path) as changes:
+        changes.delete_sites([(9.0, 9.0)])
+    with dt.edit(path, skip_missing=True) as changes:
+        changes.delete_sites([(0.25, 0.25), (0.75, 0.5), (9.0, 9.0)])
+        changes.delete_sites(points[:2])
+    assert (changes.summary.deleted_sites, changes.summary.skipped) == (4, 1)
+    assert checked(path) == plain
+
+
 def test_a_reader_keeps_what_it_opened(field):
     path, points = field
     with dt.open(path) as before:

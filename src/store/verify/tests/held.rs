@@ -6,7 +6,7 @@ use crate::store::format::ids::VertexId;
 use crate::store::format::line_part::LinePart;
 use crate::store::format::line_source::LineSource;
 use crate::store::format::polygon_lines::PolygonLine;
-use crate::store::reader::OpenOptions;
+use crate::store::open_options::OpenOptions;
 use crate::store::verify::error::VerifyError;
 use crate::store::verify::lines::LineBatch;
 use crate::store::verify::tests::grid;

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _core, _points
+from . import _core, _points, _sites
 from ._arguments import byte_count, coordinates, path_text, positive, word
 from ._geometry import crs_of, wkb
 from ._progress import Observer, observer
@@ -162,18 +162,10 @@ class Builder:
             for item in sites:
                 self.add_sites(item, site_id=site_id)
             return
-        if site_id is not None and ids is None:
-            ids = _points._column(sites, site_id, "sites")
-        series = getattr(sites, "geometry", sites)
-        if hasattr(series, "geom_type"):
-            crs = crs_of(series)
-            if crs is not None:
-                self._core.take_crs("sites", crs)
-            sites = _points._of_series(series, "sites")
-        elif hasattr(sites, "__arrow_c_stream__"):
-            sites = _points._of_table(sites, "sites")
-        texts = None if ids is None else [_id_text(item, number) for number, item in enumerate(ids)]
-        self._core.add_sites(coordinates(sites, "sites", (2, 3)), texts)
+        xy, texts, crs = _sites.arrays(sites, ids, site_id)
+        if crs is not None:
+            self._core.take_crs("sites", crs)
+        self._core.add_sites(xy, texts)
 
     def add_holes(self, xy: Any) -> None:
         """Adds hole points: what can be reached from one without passing a line becomes a hole."""
@@ -214,18 +206,6 @@ class Builder:
             self.finish()
         else:
             self.close()
-
-
-def _id_text(item: Any, number: int) -> str:
-    """Returns the id of a site as text."""
-    try:
-        is_missing = item is None or bool(item != item)
-    except TypeError:
-        # NA of pandas is neither equal to itself nor not.
-        is_missing = True
-    if is_missing:
-        raise ValueError(f"the id of site {number} is missing; give each site one")
-    return str(item)
 
 
 def crs_text(crs: Any) -> str | None:

@@ -1,4 +1,4 @@
-"""Changes of the points and lines of a tile file."""
+"""Changes of the points, lines and sites of a tile file."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Any
 
-from . import _core
+from . import _core, _sites
 from ._arguments import byte_count, coordinates, path_text, word
 from ._geometry import wkb
 
@@ -26,6 +26,8 @@ class EditSummary:
     skipped: int
     segments: int
     inserted_edges: int
+    inserted_sites: int
+    deleted_sites: int
     removed_segments: int
     removed_lines: int
     freed_edges: int
@@ -41,16 +43,16 @@ class EditSummary:
     @classmethod
     def _of(cls, text: str) -> EditSummary:
         found = json.loads(text)
-        points, lines = found.pop("points"), found.pop("lines")
-        points["skipped"] += lines.pop("skipped")
-        found |= points | lines
+        points, lines, sites = (found.pop(name) for name in ("points", "lines", "sites"))
+        points["skipped"] += lines.pop("skipped") + sites.pop("skipped")
+        found |= points | lines | {f"{name}_sites": count for name, count in sites.items()}
         return cls(**{name: found[name] for name in cls.__slots__})
 
 
 class edit:
-    """Changes the points and lines of a tile file; all changes take effect at once, at the end.
+    """Changes the points, lines and sites of a tile file; all changes take effect at once, at the end.
 
-    The file then has exactly the triangles that a build of the changed points and lines with its sites would have.
+    The file then has exactly the triangles that a build of the changed points, lines and sites would have.
     Calls that change points act in their order; then lines go that the file had, and others come. Used as a context manager, it makes the changes at the end of the block, and none if the
     block raises an exception. Readers that have the file open keep what they opened; open the file again to see the
     changes. No two edits can have a file at once.
@@ -66,8 +68,8 @@ class edit:
         What to do if the file has z, and ends of lines have none: take it from the surface before the edit, raise an
         error, or give them 0. Points without z are an error, or get 0.
     skip_missing : bool
-        Leave out, and count, changes of points, and lines to remove, that are not there; otherwise the first one is an
-        `EditError`.
+        Leave out, and count, changes of points, lines to remove and sites to delete that are not there; otherwise the
+        first one is an `EditError`.
     dry_run : bool
         Do all the work, and report it in the summary, but leave the file as it is.
 
@@ -154,6 +156,22 @@ class edit:
     def remove_lines(self, numbers: Iterable[int]) -> None:
         """Removes lines by their numbers in the file, and obstacles with all their rings. This reads all tiles."""
         self._core.remove_lines([int(number) for number in numbers])
+
+    def insert_sites(self, sites: Any, ids: Iterable[Any] | None = None, site_id: str | None = None) -> None:
+        """Inserts sites: an array (n, 2) or (n, 3), a GeoDataFrame of points, or a file; see `Builder.add_sites`.
+
+        A site where no vertex is makes one.
+        """
+        if isinstance(sites, (str, bytes, os.PathLike)):
+            self._core.site_file(path_text(sites, "sites"), site_id)
+            return
+        xy, texts, _ = _sites.arrays(sites, ids, site_id)
+        self._core.insert_sites(xy, texts)
+
+    def delete_sites(self, sites: Any) -> None:
+        """Deletes the sites at these positions, whatever their ids. Vertices go if nothing else holds them."""
+        xy, _, _ = _sites.arrays(sites, None, None)
+        self._core.delete_sites(xy)
 
     def _take(self, lines: Any, kind: str, are_to_go: bool) -> None:
         if isinstance(lines, (str, bytes, os.PathLike)):

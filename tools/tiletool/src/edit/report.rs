@@ -21,6 +21,9 @@ pub struct EditReport {
     freed_edges: u64,
     removed_vertices: u64,
     skipped_lines: u64,
+    inserted_sites: u64,
+    deleted_sites: u64,
+    skipped_sites: u64,
     segments: u64,
     added_vertices: u64,
     inserted_edges: u64,
@@ -54,6 +57,9 @@ impl EditReport {
             freed_edges: summary.lines.freed_edges,
             removed_vertices: summary.lines.removed_vertices,
             skipped_lines: summary.lines.skipped,
+            inserted_sites: summary.sites.inserted,
+            deleted_sites: summary.sites.deleted,
+            skipped_sites: summary.sites.skipped,
             segments: summary.segments,
             added_vertices: summary.added_vertices,
             inserted_edges: summary.inserted_edges,
@@ -111,16 +117,18 @@ pub fn text(file: &Path, summary: &EditSummary, dry_run: bool) -> String {
 
 /// Returns what was changed, in one line.
 fn what_changed(summary: &EditSummary) -> String {
-    let points = &summary.points;
+    let (points, sites) = (&summary.points, &summary.sites);
     let mut parts: Vec<String> = [
-        ("inserted", points.inserted),
-        ("deleted", points.deleted),
-        ("moved", points.moved),
-        ("gave a new z to", points.z_set),
+        ("inserted", points.inserted, ["point", "points"]),
+        ("deleted", points.deleted, ["point", "points"]),
+        ("moved", points.moved, ["point", "points"]),
+        ("gave a new z to", points.z_set, ["point", "points"]),
+        ("inserted", sites.inserted, ["site", "sites"]),
+        ("deleted", sites.deleted, ["site", "sites"]),
     ]
     .into_iter()
-    .filter(|(_, count)| *count > 0)
-    .map(|(what, count)| format!("{what} {}", counted(count, "point", "points")))
+    .filter(|(_, count, _)| *count > 0)
+    .map(|(what, count, [one, more])| format!("{what} {}", counted(count, one, more)))
     .collect();
     if summary.segments > 0 {
         parts.push(format!(
@@ -153,6 +161,7 @@ fn what_changed(summary: &EditSummary) -> String {
             "left out, since they are not there",
         ),
         (lines.skipped, ["line", "lines"], "left out, since they are not there"),
+        (sites.skipped, ["site", "sites"], "left out, since they are not there"),
     ] {
         if count > 0 {
             parts.push(format!("{} {what}", counted(count, one, more)));

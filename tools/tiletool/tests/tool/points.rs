@@ -208,3 +208,32 @@ fn a_survey_takes_the_points_that_were_left_out() {
     assert_eq!(triangles("half.tiles"), triangles("whole.tiles"));
     run(folder, "verify --deep half.tiles");
 }
+
+#[test]
+fn sites_come_and_go_and_queries_find_them() {
+    let scratch = grid();
+    let folder = scratch.path();
+    let plain = digest(folder, "all.tiles");
+    fs::write(
+        folder.join("shops.csv"),
+        "10.5,10.25,baker\n30,30,grocer\n10.5,10.25,butcher\n",
+    )
+    .unwrap();
+    let inserted = json(folder, "insert all.tiles --sites shops.csv --json");
+    assert_eq!(
+        (&inserted["inserted_sites"], &inserted["added_vertices"]),
+        (&3.into(), &1.into())
+    );
+    run(folder, "verify --deep all.tiles --against all.csv --sites shops.csv");
+    let near = run(folder, "query knn all.tiles --at 10,10 -k 2 --csv");
+    assert!(near.contains("baker") && near.contains("butcher"), "{near}");
+    fs::write(folder.join("closed.csv"), "10.5,10.25\n").unwrap();
+    let text = run(folder, "delete all.tiles --sites closed.csv");
+    assert!(text.contains("deleted 2 sites"), "{text}");
+    let error = fails(folder, 1, "delete all.tiles --sites closed.csv");
+    assert!(error.contains("no site at (10.5, 10.25)"), "{error}");
+    let text = run(folder, "delete all.tiles --sites shops.csv --skip-missing");
+    assert!(text.contains("2 sites left out"), "{text}");
+    assert_eq!(digest(folder, "all.tiles"), plain);
+    assert!(fails(folder, 2, "insert all.tiles").contains("POINTS"));
+}

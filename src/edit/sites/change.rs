@@ -1,0 +1,166 @@
+//! The changes of sites, tile by tile.
+
+use std::collections::BTreeMap;
+
+use crate::edit::error::EditError;
+use crate::edit::points::tile_at;
+use crate::edit::sites::call::{SiteCall, SiteCalls};
+use crate::edit::summary::SiteCounts;
+use crate::edit::tile::NewVertex;
+use crate::edit::tiles::Tiles;
+use crate::edit::vertices;
+use crate::geometry::{Point, VertexIndex};
+use crate::input::{MissingZ, SiteId};
+use crate::mesh::point_table::PointTable;
+use crate::store::TileId;
+
+/// What came of calls.
+#[derive(Debug, Default)]
+pub(crate) struct ChangedSites {
+    pub(crate) counts: SiteCounts,
+    /// Number of vertices that were added.
+    pub(crate) added_vertices: u64,
+    /// The positions of deleted sites, by tile.
+    pub(crate) freed: Vec<(TileId, Point)>,
+}
+
+/// A call by its number, with the tile in whose cell its position is.
+type CallInTile = (TileId, u32);
+
+/// Carries out calls. New vertices get record numbers from `first_record` on, by the numbers of
+/// their calls.
+pub(crate) fn change(
+    tiles: &mut Tiles,
+    calls: &SiteCalls,
+    missing_z: MissingZ,
+    first_record: u64,
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<ChangedSites, EditError> {
+    let mut changed = ChangedSites::default();
+    let numbers = calls.all.iter().zip(0u32..);
+    let by_tile = numbers.map(|(call, number)| Ok((tile_at(tiles, call.point())?, number)));
+    let mut by_tile: Vec<CallInTile> = by_tile.collect::<Result<_, EditError>>()?;
+    by_tile.sort_unstable();
+    let mut groups = by_tile.chunk_by(|a, b| a.0 == b.0);
+    let mut missing: Option<u32> = None;
+    let mut without_z: Vec<u32> = Vec::new();
+    while let Some(group) = groups.next() {
+        if is_stopped() {
+            return Err(EditError::Cancelled);
+        }
+        tiles.read_ahead(groups.clone().map(|group| group[0].0));
+        let new = new_vertices(tiles, calls, group, first_record)?;
+        changed.added_vertices += new.len() as u64;
+        let needs_z = tiles.metadata().has_z && missing_z != MissingZ::Zero;
+        let lacking = new.iter().filter(|(_, vertex)| needs_z && vertex.z.is_nan());
+        without_z.extend(lacking.map(|(number, _)| *number));
+        let new: Vec<NewVertex> = new.into_iter().map(|(_, vertex)| with_z(vertex)).collect();
+        if !new.is_empty() {
+            vertices::add(tiles, group[0].0, new)?;
+        }
+        let first_missing = carry_out(tiles, calls, group, &mut changed)?;
+        missing = missing.into_iter().chain(first_missing).min();
+    }
+    if let Some(&number) = without_z.iter().min() {
+        return Err(EditError::PointWithoutZ {
+            point: calls.all[number as usize].point(),
+            count: without_z.len() as u64,
+        });
+    }
+    match missing.filter(|_| !calls.skip_missing) {
+        Some(number) => Err(EditError::NoSite {
+            point: calls.all[number as usize].point(),
+            count: changed.counts.skipped,
+        }),
+        None => Ok(changed),
+    }
+}
+
+fn with_z(vertex: NewVertex) -> NewVertex {
+    let z = if vertex.z.is_nan() { 0.0 } else { vertex.z };
+    NewVertex { z, ..vertex }
+}
+
+/// Returns the vertices that sites of a tile need, each with the number of its call. Of several
+/// sites at a position, the first one that has z determines that of the vertex.
+fn new_vertices(
+    tiles: &Tiles,
+    calls: &SiteCalls,
+    group: &[CallInTile],
+    first_record: u64,
+) -> Result<Vec<(u32, NewVertex)>, EditError> {
+    let tile = tiles.get(group[0].0)?;
+    let table = PointTable::new(tile.points());
+    let mut new: BTreeMap<[u64; 2], (u32, NewVertex)> = BTreeMap::new();
+    for &(_, number) in group {
+        let &SiteCall::Insert(point, z, _) = &calls.all[number as usize] else {
+            continue;
+        };
+        if table.at(point).is_some() {
+            continue;
+        }
+        let vertex = NewVertex {
+            point,
+            z,
+            record: first_record.saturating_add(number.into()),
+            is_input_point: false,
+        };
+        let key = [point.x, point.y].map(f64::to_bits);
+        let (_, known) = new.entry(key).or_insert((number, vertex));
+        if known.z.is_nan() {
+            known.z = z;
+        }
+    }
+    Ok(new.into_values().collect())
+}
+
+/// Carries out the calls of one tile, which has all vertices. Returns the first deletion of a site
+/// that is not there.
+fn carry_out(
+    tiles: &mut Tiles,
+    calls: &SiteCalls,
+    group: &[CallInTile],
+    changed: &mut ChangedSites,
+) -> Result<Option<u32>, EditError> {
+    let id = group[0].0;
+    let first_site = tiles.metadata().next_site;
+    let tile = tiles.get(id)?;
+    let table = PointTable::new(tile.points());
+    let found = group
+        .iter()
+        .map(|&(_, number)| table.at(calls.all[number as usize].point()).map(VertexIndex));
+    let found: Vec<Option<VertexIndex>> = found.collect();
+    drop(tile);
+    let mut first_missing = None;
+    for (&(_, number), vertex) in group.iter().zip(found) {
+        match (&calls.all[number as usize], vertex) {
+            (SiteCall::Insert(_, _, site), Some(vertex)) => {
+                let (site, text) = match site {
+                    SiteId::Number(site) => (*site, ""),
+                    // As in builds, its place among all sites.
+                    SiteId::Text(text) => (first_site.saturating_add(number.into()), text.as_str()),
+                };
+                tiles.change(id)?.add_site(vertex, site, text);
+                changed.counts.inserted += 1;
+            }
+            (SiteCall::Insert(point, ..), None) => {
+                let text = format!("there is no vertex for the site at ({}, {})", point.x, point.y);
+                return Err(EditError::Internal(text));
+            }
+            (&SiteCall::Delete(point), vertex) => {
+                let deleted = match vertex {
+                    Some(vertex) if tiles.get(id)?.has_site(vertex) => tiles.change(id)?.remove_sites(vertex),
+                    _ => 0,
+                };
+                changed.counts.deleted += deleted;
+                if deleted > 0 {
+                    changed.freed.push((id, point));
+                } else {
+                    changed.counts.skipped += 1;
+                    first_missing = first_missing.or(Some(number));
+                }
+            }
+        }
+    }
+    Ok(first_missing)
+}
