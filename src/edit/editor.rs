@@ -84,13 +84,13 @@ impl Editor {
     /// Opens a file to edit it within `memory` bytes of memory.
     ///
     /// # Errors
-    /// Returns an error if the file cannot be opened, if another editor has it locked, or if it has
-    /// vertices but no triangles.
+    /// Returns an error if the file cannot be opened, if another editor has it locked, or if it has no
+    /// triangles.
     pub async fn open(path: impl AsRef<Path>, memory: u64) -> Result<Self, EditError> {
         let target = Target::lock(path.as_ref())?;
         let opened = target.read().await?;
         let (metadata, lists) = (opened.metadata(), opened.lists().await?);
-        if metadata.vertices > 0 && metadata.triangles == 0 {
+        if metadata.triangles == 0 {
             return Err(EditError::NoTriangles(target.path));
         }
         Ok(Self {
@@ -219,10 +219,7 @@ impl Editor {
 
     /// Checks that there is memory for more calls.
     fn check_room(&self, more: usize, are_moves: bool) -> Result<(), EditError> {
-        Ok(EditShares::check_points(
-            self.memory,
-            self.points.memory_with(more, are_moves),
-        )?)
+        self.check_memory(self.points.memory_with(more, are_moves) + self.sites.memory(), 0)
     }
 
     /// Returns the coordinate reference system of the file, as it names it.
@@ -264,11 +261,13 @@ impl Editor {
     /// polygon number, or if they take more than half of the memory.
     pub fn push(&mut self, kind: LineKind, first_line: u64, batch: &SegmentBatch) -> Result<(), EditError> {
         self.check_segments(batch)?;
+        let before = self.lines.segments.len();
+        self.lines.push(kind, first_line, batch)?;
         if !batch.z.is_empty() {
-            self.z.resize(2 * self.lines.segments.len(), NO_Z);
+            self.z.resize(2 * before, NO_Z);
             self.z.extend_from_slice(batch.z.as_flattened());
         }
-        self.lines.push(kind, first_line, batch)
+        Ok(())
     }
 
     /// Removes lines, by their segments. Each segment must be a whole segment of a line of this kind
@@ -302,7 +301,7 @@ impl Editor {
             return Err(EditError::SiteBatch { sites, z, ids });
         }
         check_values(&batch.points, &batch.z)?;
-        EditShares::check_points(self.memory, self.sites.memory_with_batch(batch))?;
+        self.check_memory(self.points.memory() + self.sites.memory_with_batch(batch), 0)?;
         for (place, (point, id)) in batch.points.iter().zip(&batch.ids).enumerate() {
             let z = batch.z.get(place).copied().unwrap_or(NO_Z);
             self.sites.push(SiteCall::Insert(point.normalized(), z, id.clone()));
@@ -317,16 +316,24 @@ impl Editor {
     /// As for [`insert_sites`](Self::insert_sites).
     pub fn delete_sites(&mut self, points: &[Point]) -> Result<(), EditError> {
         check_values(points, &[])?;
-        EditShares::check_points(self.memory, self.sites.memory_with(points.len(), 0))?;
+        self.check_memory(self.points.memory() + self.sites.memory_with(points.len(), 0), 0)?;
         let calls = points.iter().map(|point| SiteCall::Delete(point.normalized()));
         calls.for_each(|call| self.sites.push(call));
         Ok(())
     }
 
-    /// Checks that there is memory for more segments.
+    /// Checks that the ends of segments are valid, and that there is memory for the segments.
     fn check_segments(&self, batch: &SegmentBatch) -> Result<(), EditError> {
-        let segments = self.lines.segments.len() + self.gone.segments.len() + batch.ends.len();
-        Ok(EditShares::check_segments(self.memory, segments as u64)?)
+        check_values(batch.ends.as_flattened(), batch.z.as_flattened())?;
+        let points = self.points.memory() + self.sites.memory();
+        self.check_memory(points, batch.ends.len())
+    }
+
+    /// Checks that there is memory for changes of points and sites, which take `points` bytes, and for
+    /// `more` segments.
+    fn check_memory(&self, points: u64, more: usize) -> Result<(), EditError> {
+        let segments = self.lines.segments.len() + self.gone.segments.len() + more;
+        Ok(EditShares::check_input(self.memory, points, segments as u64)?)
     }
 
     /// Makes all changes. An obstacle that covers a place more than once is normalised, so
@@ -334,7 +341,7 @@ impl Editor {
     ///
     /// # Errors
     /// Returns an error if a point or a site is not there, or lies where lines cross; if a point, a site or an end lacks
-    /// a z ([`missing_z`](Self::missing_z)), or has z in a file without; if a line crosses a
+    /// a z ([`missing_z`](Self::missing_z)), or a point has z in a file without; if a line crosses a
     /// constraint, if a line to remove is not there, or if the file's lines were split where they cross;
     /// if a ring does not close, if a polygon is inside out, if an obstacle covers a place
     /// more than once and its rings cross; if the vertices left would lie on one line, with lines; or
@@ -356,6 +363,7 @@ impl Editor {
             segments: normalized(gone.segments, gone.normalizer),
             polygon_lines: gone.polygon_lines,
             numbers: self.gone_numbers,
+            memory,
             skip_missing: points.skip_missing,
         };
         if missing_z == MissingZ::Drape {

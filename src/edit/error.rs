@@ -201,8 +201,8 @@ pub enum EditError {
     /// Lines or polygons cannot become constraints.
     #[error(transparent)]
     Constraint(#[from] ConstraintError),
-    /// The file has no triangles that lines could cross.
-    #[error("{file}: its vertices are collinear, so it has no triangles; build it with the lines", file = shown::path(.0))]
+    /// The file has no triangles.
+    #[error("{file}: it has no triangles, so it cannot be changed; build it with what it is to have", file = shown::path(.0))]
     NoTriangles(PathBuf),
     /// The edit was cancelled.
     #[error("cancelled")]

@@ -49,6 +49,7 @@ mod tiles;
 mod touch;
 mod unconstrain;
 mod vertex;
+mod vertex_z;
 mod vertices;
 mod work;
 mod workers;

@@ -88,7 +88,8 @@ fn edit_here(
     }
     let totals = EditTotals {
         ends: changed.ends,
-        sites: tiles.metadata().sites + changed.sites.inserted - changed.sites.deleted,
+        removes_lines: changed.lines.removed_segments + changed.lines.removed_lines > 0,
+        sites: (tiles.metadata().sites + changed.sites.inserted).saturating_sub(changed.sites.deleted),
         regions,
         spanning_regions,
         hole_regions,
@@ -146,15 +147,18 @@ fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -
     let Inserted {
         counts,
         taken_over,
+        split,
         delete,
     } = points::insert(tiles, &work.points, is_stopped)?;
     let Removed {
         counts: mut lines,
         ends: mut freed,
     } = unconstrain::remove(tiles, &work.gone, is_stopped)?;
-    let (ends, mut added_ends) = find_ends(tiles, work, is_stopped)?;
+    let (ends, mut added_ends) = find_ends(tiles, work, &freed, is_stopped)?;
     let SegmentInserter { edges, examined, .. } = insert(tiles, work, &ends, is_stopped)?;
     drop(ends);
+    // Sites split only edges that stay.
+    let has_lines = !work.segments.is_empty() || tiles.metadata().constraint_edges + split > lines.freed_edges;
     let segments = work.segments.len() as u64;
     let first_record = tiles
         .metadata()
@@ -163,7 +167,6 @@ fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -
     let sites = sites::change(tiles, &work.sites, work.missing_z, first_record, is_stopped)?;
     added_ends += sites.added_vertices;
     freed.extend(sites.freed);
-    let has_lines = !work.segments.is_empty() || tiles.metadata().constraint_edges > lines.freed_edges;
     let deleted = points::delete(tiles, delete, freed, has_lines, is_stopped)?;
     lines.removed_vertices = deleted.ends;
     Ok(Changed {
@@ -171,7 +174,8 @@ fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -
         lines,
         sites: sites.counts,
         added_ends,
-        ends: tiles.metadata().ends + added_ends + deleted.held - taken_over - deleted.ends,
+        // Saturating, since a hostile file may count wrongly.
+        ends: (tiles.metadata().ends + added_ends + deleted.held).saturating_sub(taken_over + deleted.ends),
         edges,
         examined,
         has_lines,
@@ -221,6 +225,7 @@ struct EditTotals {
     /// Number of vertices without a point of the input.
     ends: u64,
     sites: u64,
+    removes_lines: bool,
     regions: u64,
     spanning_regions: u64,
     hole_regions: u64,
@@ -256,8 +261,10 @@ fn enter(directory: &mut Directory, work: &Work, totals: EditTotals) {
         next_record: before.next_record.saturating_add(work.new_records),
         next_site: before.next_site.saturating_add(work.sites.all.len() as u64),
         next_line: before.next_line.max(new_lines.unwrap_or(0)),
-        last_transaction: before.last_transaction + u64::from(work.changes_what_was_built()),
-        line_removals: before.line_removals + u64::from(!work.gone.is_empty()),
+        last_transaction: before
+            .last_transaction
+            .saturating_add(work.changes_what_was_built().into()),
+        line_removals: before.line_removals.saturating_add(totals.removes_lines.into()),
         digest: totals.digest,
         ..before
     };

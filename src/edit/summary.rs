@@ -54,9 +54,10 @@ pub struct LineCounts {
     pub removed_lines: u64,
     /// Number of edges that are no constraints any more.
     pub freed_edges: u64,
-    /// Number of vertices that were removed, since only ends of removed lines held them.
+    /// Number of vertices that were removed without a point: only ends of removed lines, or deleted
+    /// sites, held them.
     pub removed_vertices: u64,
-    /// Number of segments and of numbers that were left out, since no line has them.
+    /// Number of segments, and of numbers, that were left out, since no line has them.
     pub skipped: u64,
 }
 

@@ -31,8 +31,9 @@ use crate::geometry::{HalfEdge, MortonSquare, Orientation, Point, Rect, Triangle
 use crate::mesh::{Embedded, EndlessWalk, Topology, Twin, WALLS};
 use crate::store::{LinePart, MAX_TILE_VERTICES, TileId, VertexId};
 
-/// Adds vertices to a tile. None of them exists yet.
-pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Result<(), EditError> {
+/// Adds vertices to a tile. None of them exists yet. Returns the number of constraint edges that they
+/// split.
+pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Result<u64, EditError> {
     let has_z = tiles.metadata().has_z;
     // In the order of a curve, so that the walk from each to the next is short.
     let square = MortonSquare::around(Rect::around(new.iter().map(|vertex| vertex.point)));
@@ -69,7 +70,7 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
         inserter.add(tiles, vertex, place)?;
         from = index;
     }
-    Ok(())
+    Ok(inserter.split)
 }
 
 /// The place of a point, with a tile that has the half-edge.
@@ -129,6 +130,8 @@ fn locate(tiles: &Tiles, from: VertexId, to: Point) -> Result<Place, EditError> 
 /// An inserter of vertices, which reuses its buffers.
 #[derive(Default)]
 struct VertexInserter {
+    /// Number of constraint edges that were split.
+    split: u64,
     cavity: Patch,
     seen: HashSet<[VertexId; 3]>,
     /// Edges around the cavity, which is on their left.
@@ -175,6 +178,7 @@ impl VertexInserter {
         }
         exchange(&mut self.cavity, tiles)?;
         if let Some((ends, _)) = on_constraint {
+            self.split += 1;
             split_sources(tiles, ends, vertex)?;
         }
         Ok(())

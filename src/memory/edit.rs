@@ -6,6 +6,9 @@ use super::shortage::{MemoryShortage, MemoryUse};
 /// that these become.
 const EDIT_SEGMENT_BYTES: u64 = 200;
 
+/// Bytes per end of a line that is removed by its number: its position, also in the order of tiles.
+const REMOVED_END_BYTES: u64 = 56;
+
 /// The shares of an edit's memory, without its segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EditShares {
@@ -51,20 +54,21 @@ impl EditShares {
         memory / 8
     }
 
-    /// Checks that `segments` segments take at most half of the memory.
+    /// Checks that changes of points and sites, which take `points` bytes, and `segments` segments take
+    /// at most half of the memory.
     ///
     /// # Errors
     /// Fails with the memory that they need, if they take more.
-    pub(crate) fn check_segments(memory: u64, segments: u64) -> Result<(), MemoryShortage> {
-        check(memory, 2 * EDIT_SEGMENT_BYTES * segments)
+    pub(crate) fn check_input(memory: u64, points: u64, segments: u64) -> Result<(), MemoryShortage> {
+        check(memory, 2 * (points + EDIT_SEGMENT_BYTES * segments))
     }
 
-    /// Checks that changes of points, which take `bytes`, take at most half of the memory.
+    /// Checks that `ends` ends of removed lines take at most half of the memory.
     ///
     /// # Errors
     /// Fails with the memory that they need, if they take more.
-    pub(crate) fn check_points(memory: u64, bytes: u64) -> Result<(), MemoryShortage> {
-        check(memory, 2 * bytes)
+    pub(crate) fn check_removed(memory: u64, ends: usize) -> Result<(), MemoryShortage> {
+        check(memory, 2 * REMOVED_END_BYTES * ends as u64)
     }
 
     /// Checks that regions, which take `bytes` now, take at most a quarter of the memory.

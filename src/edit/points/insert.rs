@@ -6,6 +6,7 @@ use crate::edit::points::net::{Attributes, Change, net_changes, tile_at};
 use crate::edit::summary::PointCounts;
 use crate::edit::tile::NewVertex;
 use crate::edit::tiles::Tiles;
+use crate::edit::vertex_z::give_z;
 use crate::edit::vertices;
 use crate::geometry::{Point, VertexIndex};
 use crate::mesh::point_table::PointTable;
@@ -17,6 +18,8 @@ pub(crate) struct Inserted {
     pub(crate) counts: PointCounts,
     /// Number of vertices that had no point before.
     pub(crate) taken_over: u64,
+    /// Number of constraint edges that new vertices split.
+    pub(crate) split: u64,
     /// The points that go, by tile.
     pub(crate) delete: Vec<(TileId, Point)>,
 }
@@ -49,7 +52,9 @@ pub(crate) fn insert(
         done.delete.extend(net.delete);
         first_missing = first_missing.into_iter().chain(net.first_missing).min();
         for changes in net.put.chunk_by(|a, b| a.tile == b.tile) {
-            done.taken_over += put(tiles, changes)?;
+            let (taken_over, split) = put(tiles, changes)?;
+            done.taken_over += taken_over;
+            done.split += split;
         }
     }
     match first_missing.filter(|_| !calls.skip_missing) {
@@ -62,8 +67,8 @@ pub(crate) fn insert(
 }
 
 /// Makes points lie at positions in one tile. Returns the number of vertices that had no point
-/// before.
-fn put(tiles: &mut Tiles, changes: &[Change]) -> Result<u64, EditError> {
+/// before, and the number of constraint edges that were split.
+fn put(tiles: &mut Tiles, changes: &[Change]) -> Result<(u64, u64), EditError> {
     let id = changes[0].tile;
     let tile = tiles.get(id)?;
     let table = PointTable::new(tile.points());
@@ -85,26 +90,18 @@ fn put(tiles: &mut Tiles, changes: &[Change]) -> Result<u64, EditError> {
         taken_over += u64::from(!is_input_point);
         give(tiles, VertexId { tile: id, index }, after)?;
     }
-    if !new.is_empty() {
-        vertices::add(tiles, id, new)?;
-    }
-    Ok(taken_over)
+    let split = match new.is_empty() {
+        true => 0,
+        false => vertices::add(tiles, id, new)?,
+    };
+    Ok((taken_over, split))
 }
 
 /// Makes a point with these attributes lie at a vertex.
 fn give(tiles: &mut Tiles, id: VertexId, Attributes { z, record }: Attributes) -> Result<(), EditError> {
-    let has_z = tiles.metadata().has_z;
     let mut tile = tiles.change(id.tile)?;
     tile.set_input_point(id.index, true);
     tile.set_record(id.index, record);
-    if !has_z || tile.vertex(id.index).z.to_bits() == z.to_bits() {
-        return Ok(());
-    }
-    tile.set_z(id, z);
-    let others = tile.tiles_at(id.index);
     drop(tile);
-    for other in others {
-        tiles.change(other)?.set_z(id, z);
-    }
-    Ok(())
+    give_z(tiles, id, z)
 }

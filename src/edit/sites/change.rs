@@ -82,7 +82,8 @@ fn with_z(vertex: NewVertex) -> NewVertex {
 }
 
 /// Returns the vertices that sites of a tile need, each with the number of its call. Of several
-/// sites at a position, the first one that has z determines that of the vertex.
+/// sites at a position, the first one that has z determines that of the vertex. Sites that are
+/// deleted later need none.
 fn new_vertices(
     tiles: &Tiles,
     calls: &SiteCalls,
@@ -93,7 +94,11 @@ fn new_vertices(
     let table = PointTable::new(tile.points());
     let mut new: BTreeMap<[u64; 2], (u32, NewVertex)> = BTreeMap::new();
     for &(_, number) in group {
-        let &SiteCall::Insert(point, z, _) = &calls.all[number as usize] else {
+        let call = &calls.all[number as usize];
+        let point = call.point();
+        let key = [point.x, point.y].map(f64::to_bits);
+        let &SiteCall::Insert(_, z, _) = call else {
+            new.remove(&key);
             continue;
         };
         if table.at(point).is_some() {
@@ -105,7 +110,6 @@ fn new_vertices(
             record: first_record.saturating_add(number.into()),
             is_input_point: false,
         };
-        let key = [point.x, point.y].map(f64::to_bits);
         let (_, known) = new.entry(key).or_insert((number, vertex));
         if known.z.is_nan() {
             known.z = z;
@@ -132,6 +136,8 @@ fn carry_out(
     let found: Vec<Option<VertexIndex>> = found.collect();
     drop(tile);
     let mut first_missing = None;
+    // Sites that a later call deletes, at positions without a vertex.
+    let mut brief: BTreeMap<[u64; 2], u64> = BTreeMap::new();
     for (&(_, number), vertex) in group.iter().zip(found) {
         match (&calls.all[number as usize], vertex) {
             (SiteCall::Insert(_, _, site), Some(vertex)) => {
@@ -144,18 +150,20 @@ fn carry_out(
                 changed.counts.inserted += 1;
             }
             (SiteCall::Insert(point, ..), None) => {
-                let text = format!("there is no vertex for the site at ({}, {})", point.x, point.y);
-                return Err(EditError::Internal(text));
+                *brief.entry([point.x, point.y].map(f64::to_bits)).or_default() += 1;
+                changed.counts.inserted += 1;
             }
             (&SiteCall::Delete(point), vertex) => {
                 let deleted = match vertex {
-                    Some(vertex) if tiles.get(id)?.has_site(vertex) => tiles.change(id)?.remove_sites(vertex),
-                    _ => 0,
+                    Some(vertex) if tiles.get(id)?.has_site(vertex) => {
+                        changed.freed.push((id, point));
+                        tiles.change(id)?.remove_sites(vertex)
+                    }
+                    Some(_) => 0,
+                    None => brief.remove(&[point.x, point.y].map(f64::to_bits)).unwrap_or(0),
                 };
                 changed.counts.deleted += deleted;
-                if deleted > 0 {
-                    changed.freed.push((id, point));
-                } else {
+                if deleted == 0 {
                     changed.counts.skipped += 1;
                     first_missing = first_missing.or(Some(number));
                 }

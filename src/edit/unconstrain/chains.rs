@@ -4,6 +4,7 @@ use crate::edit::error::EditError;
 use crate::edit::leaving::{Leaving, is_shorter_from_end, leave};
 use crate::edit::tiles::Tiles;
 use crate::edit::vertex::{EditVertex, owner};
+use crate::geometry::{Orientation, orient2d};
 use crate::store::{EdgeSource, LinePart};
 
 /// The edges along a segment, in order, and the lines that have it.
@@ -72,6 +73,46 @@ fn find_from([from, to]: [EditVertex; 2], part: LinePart, tiles: &Tiles) -> Resu
         chain.edges.push(edge);
         at = next;
     }
+    for (end, edge, is_end) in [
+        (from, chain.edges.first(), part.begins()),
+        (to, chain.edges.last(), part.ends()),
+    ] {
+        if let Some(edge) = edge.filter(|_| is_end) {
+            let others = passing(tiles, end, edge)?;
+            chain.sources.retain(|source| !others.contains(source));
+        }
+    }
     chain.sources.sort_unstable();
-    Ok(Some(chain))
+    Ok((!chain.sources.is_empty()).then_some(chain))
+}
+
+/// Returns the sources of the edge that continues an edge beyond one of its ends, in the same
+/// direction, except those that have the end of a segment there. If such a line has the edge too, it
+/// passes the end, and another of its segments runs along the edge: the two overlap.
+fn passing(tiles: &Tiles, end: EditVertex, edge: &[EditVertex; 2]) -> Result<Vec<EdgeSource>, EditError> {
+    let is_start = edge[0].id == end.id;
+    let other = if is_start { edge[1] } else { edge[0] };
+    let tile = tiles.get(end.id.tile)?;
+    let is_beyond = |vertex: &EditVertex| {
+        vertex.point.lex_cmp(end.point) == end.point.lex_cmp(other.point)
+            && orient2d(other.point, end.point, vertex.point) == Orientation::Collinear
+    };
+    let mut around = tile
+        .around(end.id.index)
+        .flat_map(|half_edge| [half_edge.next(), half_edge.prev()]);
+    let beyond = around.find_map(|half_edge| Some(tile.origin_vertex(half_edge)).filter(is_beyond));
+    drop(around);
+    drop(tile);
+    let Some(beyond) = beyond else { return Ok(Vec::new()) };
+    let continued = if is_start { [beyond, end] } else { [end, beyond] };
+    let along = tiles
+        .get(owner(continued))?
+        .sources_along(continued.map(|vertex| vertex.id));
+    let passes = |part: &&LinePart| !(if is_start { part.ends() } else { part.begins() });
+    Ok(along
+        .iter()
+        .flatten()
+        .filter(passes)
+        .map(|part| part.source())
+        .collect())
 }

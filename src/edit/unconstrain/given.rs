@@ -14,7 +14,7 @@ use crate::edit::unconstrain::numbered::sources_in;
 use crate::edit::unconstrain::remover::LineRemover;
 use crate::edit::vertex::EditVertex;
 use crate::geometry::{Point, Rect};
-use crate::store::{EdgeSource, LineKind, TileId, polygon_of};
+use crate::store::{EdgeSource, LineKind, PolygonLine, TileId, polygon_of};
 
 /// Removes the lines that are given by geometry.
 pub(super) fn remove(
@@ -29,6 +29,7 @@ pub(super) fn remove(
     let mut missing: Option<[Point; 2]> = None;
     // The rectangles of obstacles that were removed, by their numbers.
     let mut obstacles: BTreeMap<u64, Rect> = BTreeMap::new();
+    let polygon_lines = tiles.directory().lists.polygon_lines.clone();
     for segments in lines.groups() {
         if is_stopped() {
             return Err(EditError::Cancelled);
@@ -39,7 +40,7 @@ pub(super) fn remove(
         };
         vertices = &vertices[2 * segments.len()..];
         let found = match segments[0].source.kind() {
-            LineKind::Obstacle => group.remove_obstacle(tiles, remover, &mut obstacles)?,
+            LineKind::Obstacle => group.remove_obstacle(tiles, remover, &polygon_lines, &mut obstacles)?,
             LineKind::BreakLine | LineKind::Wall => group.remove_line(tiles, remover)?,
         };
         missing = missing.or(found);
@@ -49,7 +50,7 @@ pub(super) fn remove(
             ends,
             count: remover.removed.counts.skipped,
         }),
-        None => check_whole(tiles, &obstacles),
+        None => check_whole(tiles, &obstacles, is_stopped),
     }
 }
 
@@ -124,10 +125,10 @@ impl Group<'_> {
         &self,
         tiles: &mut Tiles,
         remover: &mut LineRemover,
+        polygon_lines: &[PolygonLine],
         obstacles: &mut BTreeMap<u64, Rect>,
     ) -> Result<Option<[Point; 2]>, EditError> {
-        let polygon_lines = tiles.directory().lists.polygon_lines.clone();
-        let number_of = |source: EdgeSource| polygon_of(&polygon_lines, source.number());
+        let number_of = |source: EdgeSource| polygon_of(polygon_lines, source.number());
         let Some(&number) = self.common(tiles, true, number_of)?.first() else {
             remover.removed.counts.skipped += self.segments.len() as u64;
             return Ok(Some(self.segments[0].ends));
@@ -179,11 +180,14 @@ fn remove_segment(
 
 /// Checks that nothing is left of obstacles that were removed. Their other rings lie within the
 /// rectangles of those that were given.
-fn check_whole(tiles: &Tiles, obstacles: &BTreeMap<u64, Rect>) -> Result<(), EditError> {
+fn check_whole(tiles: &Tiles, obstacles: &BTreeMap<u64, Rect>, is_stopped: &dyn Fn() -> bool) -> Result<(), EditError> {
     let directory = tiles.directory();
     let lines = &directory.lists.polygon_lines;
     let mut within: BTreeSet<TileId> = BTreeSet::new();
     for (tile, cell) in directory.tree.cells() {
+        if is_stopped() {
+            return Err(EditError::Cancelled);
+        }
         if obstacles.values().any(|bounds| cell.intersects(*bounds)) {
             within.insert(tile);
         }

@@ -15,6 +15,8 @@ pub(crate) struct GoneLines {
     pub(crate) polygon_lines: Vec<PolygonLine>,
     /// The numbers of lines of the file.
     pub(crate) numbers: BTreeSet<u64>,
+    /// The memory of the edit, half of which the ends of removed lines may take.
+    pub(crate) memory: u64,
     /// Whether to leave out lines that are not there.
     pub(crate) skip_missing: bool,
 }

@@ -8,6 +8,7 @@ use crate::edit::tiles::Tiles;
 use crate::edit::unconstrain::gone::GoneLines;
 use crate::edit::unconstrain::remover::LineRemover;
 use crate::edit::vertex::EditVertex;
+use crate::memory::EditShares;
 use crate::mesh::Topology;
 use crate::store::{EdgeSource, TileId, polygon_of};
 
@@ -39,6 +40,7 @@ pub(super) fn remove(
             found.insert(polygon(source.number()));
             remover.take(tiles, edge, source)?;
         }
+        EditShares::check_removed(lines.memory, remover.removed.ends.len())?;
     }
     let missing: Vec<u64> = lines
         .numbers

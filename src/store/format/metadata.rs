@@ -65,9 +65,9 @@ pub struct Metadata {
     pub next_record: u64,
     /// One more than the largest number ever assigned to a line.
     pub next_line: u64,
-    /// One more than the largest number ever assigned to a site.
+    /// One more than the largest number ever assigned to a site that has no number of its own.
     pub next_site: u64,
-    /// The number of edits that changed points or removed lines, or 0 if none did.
+    /// The number of edits that changed points or sites, or removed lines; 0 if none did.
     pub last_transaction: u64,
     /// The number of edits that removed lines. Since then, the lines of the file may have other
     /// numbers than those of a build.

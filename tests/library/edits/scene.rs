@@ -6,7 +6,7 @@ use std::ops::Range;
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::{Digest, LineKind, LineSource};
-use delaunay_tiles::{BuildError, BuildOptions, Builder, Description, Editor};
+use delaunay_tiles::{BuildError, BuildOptions, Builder, Description, EditError, EditSummary, Editor};
 
 use crate::support::{Random, Scratch};
 
@@ -133,6 +133,38 @@ pub async fn checked(scratch: &Scratch) -> Digest {
     let reader = scratch.open().await;
     reader.verify(true).await.unwrap();
     reader.recompute_digest().await.unwrap()
+}
+
+/// Asserts that an edited file is what a build of the scene gives, or, if the edit failed, that the
+/// scene cannot be built so and the file is as it was `before`. Returns the summary of an edit that
+/// did not fail.
+pub async fn checked_outcome(
+    edited: Result<EditSummary, EditError>,
+    scratch: &Scratch,
+    scene: &Scene,
+    before: Digest,
+    seed: u64,
+) -> Option<EditSummary> {
+    let built = scene.build(30).await;
+    let after = checked(scratch).await;
+    match edited {
+        Ok(summary) => {
+            let expected = checked(&built.unwrap()).await;
+            assert_eq!(after, expected, "seed {seed}");
+            let digest = [expected.vertices, expected.triangles, expected.constraint_edges];
+            let counts = [summary.vertices, summary.triangles, summary.constraint_edges];
+            assert_eq!(counts, digest.map(|sum| sum.count), "seed {seed}");
+            return Some(summary);
+        }
+        // A lattice has few places, so lines meet in points.
+        Err(EditError::LinesCross { .. }) => assert!(built.is_err(), "seed {seed}"),
+        Err(EditError::NothingLeft) => {
+            assert_eq!(checked(&built.unwrap()).await.triangles.count, 0, "seed {seed}");
+        }
+        Err(error) => panic!("seed {seed}: {error}"),
+    }
+    assert_eq!(after, before, "seed {seed}");
+    None
 }
 
 /// Returns a line on a lattice: a wall, a break line with a bend, or a rectangle. No line runs over

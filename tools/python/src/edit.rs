@@ -1,9 +1,10 @@
 //! Changes of a file: the editor that Python calls.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use delaunay_tiles::Point;
+use delaunay_tiles::crs::{Agreement, Crs};
 use delaunay_tiles::input::{MissingZ, PointBatch, SegmentBatch, SegmentSource, SiteBatch, SiteSource};
 use delaunay_tiles::store::LineKind;
 use numpy::PyReadonlyArray2;
@@ -29,8 +30,64 @@ struct State {
     editor: delaunay_tiles::Editor,
     /// The number of points that were inserted so far.
     records: u64,
-    /// The lines that come, and those that go.
-    lines: [LineInput; 2],
+    /// The number of lines that were pushed, of those that come and of those that go.
+    lines: [u64; 2],
+    agreement: Agreement,
+    /// Whether a call failed after it had had effects.
+    is_broken: bool,
+}
+
+impl State {
+    /// Takes the coordinate reference system of an input, which must be that of the file.
+    fn take_crs(&mut self, input: &Path, text: &str) -> Outcome<()> {
+        let agreed = self.agreement.add(input, Crs::new(text));
+        agreed.map_err(|conflict| Failure::input(conflict.to_string()))
+    }
+
+    fn take_systems(&mut self, systems: &[(PathBuf, String)]) -> Outcome<()> {
+        systems.iter().try_for_each(|(path, text)| self.take_crs(path, text))
+    }
+
+    /// Passes lines to the editor. They are read before, so that an error in them has no effect.
+    fn take_lines(&mut self, kind: LineKind, lines: Lines, source: SegmentSource) -> Outcome<()> {
+        self.take_systems(source.crs_of_files())?;
+        let set = LineSet::files(kind, 0, source);
+        let mut input = LineInput::new(vec![set], SiteSource::open(&[], None)?);
+        let (mut batches, mut batch) = (Vec::new(), SegmentBatch::default());
+        while let Some((_, first)) = input.next_batch(&mut batch).map_err(Failure::of_build)? {
+            batches.push((first, std::mem::take(&mut batch)));
+        }
+        let before = self.lines[lines as usize];
+        self.is_broken = true;
+        for (first, batch) in batches {
+            match lines {
+                Lines::Come => self.editor.push(kind, before + first, &batch)?,
+                Lines::Go => self.editor.remove(kind, before + first, &batch)?,
+            }
+        }
+        let mut sources = input.sources();
+        self.lines[lines as usize] += sources.iter().map(|source| source.lines).sum::<u64>();
+        if let Lines::Come = lines {
+            sources.iter_mut().for_each(|source| source.first += before);
+            self.editor.add_sources(sources);
+        }
+        self.is_broken = false;
+        Ok(())
+    }
+
+    /// Inserts the sites of a file.
+    fn take_sites(&mut self, path: PathBuf, id_field: Option<&str>) -> Outcome<()> {
+        let mut source = SiteSource::open(&[path], id_field)?;
+        let (mut batches, mut batch) = (Vec::new(), SiteBatch::default());
+        while source.next_batch(&mut batch)? {
+            batches.push(std::mem::take(&mut batch));
+        }
+        self.take_systems(source.crs_of_files())?;
+        self.is_broken = true;
+        batches.iter().try_for_each(|batch| self.editor.insert_sites(batch))?;
+        self.is_broken = false;
+        Ok(())
+    }
 }
 
 /// What becomes of lines.
@@ -54,18 +111,7 @@ impl Editor {
             return Err(Failure::value("ponds are made by builds only").into());
         };
         let source = open(kind == LineKind::Obstacle)?;
-        self.with(|State { editor, lines: all, .. }| {
-            let input = &mut all[lines as usize];
-            input.add(LineSet::files(kind, 0, source));
-            let mut batch = SegmentBatch::default();
-            while let Some((kind, first)) = input.next_batch(&mut batch).map_err(Failure::of_build)? {
-                match lines {
-                    Lines::Come => editor.push(kind, first, &batch)?,
-                    Lines::Go => editor.remove(kind, first, &batch)?,
-                }
-            }
-            Ok(())
-        })
+        self.with(|state| state.take_lines(kind, lines, source))
     }
 
     fn take(&self) -> PyResult<State> {
@@ -95,17 +141,21 @@ impl Editor {
             }
         };
         let runtime = runtime()?;
-        let open = || runtime.block_on(delaunay_tiles::Editor::open(file, memory));
+        let open = || runtime.block_on(delaunay_tiles::Editor::open(&file, memory));
         let mut editor = py.detach(open).map_err(Failure::from)?;
         editor.missing_z(missing_z);
         editor.skip_missing(skip_missing);
         editor.dry_run(dry_run);
-        let lines = || -> Outcome<_> { Ok(LineInput::new(Vec::new(), SiteSource::open(&[], None)?)) };
-        let state = State {
+        let mut state = State {
             editor,
             records: 0,
-            lines: [lines()?, lines()?],
+            lines: [0; 2],
+            agreement: Agreement::default(),
+            is_broken: false,
         };
+        if let Some(crs) = state.editor.crs().map(str::to_owned) {
+            state.take_crs(&file, &crs)?;
+        }
         Ok(Self {
             state: Mutex::new(Some(state)),
         })
@@ -164,16 +214,14 @@ impl Editor {
         })
     }
 
+    /// Takes the coordinate reference system of an input.
+    fn take_crs(&self, input: PathBuf, text: &str) -> PyResult<()> {
+        self.with(|state| state.take_crs(&input, text))
+    }
+
     /// Inserts the sites of a file.
     fn site_file(&self, path: PathBuf, id_field: Option<&str>) -> PyResult<()> {
-        self.with(|state| {
-            let mut source = SiteSource::open(&[path], id_field)?;
-            let mut batch = SiteBatch::default();
-            while source.next_batch(&mut batch)? {
-                state.editor.insert_sites(&batch)?;
-            }
-            Ok(())
-        })
+        self.with(|state| state.take_sites(path, id_field))
     }
 
     /// Inserts sites at rows of x, y and perhaps z.
@@ -194,9 +242,12 @@ impl Editor {
         let State {
             mut editor,
             records,
-            lines: [lines, _],
+            is_broken,
+            ..
         } = self.take()?;
-        editor.add_sources(lines.sources());
+        if is_broken {
+            return Err(Failure::other("an earlier call failed halfway; the file is unchanged").into());
+        }
         if records > 0 {
             editor.add_point_sources(&[(name.to_owned(), records)]);
         }

@@ -53,14 +53,28 @@ def test_lines_come_and_go(field, tmp_path):
         changes.remove_lines([2])
     assert (changes.summary.removed_segments, changes.summary.removed_lines) == (1, 1)
     assert changes.summary.hole_regions == 0 and changes.summary.constraint_edges > 0
-    with pytest.raises(dt.EditError, match=r"from \(0.1, 0.1\) to \(0.9, 0.2\).*skip_missing=True"), dt.edit(path) as changes:
+    with pytest.raises(dt.EditError, match=r"from \(0.1, 0.1\).*skip_missing=True"), dt.edit(path) as changes:
         changes.unconstrain([wall], "walls")
+    with dt.edit(path, dry_run=True) as changes, pytest.raises(TypeError):
+        changes.remove_lines(["1"])
     with dt.edit(path, skip_missing=True) as changes:
         changes.unconstrain([other, wall], "walls")
     assert (changes.summary.removed_segments, changes.summary.skipped) == (1, 1)
     assert checked(path) == plain
     with dt.edit(path, dry_run=True) as changes, pytest.raises(ValueError, match="ponds"):
         changes.constrain([square], "ponds")
+
+
+def test_an_input_of_another_system_is_refused(tmp_path):
+    geopandas = pytest.importorskip("geopandas")
+    path = tmp_path / "survey.tiles"
+    dt.build(np.random.default_rng(3).random((100, 2)), path, crs="EPSG:25832")
+    sites = geopandas.GeoSeries.from_xy([0.5], [0.5], crs="EPSG:4326")
+    with dt.edit(path, dry_run=True) as changes, pytest.raises(dt.InputError, match="4326"):
+        changes.insert_sites(sites)
+    with dt.edit(path, dry_run=True) as changes:
+        changes.insert_sites(sites.set_crs("EPSG:25832", allow_override=True))
+    assert changes.summary.inserted_sites == 1
 
 
 def test_sites_come_and_go(field):

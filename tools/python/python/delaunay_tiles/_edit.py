@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import operator
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from typing import Any
 
 from . import _core, _sites
 from ._arguments import byte_count, coordinates, path_text, word
-from ._geometry import wkb
+from ._geometry import crs_of, wkb
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,18 +53,19 @@ class EditSummary:
 class edit:
     """Changes the points, lines and sites of a tile file; all changes take effect at once, at the end.
 
-    The file then has exactly the triangles that a build of the changed points, lines and sites would have.
-    Calls that change points act in their order; then lines go that the file had, and others come. Used as a context manager, it makes the changes at the end of the block, and none if the
-    block raises an exception. Readers that have the file open keep what they opened; open the file again to see the
-    changes. No two edits can have a file at once.
+    The file then has exactly the triangles that a build of the changed points, lines and sites would have. Calls
+    that change points act in their order, and so do those that change sites. Lines that are removed are those that
+    the file had before, and they go before others come. Used as a context manager, it makes the changes at the end
+    of the block, and none if the block raises an exception. Readers that have the file open keep what they opened;
+    open the file again to see the changes. No two edits can have a file at once.
 
     Parameters
     ----------
     file : str or path
         The tile file to change.
     memory : int or str
-        What the edit may use, such as ``"256MiB"``; each change takes 80 bytes of it, 240 with moves, and all together at
-        most half.
+        What the edit may use, such as ``"256MiB"``. Each change of a point takes 80 bytes of it, 240 with moves, each
+        site 160 and twice its id, each segment 200, and all together at most half.
     missing_z : {"drape", "error", "zero"}
         What to do if the file has z, and ends of lines have none: take it from the surface before the edit, raise an
         error, or give them 0. Points without z are an error, or get 0.
@@ -155,23 +157,33 @@ class edit:
 
     def remove_lines(self, numbers: Iterable[int]) -> None:
         """Removes lines by their numbers in the file, and obstacles with all their rings. This reads all tiles."""
-        self._core.remove_lines([int(number) for number in numbers])
+        self._core.remove_lines([operator.index(number) for number in numbers])
 
     def insert_sites(self, sites: Any, ids: Iterable[Any] | None = None, site_id: str | None = None) -> None:
-        """Inserts sites: an array (n, 2) or (n, 3), a GeoDataFrame of points, or a file; see `Builder.add_sites`.
+        """Inserts sites: an array (n, 2) or (n, 3), a GeoDataFrame of points, or one file.
 
-        A site where no vertex is makes one.
+        Sites without ids get the numbers that follow those of all sites of the file. A site where no vertex is makes
+        one.
         """
         if isinstance(sites, (str, bytes, os.PathLike)):
             self._core.site_file(path_text(sites, "sites"), site_id)
             return
-        xy, texts, _ = _sites.arrays(sites, ids, site_id)
+        xy, texts, crs = _sites.arrays(sites, ids, site_id)
+        if crs is not None:
+            self._core.take_crs("sites", crs)
         self._core.insert_sites(xy, texts)
 
     def delete_sites(self, sites: Any) -> None:
         """Deletes the sites at these positions, whatever their ids. Vertices go if nothing else holds them."""
-        xy, _, _ = _sites.arrays(sites, None, None)
+        xy, _, crs = _sites.arrays(sites, None, None)
+        if crs is not None:
+            self._core.take_crs("sites", crs)
         self._core.delete_sites(xy)
+
+    def _take_crs(self, given: Any, name: str) -> None:
+        crs = crs_of(given)
+        if crs is not None:
+            self._core.take_crs(name, crs)
 
     def _take(self, lines: Any, kind: str, are_to_go: bool) -> None:
         if isinstance(lines, (str, bytes, os.PathLike)):
@@ -180,6 +192,7 @@ class edit:
             for item in lines:
                 self._take(item, kind, are_to_go)
         else:
+            self._take_crs(lines, kind)
             self._core.line_wkb(kind, wkb(lines, kind == "obstacles", kind), are_to_go)
 
     def finish(self) -> EditSummary:

@@ -133,11 +133,11 @@ pub struct SetZArgs {
     input: InputArgs,
 }
 
-/// The treatment of points that are not there.
+/// The treatment of what is not there.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct MissingArgs {
-    /// Leave out points that are not in the file, and count them; without this option, the first one
-    /// is an error
+    /// Leave out what is not in the file, and count it; without this option, the first such position,
+    /// segment or number is an error
     #[arg(long)]
     pub skip_missing: bool,
 }

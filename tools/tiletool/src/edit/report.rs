@@ -147,7 +147,7 @@ fn what_changed(summary: &EditSummary) -> String {
         let removed = removed.into_iter().filter(|(count, _)| *count > 0);
         let removed: Vec<String> = removed.map(|(count, [one, more])| counted(count, one, more)).collect();
         parts.push(format!(
-            "removed {}, which frees {} and takes {} out",
+            "removed {} ({} freed, {} removed)",
             removed.join(" and "),
             counted(lines.freed_edges, "edge", "edges"),
             counted(lines.removed_vertices, "vertex", "vertices"),
@@ -160,7 +160,11 @@ fn what_changed(summary: &EditSummary) -> String {
             ["point", "points"],
             "left out, since they are not there",
         ),
-        (lines.skipped, ["line", "lines"], "left out, since they are not there"),
+        (
+            lines.skipped,
+            ["segment or line", "segments or lines"],
+            "left out, since they are not there",
+        ),
         (sites.skipped, ["site", "sites"], "left out, since they are not there"),
     ] {
         if count > 0 {

@@ -145,7 +145,7 @@ fn islands_are_removed_as_if_the_file_had_been_built_without_them() {
         folder,
         "unconstrain points.tiles --walls wall.csv --line 7 --skip-missing",
     );
-    assert!(text.contains("3 lines left out"), "{text}");
+    assert!(text.contains("3 segments or lines left out"), "{text}");
 }
 
 #[test]
