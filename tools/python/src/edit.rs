@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use delaunay_tiles::Point;
 use delaunay_tiles::crs::{Agreement, Crs};
 use delaunay_tiles::input::{MissingZ, PointBatch, SegmentBatch, SegmentSource, SiteBatch, SiteSource};
 use delaunay_tiles::store::LineKind;
+use delaunay_tiles::{EditError, Point};
 use numpy::PyReadonlyArray2;
 use numpy::ndarray::ArrayView2;
 use pyo3::exceptions::PyRuntimeError;
@@ -15,8 +15,7 @@ use tokio::sync::Notify;
 
 use tiletool::lines::{LineInput, LineSet};
 
-use crate::build::batches;
-use crate::build::options::Role;
+use crate::build::{Role, batches};
 use crate::error::{Failure, Outcome};
 use crate::runtime::{is_orphan, runtime, work_or_cancel};
 

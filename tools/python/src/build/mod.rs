@@ -13,3 +13,4 @@ mod options;
 mod work;
 
 pub use builder::{Builder, identity};
+pub use options::Role;
