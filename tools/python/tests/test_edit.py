@@ -86,7 +86,7 @@ def test_sites_come_and_go(field):
     assert changes.summary.inserted_sites == 4
     with dt.open(path) as tiles:
         assert tiles.metadata.sites == 4 and tiles.metadata.vertices == 3002
-        assert [found.id for found in tiles.nearest([(0.25, 0.25)], 1)[0]] == ["north"]
+        assert tiles.nearest([(0.25, 0.25)], 1, "sites").id.tolist() == [["north"]]
     with pytest.raises(dt.EditError, match=r"no site at \(9, 9\)"), dt.edit(path) as changes:
         changes.delete_sites([(9.0, 9.0)])
     with dt.edit(path, skip_missing=True) as changes:
