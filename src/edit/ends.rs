@@ -37,10 +37,13 @@ pub(crate) fn find_ends(
         z: 0.0,
     };
     let mut found = vec![filler; 2 * work.segments.len()];
+    if ends.is_empty() {
+        return Ok((found, 0));
+    }
     let mut added = 0;
     let needs_z = tiles.metadata().has_z && work.missing_z != MissingZ::Zero;
     let mut without_z: Vec<u32> = Vec::new();
-    let freed: HashSet<[u64; 2]> = freed.iter().map(|(_, point)| key(*point)).collect();
+    let freed: HashSet<[u64; 2]> = freed.iter().map(|(_, point)| point.bits()).collect();
     let mut groups = ends.chunk_by(|a, b| a.0 == b.0);
     while let Some(group) = groups.next() {
         if is_stopped() {
@@ -131,7 +134,7 @@ fn renew(
     for here in ends.chunk_by(|a, b| a.1 == b.1) {
         let z = here.iter().map(|end| work.z_of(end.2)).find(|z| !z.is_nan());
         let vertex = found[here[0].2 as usize];
-        if let Some(z) = z.filter(|_| freed.contains(&key(here[0].1)))
+        if let Some(z) = z.filter(|_| freed.contains(&here[0].1.bits()))
             && !is_held(tiles, vertex)?
         {
             give_z(tiles, vertex.id, z)?;
@@ -163,10 +166,6 @@ fn is_held(tiles: &Tiles, vertex: EditVertex) -> Result<bool, EditError> {
         }
     }
     Ok(false)
-}
-
-fn key(point: Point) -> [u64; 2] {
-    [point.x, point.y].map(f64::to_bits)
 }
 
 fn no_vertex(point: Point) -> EditError {

@@ -57,6 +57,11 @@ impl Point {
         Self::new(coordinate(self.x), coordinate(self.y)).normalized()
     }
 
+    /// Returns the bits of its coordinates, by which equal points are found in tables.
+    pub(crate) fn bits(self) -> [u64; 2] {
+        [self.x, self.y].map(f64::to_bits)
+    }
+
     /// Compares two points by x, then by y: the order that breaks ties. Coordinates must not be
     /// NaN.
     #[must_use]

@@ -10,7 +10,7 @@ use crate::geometry::{Point, VertexIndex};
 use crate::mesh::point_table::PointTable;
 use crate::store::{TileId, VertexId};
 
-/// What came of points and ends of lines that go.
+/// What came of points, ends of lines and sites that go.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Deleted {
     /// Number of vertices that lost their point and stay, since something else holds them.
@@ -22,8 +22,8 @@ pub(crate) struct Deleted {
 /// A position whose vertex may go, by its tile; and whether its point goes.
 type Position = (TileId, Point, bool);
 
-/// Removes points, each by its tile, and vertices that were ends of removed lines. `has_lines` says
-/// whether any edge may be a constraint.
+/// Removes points, each by its tile, and vertices at `ends`, where lines ended and sites were that
+/// are removed. `has_lines` says whether any edge may be a constraint.
 pub(crate) fn delete(
     tiles: &mut Tiles,
     points: Vec<(TileId, Point)>,

@@ -18,7 +18,7 @@ mod insert;
 mod net;
 mod removal;
 
-pub(crate) use call::{PointCall, PointCalls};
+pub(crate) use call::{CallInTile, PointCall, PointCalls};
 pub(crate) use delete::delete;
 pub(crate) use insert::{Inserted, insert};
 pub(crate) use net::tile_at;

@@ -92,7 +92,7 @@ impl Positions {
     fn of(tiles: &Tiles, calls: impl Iterator<Item = PointCall>) -> Result<Self, EditError> {
         let mut all = named(tiles, calls)?;
         look_up(tiles, &mut all)?;
-        let places = all.iter().zip(0u32..).map(|(at, place)| (key(at.point), place));
+        let places = all.iter().zip(0u32..).map(|(at, place)| (at.point.bits(), place));
         Ok(Self {
             places: places.collect(),
             all,
@@ -101,7 +101,7 @@ impl Positions {
 
     /// Returns what lies at a position that the calls name.
     fn at(&mut self, point: Point) -> &mut Option<Attributes> {
-        &mut self.all[self.places[&key(point)] as usize].now
+        &mut self.all[self.places[&point.bits()] as usize].now
     }
 
     /// Carries out a call. Returns false if the point is not there.
@@ -182,8 +182,4 @@ fn look_up(tiles: &Tiles, positions: &mut [Position]) -> Result<(), EditError> {
         }
     }
     Ok(())
-}
-
-fn key(point: Point) -> [u64; 2] {
-    [point.x, point.y].map(f64::to_bits)
 }

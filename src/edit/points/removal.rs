@@ -173,8 +173,7 @@ impl VertexRemover {
     /// Returns whether a line holds the vertex: a segment ends there. Where lines were split at
     /// crossings and at borders of cells, these points are theirs as well, and not told apart.
     fn is_held(&self, tiles: &Tiles) -> bool {
-        let directory = tiles.directory();
-        let is_split = directory.metadata.crossings > 0 || !directory.lists.cell_borders.is_empty();
+        let is_split = tiles.directory().has_split_lines();
         let mut sources = self.spokes.iter().flat_map(|spoke| &spoke.sources);
         (is_split && !self.spokes.is_empty()) || sources.any(|part| part.begins())
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::edit::error::EditError;
-use crate::edit::points::tile_at;
+use crate::edit::points::{CallInTile, tile_at};
 use crate::edit::sites::call::{SiteCall, SiteCalls};
 use crate::edit::summary::SiteCounts;
 use crate::edit::tile::NewVertex;
@@ -23,9 +23,6 @@ pub(crate) struct ChangedSites {
     /// The positions of deleted sites, by tile.
     pub(crate) freed: Vec<(TileId, Point)>,
 }
-
-/// A call by its number, with the tile in whose cell its position is.
-type CallInTile = (TileId, u32);
 
 /// Carries out calls. New vertices get record numbers from `first_record` on, by the numbers of
 /// their calls.
@@ -96,7 +93,7 @@ fn new_vertices(
     for &(_, number) in group {
         let call = &calls.all[number as usize];
         let point = call.point();
-        let key = [point.x, point.y].map(f64::to_bits);
+        let key = point.bits();
         let &SiteCall::Insert(_, z, _) = call else {
             new.remove(&key);
             continue;
@@ -150,7 +147,7 @@ fn carry_out(
                 changed.counts.inserted += 1;
             }
             (SiteCall::Insert(point, ..), None) => {
-                *brief.entry([point.x, point.y].map(f64::to_bits)).or_default() += 1;
+                *brief.entry(point.bits()).or_default() += 1;
                 changed.counts.inserted += 1;
             }
             (&SiteCall::Delete(point), vertex) => {
@@ -160,7 +157,7 @@ fn carry_out(
                         tiles.change(id)?.remove_sites(vertex)
                     }
                     Some(_) => 0,
-                    None => brief.remove(&[point.x, point.y].map(f64::to_bits)).unwrap_or(0),
+                    None => brief.remove(&point.bits()).unwrap_or(0),
                 };
                 changed.counts.deleted += deleted;
                 if deleted == 0 {

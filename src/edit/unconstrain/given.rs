@@ -20,6 +20,7 @@ use crate::store::{EdgeSource, LineKind, PolygonLine, TileId, polygon_of};
 pub(super) fn remove(
     tiles: &mut Tiles,
     lines: &GoneLines,
+    polygon_lines: &[PolygonLine],
     remover: &mut LineRemover,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<(), EditError> {
@@ -29,7 +30,6 @@ pub(super) fn remove(
     let mut missing: Option<[Point; 2]> = None;
     // The rectangles of obstacles that were removed, by their numbers.
     let mut obstacles: BTreeMap<u64, Rect> = BTreeMap::new();
-    let polygon_lines = tiles.directory().lists.polygon_lines.clone();
     for segments in lines.groups() {
         if is_stopped() {
             return Err(EditError::Cancelled);
@@ -40,7 +40,7 @@ pub(super) fn remove(
         };
         vertices = &vertices[2 * segments.len()..];
         let found = match segments[0].source.kind() {
-            LineKind::Obstacle => group.remove_obstacle(tiles, remover, &polygon_lines, &mut obstacles)?,
+            LineKind::Obstacle => group.remove_obstacle(tiles, remover, polygon_lines, &mut obstacles)?,
             LineKind::BreakLine | LineKind::Wall => group.remove_line(tiles, remover)?,
         };
         missing = missing.or(found);
@@ -50,7 +50,7 @@ pub(super) fn remove(
             ends,
             count: remover.removed.counts.skipped,
         }),
-        None => check_whole(tiles, &obstacles, is_stopped),
+        None => check_whole(tiles, polygon_lines, &obstacles, is_stopped),
     }
 }
 
@@ -102,7 +102,7 @@ impl Group<'_> {
         // An edge has a line once, however often the line runs along it.
         let mut done: HashSet<[[u64; 2]; 2]> = HashSet::default();
         for (segment, ends) in self.parts() {
-            let mut key = segment.ends.map(|end| [end.x, end.y].map(f64::to_bits));
+            let mut key = segment.ends.map(Point::bits);
             key.sort_unstable();
             let is_removed = done.contains(&key)
                 || remove_segment(tiles, remover, segment, ends, |source| {
@@ -180,11 +180,14 @@ fn remove_segment(
 
 /// Checks that nothing is left of obstacles that were removed. Their other rings lie within the
 /// rectangles of those that were given.
-fn check_whole(tiles: &Tiles, obstacles: &BTreeMap<u64, Rect>, is_stopped: &dyn Fn() -> bool) -> Result<(), EditError> {
-    let directory = tiles.directory();
-    let lines = &directory.lists.polygon_lines;
+fn check_whole(
+    tiles: &Tiles,
+    polygon_lines: &[PolygonLine],
+    obstacles: &BTreeMap<u64, Rect>,
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<(), EditError> {
     let mut within: BTreeSet<TileId> = BTreeSet::new();
-    for (tile, cell) in directory.tree.cells() {
+    for (tile, cell) in tiles.directory().tree.cells() {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
@@ -193,7 +196,7 @@ fn check_whole(tiles: &Tiles, obstacles: &BTreeMap<u64, Rect>, is_stopped: &dyn 
         }
     }
     let is_left = |source: EdgeSource| {
-        source.kind() == LineKind::Obstacle && obstacles.contains_key(&polygon_of(lines, source.number()))
+        source.kind() == LineKind::Obstacle && obstacles.contains_key(&polygon_of(polygon_lines, source.number()))
     };
     for id in tiles.ids().filter(|id| within.contains(id)) {
         if let Some(&(edge, source)) = sources_in(tiles, id, is_left)?.first() {

@@ -39,11 +39,12 @@ pub(crate) fn remove(
         return Ok(Removed::default());
     }
     let directory = tiles.directory();
-    if directory.metadata.crossings > 0 || !directory.lists.cell_borders.is_empty() {
+    if directory.has_split_lines() {
         return Err(EditError::SplitLines);
     }
+    let polygon_lines = directory.lists.polygon_lines.clone();
     let mut remover = LineRemover::default();
-    given::remove(tiles, lines, &mut remover, is_stopped)?;
-    numbered::remove(tiles, lines, &mut remover, is_stopped)?;
+    given::remove(tiles, lines, &polygon_lines, &mut remover, is_stopped)?;
+    numbered::remove(tiles, lines, &polygon_lines, &mut remover, is_stopped)?;
     Ok(remover.removed)
 }

@@ -10,7 +10,7 @@ use crate::edit::unconstrain::remover::LineRemover;
 use crate::edit::vertex::EditVertex;
 use crate::memory::EditShares;
 use crate::mesh::Topology;
-use crate::store::{EdgeSource, TileId, polygon_of};
+use crate::store::{EdgeSource, PolygonLine, TileId, polygon_of};
 
 /// An edge, and one of its sources as seen from the first end.
 type SourceOfEdge = ([EditVertex; 2], EdgeSource);
@@ -20,14 +20,14 @@ type SourceOfEdge = ([EditVertex; 2], EdgeSource);
 pub(super) fn remove(
     tiles: &mut Tiles,
     lines: &GoneLines,
+    polygon_lines: &[PolygonLine],
     remover: &mut LineRemover,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<(), EditError> {
     if lines.numbers.is_empty() {
         return Ok(());
     }
-    let polygon_lines = tiles.directory().lists.polygon_lines.clone();
-    let polygon = |number: u64| polygon_of(&polygon_lines, number);
+    let polygon = |number: u64| polygon_of(polygon_lines, number);
     let wanted: BTreeSet<u64> = lines.numbers.iter().map(|&number| polygon(number)).collect();
     let mut found: BTreeSet<u64> = BTreeSet::new();
     let ids: Vec<TileId> = tiles.ids().collect();

@@ -33,6 +33,11 @@ pub struct Directory {
 }
 
 impl Directory {
+    /// Returns whether lines were split where they cross each other or cell borders.
+    pub(crate) fn has_split_lines(&self) -> bool {
+        self.metadata.crossings > 0 || !self.lists.cell_borders.is_empty()
+    }
+
     /// Creates a directory that is in no file yet.
     pub(crate) fn new(metadata: Metadata, lists: Lists, tree: KdTree, tiles: Vec<TileEntry>) -> Self {
         Self {

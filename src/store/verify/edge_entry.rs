@@ -130,6 +130,7 @@ pub(super) fn count(tile: &Tile, names: LineNames) -> Result<u32, Fault> {
         let reason = "it has sources for edges that are no constraints of its own";
         return Err(Fault::new(reason));
     }
+    let mut total = 0;
     for entry in entries(tile, LineNames::Numbers) {
         if entry.copies > 1 && entry.part.kind() != LineKind::Obstacle {
             let [from, to] = entry.ends;
@@ -142,6 +143,10 @@ pub(super) fn count(tile: &Tile, names: LineNames) -> Result<u32, Fault> {
                 entry.part.source()
             )));
         }
+        total += entry.items();
     }
-    Ok(entries(tile, names).map(|entry| entry.items()).sum())
+    Ok(match names {
+        LineNames::Numbers => total,
+        LineNames::Kinds => entries(tile, names).map(|entry| entry.items()).sum(),
+    })
 }

@@ -51,9 +51,10 @@ const ENDS: u64 = 1;
 const PASSES: u64 = 2;
 
 impl LineRules {
-    pub(super) fn of(Directory { metadata, lists, .. }: &Directory) -> Self {
+    pub(super) fn of(directory: &Directory) -> Self {
+        let lists = &directory.lists;
         Self {
-            is_split: metadata.crossings > 0 || !lists.cell_borders.is_empty(),
+            is_split: directory.has_split_lines(),
             polygon_lines: (!lists.lines.is_empty()).then(|| lists.polygon_lines.clone()),
         }
     }
