@@ -10,7 +10,6 @@
 mod support;
 
 mod bad_input;
-#[cfg(feature = "compression")]
 mod compression;
 mod constraints;
 mod edits;
@@ -23,10 +22,8 @@ mod hostile;
 mod input;
 mod invariance;
 mod larger_than_memory;
-#[cfg(feature = "map-tiles")]
 mod map_tiles;
 mod overviews;
-#[cfg(feature = "geojson")]
 mod polygons;
 mod proximity;
 mod queries;

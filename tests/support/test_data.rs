@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 /// Returns the path of a file of the repository's test data.
 pub fn data(path: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(path)
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("data").join(path)
 }
 
 /// Returns the path of a file of the data that is too large, or not free, to be in the repository,
@@ -16,7 +16,7 @@ pub fn shared(path: &str) -> Option<PathBuf> {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
     let beside = root
         .ancestors()
-        .skip(1)
+        .skip(2)
         .take(2)
         .map(|folder| folder.join("shared/data"));
     let named = env::var_os("DELAUNAY_TILES_SHARED_DATA").map(PathBuf::from);

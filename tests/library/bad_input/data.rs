@@ -2,17 +2,13 @@
 //! and compared with the in-core reference.
 
 use std::fs;
-use std::path::{Path, PathBuf};
 
 use delaunay_tiles::BuildOptions;
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::mesh::EngineKind;
 
+use crate::support::test_data::{data, shared};
 use crate::support::{built, reference, runtime};
-
-fn folder(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
-}
 
 /// Returns all numbers in a text, with any separators.
 fn numbers(text: &str) -> Vec<f64> {
@@ -49,7 +45,7 @@ fn check(name: &str, points: &[Point], tile_sizes: &[usize]) {
 
 #[test]
 fn delaunator_test_sets_give_one_triangulation_in_every_engine() {
-    let mut files: Vec<_> = fs::read_dir(folder("tests/data/delaunator"))
+    let mut files: Vec<_> = fs::read_dir(data("delaunator"))
         .unwrap()
         .map(|e| e.unwrap().path())
         .collect();
@@ -74,7 +70,7 @@ fn delaunator_test_sets_give_one_triangulation_in_every_engine() {
 #[test]
 fn robust_predicates_test_sets_give_one_triangulation_in_every_engine() {
     for name in ["orient2d.txt", "incircle.txt"] {
-        let text = fs::read_to_string(folder("tests/data/robust-predicates").join(name)).unwrap();
+        let text = fs::read_to_string(data("robust-predicates").join(name)).unwrap();
         let mut points = Vec::new();
         for line in text.lines() {
             let numbers = numbers(line);
@@ -94,12 +90,11 @@ fn robust_predicates_test_sets_give_one_triangulation_in_every_engine() {
 /// Elevation grids beside the project, if they are there.
 #[test]
 fn elevation_grids_give_one_triangulation_in_every_engine() {
-    let shared = folder("../shared/data/dem");
-    let Ok(entries) = fs::read_dir(&shared) else {
-        println!("skipped: no elevation grids beside the project");
+    let Some(grids) = shared("dem") else {
         return;
     };
-    for path in entries
+    for path in fs::read_dir(grids)
+        .unwrap()
         .map(|e| e.unwrap().path())
         .filter(|p| p.extension().is_some_and(|e| e == "f32le"))
     {

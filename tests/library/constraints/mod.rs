@@ -13,6 +13,7 @@ mod steiner;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
+use crate::support::test_data::data;
 use crate::support::{Random, Scratch, batches, distinct, points_of, runtime, runtime_for, verify_lines};
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
 use delaunay_tiles::input::SegmentBatch;

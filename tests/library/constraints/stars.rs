@@ -14,7 +14,7 @@ use super::*;
 
 /// Reads a case of `tests/data/star`: segments between points, by index.
 fn case(name: &'static str) -> Input {
-    let bytes = |kind: &str| fs::read(format!("tests/data/star/{name}.{kind}")).unwrap();
+    let bytes = |kind: &str| fs::read(data(&format!("star/{name}.{kind}"))).unwrap();
     let coordinates = bytes("f64");
     let coordinates = coordinates.as_chunks().0.iter().map(|&bytes| f64::from_le_bytes(bytes));
     let coordinates: Vec<f64> = coordinates.collect();

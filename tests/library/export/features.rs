@@ -23,9 +23,7 @@ impl Feature {
 pub fn features(format: Format, bytes: &[u8]) -> (Vec<Feature>, String) {
     match format {
         Format::GeoJson => of_geojson(std::str::from_utf8(bytes).unwrap()),
-        #[cfg(feature = "flatgeobuf")]
         Format::FlatGeobuf => of_flatgeobuf(bytes),
-        #[cfg(feature = "parquet")]
         Format::GeoParquet => of_parquet(bytes),
         _ => panic!("{format} has no features"),
     }
@@ -69,7 +67,6 @@ fn of_geojson(text: &str) -> (Vec<Feature>, String) {
 }
 
 /// Also checks what the header says: the number of features, their bounds, and whether there is a z.
-#[cfg(feature = "flatgeobuf")]
 fn of_flatgeobuf(bytes: &[u8]) -> (Vec<Feature>, String) {
     use flatgeobuf::{FallibleStreamingIterator, FeatureProperties, FgbReader};
 
@@ -121,7 +118,6 @@ fn of_flatgeobuf(bytes: &[u8]) -> (Vec<Feature>, String) {
 }
 
 /// Also checks the metadata of GeoParquet, and that columns of coordinates agree with the geometry.
-#[cfg(feature = "parquet")]
 fn of_parquet(bytes: &[u8]) -> (Vec<Feature>, String) {
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
@@ -178,7 +174,6 @@ fn of_parquet(bytes: &[u8]) -> (Vec<Feature>, String) {
     (features, kind)
 }
 
-#[cfg(feature = "parquet")]
 fn of_wkb(wkb: &[u8], kind: &str, has_z: bool) -> Vec<Vec<f64>> {
     let dims = if has_z { 3 } else { 2 };
     let (code, counts) = match kind {

@@ -1,7 +1,6 @@
 //! The promise: a damaged or hostile file gives an error or the same answer, never a panic, a hang,
 //! a huge allocation or a wrong answer.
 
-#[cfg(feature = "compression")]
 mod compressed;
 mod digest;
 mod surgery;

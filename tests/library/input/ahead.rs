@@ -78,7 +78,6 @@ fn streams_text_and_gzip_have_no_expected_points_and_no_sample() {
     assert_eq!(stream.sample(10).unwrap(), []);
     let (node, _dir) = source_of(&[("a.f64", &raw), ("b.node", b"1 2 0 0\n1 1 1\n")]);
     assert_eq!(node.sample(10).unwrap(), []);
-    #[cfg(feature = "text")]
     {
         let (text, _dir) = source_of(&[("a.f64", &raw), ("b.csv", b"1,2\n")]);
         assert_eq!(text.expected_points(), None);
@@ -218,7 +217,6 @@ fn any_change_of_files_order_options_or_times_changes_the_identity() {
     }
 }
 
-#[cfg(feature = "las")]
 #[test]
 fn las_files_report_expected_points_and_samples() {
     use crate::input::data;

@@ -140,23 +140,17 @@ fn cases() -> Vec<Case> {
         ("segments.u64", pairs, segments),
         ("rows.txt", text.clone(), row_file),
     ];
-    if cfg!(feature = "text") {
-        cases.push(("points.csv", text.clone(), points));
-        cases.push(("points.csv.gz", gzip(&text), points));
-        cases.push(("segments.csv", of_lines, segments));
-        cases.push(("sites.csv", text, sites));
-    }
-    if cfg!(feature = "geojson") {
-        let site = |n| format!(r#"{{"type":"Point","coordinates":[{n},0]}}"#) + "\n";
-        cases.push(("points.geojson", line_strings(MANY), points));
-        cases.push(("segments.geojson", line_strings(MANY), segments));
-        cases.push(("obstacles.geojson", rows(MANY, polygon), obstacles));
-        cases.push(("sites.geojson", rows(MANY, site), sites));
-    }
-    if cfg!(feature = "las") {
-        cases.push(("points.las", fs::read(data("las/autzen.las")).unwrap(), points));
-        cases.push(("points.laz", fs::read(data("las/autzen.laz")).unwrap(), points));
-    }
+    cases.push(("points.csv", text.clone(), points));
+    cases.push(("points.csv.gz", gzip(&text), points));
+    cases.push(("segments.csv", of_lines, segments));
+    cases.push(("sites.csv", text, sites));
+    let site = |n| format!(r#"{{"type":"Point","coordinates":[{n},0]}}"#) + "\n";
+    cases.push(("points.geojson", line_strings(MANY), points));
+    cases.push(("segments.geojson", line_strings(MANY), segments));
+    cases.push(("obstacles.geojson", rows(MANY, polygon), obstacles));
+    cases.push(("sites.geojson", rows(MANY, site), sites));
+    cases.push(("points.las", fs::read(data("las/autzen.las")).unwrap(), points));
+    cases.push(("points.laz", fs::read(data("las/autzen.laz")).unwrap(), points));
     cases
 }
 
@@ -249,9 +243,6 @@ fn a_named_pipe_is_read_without_an_error_for_its_length() {
 fn a_stopped_source_ends_within_a_long_run_of_blank_lines() {
     // 1.5 GB of blank lines in a small gzip kept the tool busy; nobody could stop it or see when it
     // would end.
-    if !cfg!(feature = "text") {
-        return;
-    }
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("blank.csv.gz");
     let blank = vec![b'\n'; 8 << 20];

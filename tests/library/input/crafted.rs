@@ -36,7 +36,6 @@ fn assert_says<T>(result: Result<T, InputError>, parts: &[&str]) {
 }
 
 /// A thousand parts that are one would have had a thousand times its positions.
-#[cfg(feature = "flatgeobuf")]
 #[test]
 fn parts_of_a_flatgeobuf_that_share_their_positions_are_refused() {
     use flatbuffers_of_flatgeobuf::FlatBufferBuilder;
@@ -93,7 +92,6 @@ fn parts_of_a_flatgeobuf_that_share_their_positions_are_refused() {
     assert_says(read, &["shared.fgb", "feature 0 is invalid"]);
 }
 
-#[cfg(feature = "flatgeobuf")]
 #[test]
 fn features_behind_the_count_of_a_flatgeobuf_are_reported() {
     let folder = tempfile::tempdir().unwrap();
@@ -112,7 +110,6 @@ fn features_behind_the_count_of_a_flatgeobuf_are_reported() {
 }
 
 /// Returns a `.shp` file with one polygon of these rings.
-#[cfg(feature = "shapefile")]
 fn polygons(rings: &[&[[f64; 2]]]) -> Vec<u8> {
     let points: Vec<[f64; 2]> = rings.concat();
     let mut record = vec![5, 0, 0, 0];
@@ -138,7 +135,6 @@ fn polygons(rings: &[&[[f64; 2]]]) -> Vec<u8> {
     bytes
 }
 
-#[cfg(feature = "shapefile")]
 #[test]
 fn holes_of_a_shapefile_in_no_outer_ring_are_reported() {
     let square = |x: f64, is_hole: bool| {
@@ -178,7 +174,6 @@ fn holes_of_a_shapefile_in_no_outer_ring_are_reported() {
 }
 
 /// An empty part has four bytes in the file, and a list of its own in memory.
-#[cfg(feature = "shapefile")]
 #[test]
 fn more_parts_than_points_of_a_shapefile_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -189,7 +184,6 @@ fn more_parts_than_points_of_a_shapefile_are_refused() {
 }
 
 /// What one source has read of the ids must not be mixed with another table.
-#[cfg(feature = "shapefile")]
 #[test]
 fn files_beside_a_shapefile_must_not_change_while_it_is_read() {
     for suffix in ["dbf", "prj"] {
@@ -236,7 +230,6 @@ fn a_gzip_file_with_a_wrong_name_is_called_gzip() {
     );
 }
 
-#[cfg(feature = "geopackage")]
 mod geopackage {
     use super::{assert_says, formats, lines};
     use crate::input::sites;

@@ -131,7 +131,6 @@ fn damaged_text_json_mesh_and_raw_files_give_points_or_an_error() {
     }
 }
 
-#[cfg(feature = "las")]
 #[test]
 fn damaged_las_files_give_points_or_an_error() {
     use std::time::Instant;
@@ -188,7 +187,6 @@ fn damaged_las_files_give_points_or_an_error() {
     }
 }
 
-#[cfg(feature = "parquet")]
 #[test]
 fn damaged_parquet_files_give_points_or_an_error() {
     let dir = tempfile::tempdir().unwrap();

@@ -11,18 +11,16 @@ use std::sync::Once;
 use std::time::{Duration, Instant};
 
 /// The files that are damaged, and the number of bytes between two places where each is cut.
-fn samples() -> Vec<(&'static str, usize)> {
-    let mut samples = Vec::new();
-    if cfg!(feature = "flatgeobuf") {
-        samples.extend([("lines.fgb", 7), ("mixed.fgb", 31), ("lines_indexed.fgb", 31)]);
-    }
-    if cfg!(feature = "shapefile") {
-        samples.extend([("lines.shp", 5), ("polygons.shp", 7), ("clusters.shp", 1)]);
-    }
-    if cfg!(feature = "geopackage") {
-        samples.push(("lines.gpkg", 1021));
-    }
-    samples
+fn samples() -> [(&'static str, usize); 7] {
+    [
+        ("lines.fgb", 7),
+        ("mixed.fgb", 31),
+        ("lines_indexed.fgb", 31),
+        ("lines.shp", 5),
+        ("polygons.shp", 7),
+        ("clusters.shp", 1),
+        ("lines.gpkg", 1021),
+    ]
 }
 
 /// Fails the test if a panic is printed that no reader catches.

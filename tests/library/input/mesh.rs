@@ -117,7 +117,6 @@ fn points_and_edges_of_a_mesh_come_from_every_format() {
     }
 }
 
-#[cfg(feature = "text")]
 #[test]
 fn meshes_may_be_compressed_or_come_from_a_stream() {
     let folder = tempfile::tempdir().unwrap();

@@ -3,39 +3,26 @@
 
 mod ahead;
 mod changed;
-#[cfg(feature = "las")]
 mod copc;
-#[cfg(all(feature = "geojson", feature = "text"))]
 mod crafted;
 mod hostile;
 mod mesh;
 mod node;
-#[cfg(feature = "parquet")]
 mod parquet;
 mod poly;
 mod raw;
 mod segments;
 mod source;
 
-#[cfg(feature = "geojson")]
 mod geojson;
-#[cfg(all(feature = "geojson", feature = "text"))]
 mod hostile_lines;
-#[cfg(all(feature = "geojson", feature = "text"))]
 mod hostile_vector;
-#[cfg(feature = "las")]
 mod las;
-#[cfg(all(feature = "geojson", feature = "text"))]
 mod many;
-#[cfg(feature = "geojson")]
 mod obstacles;
-#[cfg(feature = "geojson")]
 mod rings;
-#[cfg(all(feature = "geojson", feature = "text"))]
 mod sites;
-#[cfg(feature = "text")]
 mod text;
-#[cfg(all(feature = "geojson", feature = "text"))]
 mod vector;
 
 use crate::support::test_data::{data, shared};
@@ -163,7 +150,6 @@ fn assert_says(result: Result<Read, InputError>, parts: &[&str]) {
     }
 }
 
-#[cfg(feature = "text")]
 fn gzip(bytes: &[u8]) -> Vec<u8> {
     use std::io::Write;
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());

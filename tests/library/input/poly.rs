@@ -128,7 +128,6 @@ fn points_are_read_from_the_node_file_beside_it() {
     assert_eq!(own.points.len(), 4);
 }
 
-#[cfg(feature = "text")]
 #[test]
 fn gzipped_poly_and_node_files_are_read() {
     let folder = tempfile::tempdir().unwrap();

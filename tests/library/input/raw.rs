@@ -120,7 +120,6 @@ fn raw_numbers_that_begin_like_gzip_are_read_as_numbers() {
         file("a.f64", &numbers, &InputOptions::default()).unwrap().points,
         [(number, 1.0)]
     );
-    #[cfg(feature = "text")]
     assert_eq!(
         file("a.f64.gz", crate::input::gzip(&numbers), &InputOptions::default())
             .unwrap()

@@ -64,7 +64,6 @@ fn read(files: &[(&str, &[u8])]) -> Result<Segments, InputError> {
     open(files, SegmentSource::open)
 }
 
-#[cfg(feature = "geojson")]
 #[test]
 fn line_strings_and_rings_of_geojson_give_segments() {
     let document = r#"{"type":"FeatureCollection","features":[
@@ -101,7 +100,6 @@ fn line_strings_and_rings_of_geojson_give_segments() {
 }
 
 /// A feature is a line, whatever its geometry; so is a geometry outside of any feature.
-#[cfg(feature = "geojson")]
 #[test]
 fn lines_are_numbered_over_all_files() {
     let collection = r#"{"type":"FeatureCollection","id":1,"properties":{},"features":[{"type":"Feature","geometry":null},
@@ -138,7 +136,6 @@ fn lines_are_numbered_over_all_files() {
     assert_eq!(all.source.origin(7), None);
 }
 
-#[cfg(all(feature = "geojson", feature = "text"))]
 #[test]
 fn z_is_kept_for_all_ends_or_for_none() {
     let high = r#"{"type":"LineString","coordinates":[[0,0,5],[1,0],[2,0,-0.0]]}"#;
@@ -182,7 +179,6 @@ fn z_is_kept_for_all_ends_or_for_none() {
 }
 
 /// Batches are bounded, even if a geometry is not.
-#[cfg(feature = "geojson")]
 #[test]
 fn a_line_longer_than_a_batch_keeps_its_segments() {
     let positions: Vec<String> = (0..30_000).map(|x| format!("[{x},{}]", x % 7)).collect();
@@ -195,7 +191,6 @@ fn a_line_longer_than_a_batch_keeps_its_segments() {
     }
 }
 
-#[cfg(feature = "text")]
 #[test]
 fn rows_with_and_without_a_header_give_the_same_segments() {
     let expected = [[0.0, 1.0, 2.0, 3.0], [4.0, 5.0, -6.5, 7.0]];

@@ -133,20 +133,6 @@ fn inputs_that_cannot_be_opened_are_named_in_the_error() {
     );
 }
 
-#[cfg(not(any(feature = "text", feature = "geojson", feature = "las")))]
-#[test]
-fn the_error_names_the_feature_that_is_not_compiled_in() {
-    for (name, feature) in [("a.csv", "text"), ("a.geojson", "geojson"), ("a.laz", "las")] {
-        let part = format!("built without the feature `{feature}`");
-        assert_says(files(&[(name, b"")], &InputOptions::default()), &[name, &part]);
-    }
-    let gzip = [0x1f, 0x8b, 8, 0];
-    assert_says(
-        files(&[("a.node", &gzip)], &InputOptions::default()),
-        &["gzip cannot be read", "`text`"],
-    );
-}
-
 /// After an error there are no more points, and the progress never exceeds the total.
 #[test]
 fn an_error_ends_the_stream() {

@@ -12,17 +12,10 @@ use std::path::{Path, PathBuf};
 
 /// The files with the features of a layer, other than GeoJSON.
 fn others(layer: &str) -> Vec<PathBuf> {
-    let mut names = Vec::new();
-    if cfg!(feature = "flatgeobuf") {
-        names.push(format!("{layer}.fgb"));
-    }
-    if cfg!(feature = "shapefile") {
-        names.push(format!("{layer}.shp"));
-    }
-    if cfg!(feature = "geopackage") {
-        names.push(format!("all.gpkg:{layer}"));
-    }
-    names.iter().map(|name| formats(name)).collect()
+    [format!("{layer}.fgb"), format!("{layer}.shp"), format!("all.gpkg:{layer}")]
+        .iter()
+        .map(|name| formats(name))
+        .collect()
 }
 
 fn formats(name: &str) -> PathBuf {
@@ -157,14 +150,12 @@ fn points_are_the_same() {
 
 #[test]
 fn a_layer_of_mixed_types_gives_all_of_them() {
-    if cfg!(feature = "flatgeobuf") {
-        let (mixed, expected) = (formats("mixed.fgb"), formats("mixed.geojson"));
-        assert_same(&lines(&mixed).unwrap(), &lines(&expected).unwrap());
-        assert_eq!(
-            found_sites(&mixed, None).unwrap().points,
-            found_sites(&expected, None).unwrap().points
-        );
-    }
+    let (mixed, expected) = (formats("mixed.fgb"), formats("mixed.geojson"));
+    assert_same(&lines(&mixed).unwrap(), &lines(&expected).unwrap());
+    assert_eq!(
+        found_sites(&mixed, None).unwrap().points,
+        found_sites(&expected, None).unwrap().points
+    );
 }
 
 #[test]
@@ -196,9 +187,7 @@ fn files_are_recognised_by_their_content() {
     let expected = lines(&formats("lines.geojson")).unwrap();
     let mut files = vec![formats("lines.geojson")];
     files.extend(others("lines").into_iter().filter(|path| path.exists()));
-    if cfg!(feature = "geopackage") {
-        files.push(formats("lines.gpkg"));
-    }
+    files.push(formats("lines.gpkg"));
     for file in &files {
         let unnamed = folder.path().join("lines.data");
         fs::copy(file, &unnamed).unwrap();
@@ -240,15 +229,12 @@ fn streams_may_be_compressed_and_files_with_layers_may_not() {
             assert_same(&lines(&zipped).unwrap(), &expected);
         }
     }
-    if cfg!(feature = "geopackage") {
-        let zipped = folder.path().join("lines.gpkg.gz");
-        fs::write(&zipped, gzip(&fs::read(formats("lines.gpkg")).unwrap())).unwrap();
-        let message = lines(&zipped).unwrap_err().to_string();
-        assert!(message.contains("GeoPackage") || message.contains("gzip"), "{message}");
-    }
+    let zipped = folder.path().join("lines.gpkg.gz");
+    fs::write(&zipped, gzip(&fs::read(formats("lines.gpkg")).unwrap())).unwrap();
+    let message = lines(&zipped).unwrap_err().to_string();
+    assert!(message.contains("GeoPackage") || message.contains("gzip"), "{message}");
 }
 
-#[cfg(feature = "geopackage")]
 #[test]
 fn one_of_several_layers_must_be_named() {
     let message = |name: &str| lines(&formats(name)).unwrap_err().to_string();
@@ -271,7 +257,6 @@ fn one_of_several_layers_must_be_named() {
     ));
 }
 
-#[cfg(feature = "geopackage")]
 #[test]
 fn a_geopackage_with_pending_changes_is_refused_and_none_is_written() {
     let folder = tempfile::tempdir().unwrap();

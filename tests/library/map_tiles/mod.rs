@@ -1,7 +1,6 @@
 //! The promise: a map tile shows what the triangulation has, where it has it, and is a function of
 //! the file's content, the grid and the numbers of the tile.
 
-#[cfg(feature = "pmtiles")]
 mod archives;
 mod degenerate;
 mod earth;

@@ -315,7 +315,6 @@ fn duplicates_flat_ground_and_points_on_a_circle_have_sound_overviews() {
     });
 }
 
-#[cfg(feature = "compression")]
 #[test]
 fn overviews_of_a_compressed_file_are_compressed() {
     use delaunay_tiles::store::Codec;

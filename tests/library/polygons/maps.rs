@@ -95,7 +95,6 @@ fn houses_that_share_walls_give_holes_of_their_area() {
 }
 
 /// Lake shores in a survey: edges that keep the heights of the points, and no holes.
-#[cfg(feature = "las")]
 #[test]
 fn lake_shores_as_break_lines_keep_heights_and_make_no_holes() {
     use std::collections::HashMap;

@@ -6,7 +6,6 @@ mod along;
 mod area;
 mod edges;
 mod matrix;
-#[cfg(feature = "baselines")]
 mod methods;
 mod modes;
 mod outcomes;
