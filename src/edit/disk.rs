@@ -138,19 +138,28 @@ impl Disk {
         Ok(self.written().await?.digest)
     }
 
-    /// Publishes the current tiles, with a directory that `change` adapts. Returns the length of
-    /// the file. No tile can be read or written afterwards.
-    pub(crate) async fn publish(&self, change: impl FnOnce(&mut Directory)) -> Result<u64, EditError> {
+    /// Publishes the current tiles, with the directory as it was, with room for all of them, which
+    /// `change` adapts. Returns the length of the file. No tile can be read or written afterwards.
+    pub(crate) async fn publish(
+        &self,
+        mut directory: Directory,
+        change: impl FnOnce(&mut Directory),
+    ) -> Result<u64, EditError> {
         let Some(Written { writer, entries, .. }) = self.state.lock().await.take() else {
             return Err(EditError::Internal("the file is published already".to_owned()));
         };
-        let mut directory = self.reader.directory().clone();
         directory.set_tiles(entries);
         directory.remove_emptied();
         directory.renew_bounds();
         change(&mut directory);
         let done = writer.replace(&directory, self.reader.in_force()).await;
         done.map_err(|error| self.cannot("finish", error))
+    }
+
+    /// Makes room for tiles that the file does not have yet, up to a number.
+    pub(crate) async fn add_tiles(&self, count: usize) -> Result<(), EditError> {
+        self.written().await?.entries.resize(count, TileEntry::UNUSED);
+        Ok(())
     }
 
     /// Cuts off what was written. Returns the length that the file had with it.
@@ -211,7 +220,12 @@ impl Disk {
         labels.map_or_else(Vec::new, |labels| labels.tables[id.0 as usize].clone())
     }
 
+    /// Returns a tile to be changed. Without an entry, it has no vertices yet, or any more.
     pub(crate) async fn load(self: Arc<Self>, id: TileId) -> Result<Arc<EditTile>, EditError> {
+        let entry = self.written().await?.entries.get(id.0 as usize).copied();
+        if entry.is_some_and(|entry| entry.is_unused()) {
+            return Ok(Arc::new(EditTile::empty(id)));
+        }
         let tile = self.read(id).await?;
         self.workers.run(move || Arc::new(EditTile::of(&tile))).await
     }
@@ -228,8 +242,7 @@ impl Disk {
 
     async fn write_in_turn(self: Arc<Self>, id: TileId, tile: Arc<EditTile>, turn: WriteTurn) -> Result<(), EditError> {
         let this = Arc::clone(&self);
-        // A tile keeps its codec.
-        let codec = self.reader.directory().tiles[id.0 as usize].codec();
+        let codec = self.codec_of(id);
         let (counts, core, border) = self.workers.run(move || this.encoded(&tile, codec)).await?;
         let _done = turn.wait().await;
         let mut state = self.written().await?;
@@ -262,6 +275,14 @@ impl Disk {
             ..counts.entry(core, border, self.generation)
         };
         Ok(())
+    }
+
+    /// Returns the codec of a tile, which it keeps. New tiles have that of the first.
+    fn codec_of(&self, id: TileId) -> Codec {
+        let directory = self.reader.directory();
+        let first = || directory.tile_ids().find_map(|id| directory.entry(id));
+        let entry = directory.entry(id).or_else(first);
+        entry.map_or(Codec::Raw, TileEntry::codec)
     }
 
     /// Returns the counts of a tile, and its core and its border as they are stored.

@@ -31,15 +31,13 @@ pub enum EditError {
     /// Another editor has the file locked.
     #[error("{file}: another editor has it locked; try again later", file = shown::path(.0))]
     Busy(PathBuf),
-    /// With the new vertices, a tile would be too large.
+    /// With the new vertices, the file would have more tiles than are possible.
     #[error(
-        "with the new vertices, a tile would have {vertices} vertices, but at most {most} are possible; build the file with them from the start"
+        "with the new vertices, the file would have more than {max} tiles, which is the most; build it with larger tiles"
     )]
-    TooMany {
-        /// Number of vertices that the tile would have.
-        vertices: u64,
-        /// Largest number of vertices of a tile.
-        most: u64,
+    TooManyTiles {
+        /// Largest number of tiles of a file.
+        max: u32,
     },
     /// Ends of lines have no z, but the file's vertices have z.
     #[error(

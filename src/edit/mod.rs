@@ -40,6 +40,7 @@ mod regions;
 mod run;
 mod shared_triangles;
 mod sites;
+mod sizes;
 mod strip;
 mod summary;
 mod target;

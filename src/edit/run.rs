@@ -12,6 +12,7 @@ use crate::edit::error::EditError;
 use crate::edit::labelling::{join, label, touch_crossed};
 use crate::edit::points::{self, Inserted};
 use crate::edit::sites;
+use crate::edit::sizes::{cut_tiles, merge_tiles};
 use crate::edit::strip::{LocatedSegment, SegmentInserter};
 use crate::edit::summary::{EditSummary, LineCounts, PointCounts, SiteCounts};
 use crate::edit::target::Target;
@@ -22,7 +23,7 @@ use crate::edit::work::Work;
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::io::start_thread;
 use crate::memory::EditShares;
-use crate::store::{Digest, Directory, Metadata, hull_edges, polygon_lines_in_order};
+use crate::store::{Digest, Directory, Metadata, TileId, hull_edges, polygon_lines_in_order};
 
 /// Makes segments constraints of a file, on a thread of its own.
 pub(crate) async fn edit(
@@ -142,8 +143,9 @@ struct Changed {
 }
 
 /// Makes all changes in the tiles: points that come, sites, lines that go, lines that come, and then
-/// the vertices that nothing holds.
+/// the vertices that nothing holds. Before and after, the tiles get their sizes.
 fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> Result<Changed, EditError> {
+    cut_tiles(tiles, work, is_stopped)?;
     let Inserted {
         counts,
         taken_over,
@@ -169,6 +171,8 @@ fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -
     freed.extend(sites.freed);
     let deleted = points::delete(tiles, delete, freed, has_lines, is_stopped)?;
     lines.removed_vertices = deleted.ends;
+    forget_unused(tiles)?;
+    merge_tiles(tiles, deleted.left)?;
     Ok(Changed {
         points: counts,
         lines,
@@ -180,6 +184,17 @@ fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -
         examined,
         has_lines,
     })
+}
+
+/// Forgets tiles that were added for vertices which did not come.
+fn forget_unused(tiles: &mut Tiles) -> Result<(), EditError> {
+    let added: Vec<TileId> = tiles.added().collect();
+    for id in added {
+        if tiles.get(id)?.points().is_empty() {
+            tiles.set_emptied(id);
+        }
+    }
+    Ok(())
 }
 
 /// Makes all segments constraints, between the vertices at their ends.

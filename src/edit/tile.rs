@@ -5,6 +5,7 @@
 mod digest;
 pub(crate) mod drafts;
 pub(crate) mod hubs;
+pub(crate) mod made;
 pub(crate) mod parts;
 pub(crate) mod points;
 mod replace;
@@ -279,6 +280,11 @@ impl EditTile {
         let core_count = core.len();
         let triangles = core.into_iter().chain(border).map(|(triangle, _)| triangle);
         (triangles.collect(), core_count)
+    }
+
+    /// Returns whether the triangle at a position was removed.
+    fn is_removed(&self, triangle: TriangleId) -> bool {
+        self.triangles[triangle.index()] == GONE
     }
 
     /// Returns whether a triangle belongs to the tile.

@@ -4,7 +4,7 @@
 //! Existing bytes are never overwritten: until the superblock changes, the file is in its former
 //! state.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::pin::pin;
 use std::sync::Arc;
 
@@ -23,7 +23,9 @@ use crate::edit::tile::parts::TileParts;
 use crate::geometry::HalfEdge;
 use crate::memory::EditShares;
 use crate::mesh::{Topology, Twin};
-use crate::store::{Digest, DigestSum, Directory, EditCache, EditLease, EditPin, Metadata, Tile, TileId};
+use crate::store::{
+    Digest, DigestSum, Directory, EditCache, EditLease, EditPin, KdTree, MAX_TILES, Metadata, Tile, TileId,
+};
 
 /// The tiles of a file, changed by one thread that may block, which must not be one of the
 /// runtime's.
@@ -31,8 +33,12 @@ pub(crate) struct Tiles {
     runtime: Handle,
     cache: EditCache<TileId, EditTile, EditError>,
     disk: Arc<Disk>,
+    /// The directory of the file as it was opened, with the tiles that were added since.
+    directory: Directory,
     /// Whether each tile was changed since the file was opened.
     is_changed: Vec<bool>,
+    /// The tiles that were added, each with the tile whose cell it got a part of.
+    added: BTreeMap<TileId, TileId>,
     /// The tiles that have no vertices any more.
     emptied: BTreeSet<TileId>,
     /// The digest of the changed tiles as they were in the file, without holes.
@@ -62,7 +68,9 @@ impl Tiles {
         Ok(Self {
             runtime,
             cache: EditCache::new(tiles as usize, write_back),
+            directory: disk.reader.directory().clone(),
             is_changed: vec![false; disk.reader.directory().tiles.len()],
+            added: BTreeMap::new(),
             emptied: BTreeSet::new(),
             digest_before: Digest::default(),
             disk,
@@ -70,14 +78,45 @@ impl Tiles {
         })
     }
 
-    /// Returns the directory of the file as it was opened.
+    /// Returns the directory of the file as it was opened, with the tiles that were added since.
     pub(crate) fn directory(&self) -> &Directory {
-        self.disk.reader.directory()
+        &self.directory
+    }
+
+    /// Adds tiles without vertices, which get parts of the cells of others: those that `subtrees`
+    /// names in the place of each. New tiles have the next numbers.
+    pub(crate) fn add(&mut self, subtrees: &BTreeMap<TileId, KdTree>) -> Result<(), EditError> {
+        for (&of, subtree) in subtrees {
+            let new = subtree.leaves().filter(|&id| id != of);
+            self.added.extend(new.map(|id| (id, of)));
+        }
+        let count = self.directory.tiles.len() + subtrees.values().map(|tree| tree.tiles() as usize - 1).sum::<usize>();
+        if count > MAX_TILES as usize {
+            return Err(EditError::TooManyTiles { max: MAX_TILES });
+        }
+        self.directory.cut_leaves(subtrees, count);
+        self.is_changed.resize(count, true);
+        self.runtime.block_on(self.disk.add_tiles(count))
+    }
+
+    /// Returns the tiles that were added.
+    pub(crate) fn added(&self) -> impl Iterator<Item = TileId> {
+        self.added.keys().copied()
+    }
+
+    /// Returns the tile that had the cell of a tile that was added.
+    pub(crate) fn former(&self, id: TileId) -> Option<TileId> {
+        self.added.get(&id).copied()
     }
 
     /// Returns the tiles that have vertices, in the order of the leaves.
     pub(crate) fn ids(&self) -> impl Iterator<Item = TileId> {
-        self.directory().tile_ids().filter(|id| !self.emptied.contains(id))
+        self.directory().tile_ids().filter(|&id| !self.is_emptied(id))
+    }
+
+    /// Returns whether a tile has no vertices any more.
+    pub(crate) fn is_emptied(&self, id: TileId) -> bool {
+        self.emptied.contains(&id)
     }
 
     /// Notes that a tile has no vertices any more.
@@ -231,11 +270,12 @@ impl Tiles {
             runtime,
             cache,
             disk,
+            directory,
             gone,
             ..
         } = self;
         tracing::debug!(cache = %cache.statistics(), "edited");
-        let done = runtime.block_on(disk.publish(change));
+        let done = runtime.block_on(disk.publish(directory, change));
         // Tiles may still be read ahead, needlessly, with the file locked. The next editor must
         // find it unlocked.
         drop((cache, disk));

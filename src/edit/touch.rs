@@ -12,7 +12,7 @@ pub(crate) fn touch_along(tiles: &mut Tiles, ends: [Point; 2]) -> Result<(), Edi
     let bounds = Rect::around(ends).union(directory.metadata.bounds);
     let mut crossed: Vec<TileId> = Vec::new();
     directory.tree.tiles_along(bounds, ends, |tile| crossed.push(tile));
-    crossed.retain(|&tile| !tiles.is_changed(tile));
+    crossed.retain(|&tile| !tiles.is_changed(tile) && !tiles.is_emptied(tile));
     for tile in crossed {
         drop(tiles.change(tile)?);
     }

@@ -29,7 +29,7 @@ use crate::edit::tiles::{Pin, Tiles};
 use crate::edit::vertex::{EditVertex, owner};
 use crate::geometry::{HalfEdge, MortonSquare, Orientation, Point, Rect, TriangleId, VertexIndex, in_circle, orient2d};
 use crate::mesh::{Embedded, EndlessWalk, Topology, Twin, WALLS};
-use crate::store::{LinePart, MAX_TILE_VERTICES, TileId, VertexId};
+use crate::store::{LinePart, TileId, VertexId};
 
 /// Adds vertices to a tile. None of them exists yet. Returns the number of constraint edges that they
 /// split.
@@ -38,26 +38,8 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
     // In the order of a curve, so that the walk from each to the next is short.
     let square = MortonSquare::around(Rect::around(new.iter().map(|vertex| vertex.point)));
     new.sort_by_key(|vertex| square.key(vertex.point));
-    let tile = tiles.get(id)?;
-    let near = tile
-        .points()
-        .iter()
-        .zip((0..).map(VertexIndex))
-        .min_by(|(a, _), (b, _)| {
-            let to = |p: &Point| (p.x - new[0].point.x).abs() + (p.y - new[0].point.y).abs();
-            to(a).total_cmp(&to(b))
-        });
-    let near = near.map(|(_, index)| index);
-    let (vertices, most) = (tile.points().len() + new.len(), MAX_TILE_VERTICES);
-    drop(tile);
-    if vertices > most {
-        let [vertices, most] = [vertices, most].map(|count| count as u64);
-        return Err(EditError::TooMany { vertices, most });
-    }
+    let mut from = near(tiles, id, new[0].point)?;
     let first = tiles.change(id)?.add_vertices(&new, has_z);
-    let Some(mut from) = near else {
-        return Err(tiles.damaged(id, Contradiction::NoVertices));
-    };
     let mut inserter = VertexInserter::default();
     for (&NewVertex { point, z, .. }, index) in new.iter().zip((first..).map(VertexIndex)) {
         let vertex = EditVertex {
@@ -66,11 +48,27 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
             // As the tile's own z: without z in the file, that of an end is left out.
             z: if has_z { z } else { 0.0 },
         };
-        let place = locate(tiles, VertexId { tile: id, index: from }, point)?;
+        let place = locate(tiles, from, point)?;
         inserter.add(tiles, vertex, place)?;
-        from = index;
+        from = vertex.id;
     }
     Ok(inserter.split)
+}
+
+/// Returns a vertex near a point: one of a tile, or, if this one has none yet, of the tile that it
+/// was cut from.
+fn near(tiles: &Tiles, id: TileId, point: Point) -> Result<VertexId, EditError> {
+    let mut tile = tiles.get(id)?;
+    if let (true, Some(former)) = (tile.points().is_empty(), tiles.former(id)) {
+        tile = tiles.get(former)?;
+    }
+    let distance = |p: &Point| (p.x - point.x).abs() + (p.y - point.y).abs();
+    let indexed = tile.points().iter().zip((0..).map(VertexIndex));
+    let nearest = indexed.min_by(|(a, _), (b, _)| distance(a).total_cmp(&distance(b)));
+    match nearest {
+        Some((_, index)) => Ok(VertexId { tile: tile.id, index }),
+        None => Err(tiles.damaged(id, Contradiction::NoVertices)),
+    }
 }
 
 /// The place of a point, with a tile that has the half-edge.

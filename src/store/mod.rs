@@ -8,6 +8,7 @@ mod cells;
 mod compact;
 mod digest;
 mod directory_writer;
+pub(crate) mod divide;
 mod error;
 pub(crate) mod format;
 mod open_options;

@@ -11,12 +11,14 @@ use crate::mesh::point_table::PointTable;
 use crate::store::{TileId, VertexId};
 
 /// What came of points, ends of lines and sites that go.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Deleted {
     /// Number of vertices that lost their point and stay, since something else holds them.
     pub(crate) held: u64,
     /// Number of removed vertices at which no point was.
     pub(crate) ends: u64,
+    /// The number of vertices that are left in each tile that lost any.
+    pub(crate) left: BTreeMap<TileId, usize>,
 }
 
 /// A position whose vertex may go, by its tile; and whether its point goes.
@@ -62,7 +64,8 @@ pub(crate) fn delete(
     }
     // Only now, since vertices get other numbers.
     for (id, vertices) in removed {
-        close_up(tiles, id, &vertices)?;
+        let left = close_up(tiles, id, &vertices)?;
+        deleted.left.insert(id, left);
     }
     Ok(deleted)
 }
@@ -83,16 +86,19 @@ fn vertices_that_may_go(tiles: &Tiles, positions: &[Position]) -> Result<Vec<(Ve
     Ok(found)
 }
 
-/// Forgets vertices of a tile that have no triangle any more.
-fn close_up(tiles: &mut Tiles, id: TileId, vertices: &[VertexIndex]) -> Result<(), EditError> {
-    let moved = tiles.change(id)?.remove_vertices(vertices);
+/// Forgets vertices of a tile that have no triangle any more. Returns the number of those left.
+fn close_up(tiles: &mut Tiles, id: TileId, vertices: &[VertexIndex]) -> Result<usize, EditError> {
+    let mut tile = tiles.change(id)?;
+    let moved = tile.remove_vertices(vertices);
+    let left = tile.points().len();
+    drop(tile);
     for vertex in moved {
         for other in vertex.tiles {
             tiles.change(other)?.rename(vertex.from, vertex.to);
         }
     }
-    if tiles.get(id)?.points().is_empty() {
+    if left == 0 {
         tiles.set_emptied(id);
     }
-    Ok(())
+    Ok(left)
 }

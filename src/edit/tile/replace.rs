@@ -257,7 +257,7 @@ impl EditTile {
     }
 
     /// Returns the corner of a vertex. Adds it if the tile does not have it yet.
-    fn corner_for(&mut self, vertex: EditVertex) -> VertexIndex {
+    pub(super) fn corner_for(&mut self, vertex: EditVertex) -> VertexIndex {
         if let Some(corner) = self.corner(vertex.id) {
             // A vertex that is no corner at the moment may have got another z meanwhile.
             if let Some(index) = corner.index().checked_sub(self.points.len()) {

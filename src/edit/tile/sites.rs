@@ -39,7 +39,7 @@ impl EditTile {
     }
 
     /// Returns the places of the sites at a vertex. Sites are in the order of their vertices.
-    fn sites_at(&self, vertex: VertexIndex) -> Range<usize> {
+    pub(super) fn sites_at(&self, vertex: VertexIndex) -> Range<usize> {
         let start = self.sites.partition_point(|(at, _)| *at < vertex.0);
         let end = self.sites.partition_point(|(at, _)| *at <= vertex.0);
         start..end

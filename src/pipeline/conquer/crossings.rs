@@ -11,7 +11,7 @@ use crate::constraints::crossings::first::{Crossing, FirstCrossings};
 use crate::constraints::segment::Segment;
 use crate::geometry::{Orientation, Point, Rect, orient2d};
 use crate::io::start_scoped;
-use crate::pipeline::ingest::point_store::Item;
+use crate::store::divide::Item;
 
 /// The points and segments of a leaf.
 pub(crate) struct LeafLines<'a> {

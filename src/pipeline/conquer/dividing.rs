@@ -8,12 +8,12 @@ use crate::pipeline::conquer::crossings::{LeafLines, in_leaves};
 use crate::pipeline::conquer::leaf::first_duplicate;
 use crate::pipeline::conquer::schedule::BlockPoints;
 use crate::pipeline::error::BuildError;
-use crate::pipeline::ingest::divide::{Division, divide};
 use crate::pipeline::ingest::missing_z::FoundWithoutZ;
 use crate::pipeline::options::Duplicates;
 use crate::pipeline::output::ordered::Closed;
 use crate::pipeline::records::{BlockState, TileState};
 use crate::store::MAX_TILES;
+use crate::store::divide::{Division, divide};
 
 impl Conquest {
     pub(crate) fn divide(&self, mut block: BlockPoints, threads: usize) -> Result<(), Closed> {

@@ -12,9 +12,10 @@ use crate::pipeline::conquer::constrain::constrain_leaf;
 use crate::pipeline::conquer::constrain::refusal::Refusal;
 use crate::pipeline::conquer::core_digest;
 use crate::pipeline::conquer::node::{Fate, Workspace};
-use crate::pipeline::ingest::point_store::{Attributes, Item};
+use crate::pipeline::ingest::point_store::Attributes;
 use crate::pipeline::options::DuplicateRule;
 use crate::pipeline::records::{BoundaryEdge, DoneEdge, Pending, Seam, SeamVertex, Subsegment};
+use crate::store::divide::Item;
 use crate::store::{CoreDraft, Digest, EdgeSource, LinePart, TileId, VertexId};
 
 /// The input of a leaf.

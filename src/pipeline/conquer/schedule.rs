@@ -17,9 +17,9 @@ use tokio::sync::OwnedSemaphorePermit;
 
 use crate::constraints::segment::Segment;
 use crate::geometry::Rect;
-use crate::pipeline::ingest::divide::Division;
 use crate::pipeline::ingest::point_store::PointStore;
 use crate::pipeline::records::Seam;
+use crate::store::divide::Division;
 use crate::store::{KdNode, KdTree, TileId};
 
 /// A block in memory.

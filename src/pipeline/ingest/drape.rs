@@ -17,8 +17,9 @@ use crate::edit::EditError;
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::io::Backend;
 use crate::pipeline::error::BuildError;
-use crate::pipeline::ingest::point_store::{Attributes, Item, PointStore};
+use crate::pipeline::ingest::point_store::{Attributes, PointStore};
 use crate::pipeline::options::Progress;
+use crate::store::divide::Item;
 use crate::store::{Cache, OpenOptions, ReadError, TileReader};
 use crate::terrain::{Outline, Ponds};
 

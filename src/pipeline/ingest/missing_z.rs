@@ -7,9 +7,10 @@
 use crate::constraints::segment::Segment;
 use crate::constraints::without_z::{VertexWithoutZ, WithoutZ};
 use crate::geometry::Point;
-use crate::pipeline::ingest::point_store::{Attributes, Item};
+use crate::pipeline::ingest::point_store::Attributes;
 use crate::pipeline::options::DuplicateRule;
 use crate::store::EdgeSource;
+use crate::store::divide::Item;
 
 /// The first record number of each kind of point.
 #[derive(Clone, Copy, Debug)]

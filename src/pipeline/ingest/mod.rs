@@ -1,7 +1,6 @@
 //! Points, sites and lines arrive. They stay in memory as long as they fit, else go to runs on
 //! disk.
 
-pub(crate) mod divide;
 pub(super) mod drape;
 pub(super) mod intake;
 pub(super) mod missing_z;

@@ -3,16 +3,7 @@
 use crate::constraints::without_z::NO_Z;
 use crate::geometry::Point;
 use crate::input::PointBatch;
-
-/// A point and its index into the arrays of attributes.
-///
-/// Packed, because otherwise a sixth of the memory of a build would be padding.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, packed(4))]
-pub(crate) struct Item {
-    pub(crate) point: Point,
-    pub(crate) position: u32,
-}
+use crate::store::divide::Item;
 
 /// The attributes of points, by position.
 #[derive(Debug, Default)]

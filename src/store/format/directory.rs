@@ -1,6 +1,8 @@
 //! The whole directory in memory: the k-d tree, an entry for each tile, and the metadata and lists
 //! of the file.
 
+use std::collections::BTreeMap;
+
 use crate::geometry::Rect;
 use crate::store::format::damage::Damage;
 use crate::store::format::entry::TileEntry;
@@ -105,6 +107,19 @@ impl Directory {
         if self.tree.tiles() == 0 {
             self.tiles.clear();
         }
+        self.divide_anew();
+    }
+
+    /// Replaces leaves by subtrees, by their tiles. With them there are `count` numbers of tiles; new
+    /// ones have no entries yet.
+    pub(crate) fn cut_leaves(&mut self, subtrees: &BTreeMap<TileId, KdTree>, count: usize) {
+        self.tree = self.tree.with_subtrees(subtrees);
+        self.tiles.resize(count, TileEntry::UNUSED);
+        self.divide_anew();
+    }
+
+    /// Divides the directory into pages, after the tree was changed.
+    fn divide_anew(&mut self) {
         self.metadata.tiles = self.tree.tiles();
         let lists = self.layout.lists;
         self.layout = Layout {

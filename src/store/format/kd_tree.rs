@@ -225,6 +225,28 @@ impl KdTree {
         self.leaf_at(p)
     }
 
+    /// Returns the tree with the value `values[i]` in leaf i.
+    pub(crate) fn with_values(mut self, values: &[TileId]) -> Self {
+        for node in &mut self.nodes {
+            if let KdNode::Leaf(leaf) = node {
+                *leaf = values[leaf.0 as usize];
+            }
+        }
+        self
+    }
+
+    /// Returns the pairs of leaves that are the two children of a node.
+    pub(crate) fn sibling_leaves(&self) -> impl Iterator<Item = [TileId; 2]> {
+        self.nodes.windows(3).filter_map(|nodes| match *nodes {
+            [
+                KdNode::X { .. } | KdNode::Y { .. },
+                KdNode::Leaf(left),
+                KdNode::Leaf(right),
+            ] => Some([left, right]),
+            _ => None,
+        })
+    }
+
     /// Returns the tree with leaf i replaced by `subtrees[i]`. The leaves are numbered anew from
     /// left to right.
     pub(crate) fn with_leaves_cut(&self, subtrees: &[Self]) -> Self {

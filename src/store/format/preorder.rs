@@ -1,6 +1,7 @@
 //! Builds k-d trees from their nodes in preorder, without the numbers of right children: those
 //! follow from the order. So trees are stored without them, and are cut and joined node by node.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::store::format::damage::Damage;
@@ -72,9 +73,27 @@ impl<L: Copy> KdTree<L> {
         whole.finish()
     }
 
+    /// Returns the tree with some leaves replaced by subtrees, by the values of the leaves.
+    pub(super) fn with_subtrees(&self, subtrees: &BTreeMap<L, Self>) -> Self
+    where
+        L: Ord,
+    {
+        let mut whole = Preorder::default();
+        for node in self.nodes() {
+            let subtree = match node {
+                KdNode::Leaf(leaf) => subtrees.get(leaf),
+                _ => None,
+            };
+            for &node in subtree.map_or(std::slice::from_ref(node), KdTree::nodes) {
+                whole.push(node).expect("a subtree takes the place of a leaf");
+            }
+        }
+        whole.finish().expect("a subtree takes the place of a leaf")
+    }
+
     /// Returns the tree without some of its leaves. The other child of a cut above such a leaf takes
     /// the whole cell of the cut.
-    pub(super) fn without(&self, is_removed: impl Fn(L) -> bool) -> Self {
+    pub(crate) fn without(&self, is_removed: impl Fn(L) -> bool) -> Self {
         // Whether any leaf below each node stays. Children follow their parents.
         let nodes = self.nodes();
         let mut stays = vec![false; nodes.len()];

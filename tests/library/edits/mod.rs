@@ -5,6 +5,7 @@
 mod lines;
 mod points;
 mod scene;
+mod sizes;
 
 use std::fs::{self, File};
 

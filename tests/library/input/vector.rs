@@ -12,10 +12,14 @@ use std::path::{Path, PathBuf};
 
 /// The files with the features of a layer, other than GeoJSON.
 fn others(layer: &str) -> Vec<PathBuf> {
-    [format!("{layer}.fgb"), format!("{layer}.shp"), format!("all.gpkg:{layer}")]
-        .iter()
-        .map(|name| formats(name))
-        .collect()
+    [
+        format!("{layer}.fgb"),
+        format!("{layer}.shp"),
+        format!("all.gpkg:{layer}"),
+    ]
+    .iter()
+    .map(|name| formats(name))
+    .collect()
 }
 
 fn formats(name: &str) -> PathBuf {

@@ -1,8 +1,8 @@
 use proptest::prelude::*;
 
 use crate::constraints::segments::cells::*;
-use crate::pipeline::ingest::divide::divide;
-use crate::pipeline::ingest::point_store::Item;
+use crate::store::divide::Item;
+use crate::store::divide::divide;
 use crate::store::{EdgeSource, LineKind};
 
 /// Generates a tree over points on a small grid, so that cuts go through points and ends.

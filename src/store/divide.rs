@@ -11,13 +11,23 @@ use std::thread;
 
 use parking_lot::Mutex;
 
-use crate::geometry::Rect;
+use crate::geometry::{Point, Rect};
 use crate::io::start_scoped;
-use crate::pipeline::ingest::point_store::Item;
-use crate::store::{KdNode, KdTree, TileId};
+use crate::store::format::ids::TileId;
+use crate::store::format::kd_tree::{KdNode, KdTree};
 
 /// Cells with fewer points than this are not worth a thread.
 const PARALLEL_POINTS: usize = 1 << 15;
+
+/// A point and its position: in a build, its index into the arrays of attributes.
+///
+/// Packed, because otherwise a sixth of the memory of a build would be padding.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, packed(4))]
+pub(crate) struct Item {
+    pub(crate) point: Point,
+    pub(crate) position: u32,
+}
 
 /// The cells, and the range of the reordered points in each.
 #[derive(Debug)]
@@ -169,7 +179,6 @@ fn cut(items: &mut [Item], tile_vertices: usize) -> Option<(Axis, f64, usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Point;
     use crate::store::format::cell_index::CellIndex;
     use proptest::prelude::*;
 
