@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use bytes::Bytes;
-use foldhash::{HashMap, HashSet};
+use foldhash::HashSet;
 use tokio::sync::{MappedMutexGuard, Mutex, MutexGuard, oneshot};
 
 use crate::edit::contradiction::Contradiction;
@@ -20,8 +20,20 @@ use crate::edit::tile::parts::TileParts;
 use crate::edit::workers::Workers;
 use crate::io::{Buffers, ReadAt, ThreadsFile};
 use crate::store::{
-    BLOCK, Codec, Digest, Directory, Extent, Part, PassReader, StoredPart, Tile, TileEntry, TileId, TileWriter,
+    Codec, Digest, Directory, Extent, FIRST_EXTENT, FreeSpace, Part, PassReader, StoredPart, Tile, TileEntry, TileId,
+    TileWriter,
 };
+
+/// What an edit is for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Purpose {
+    /// The next state of a file.
+    Commit,
+    /// The next state of a draft, which nobody relies on: it is not synced to the medium.
+    Draft,
+    /// To see what would be done. The file has the same bytes afterwards.
+    DryRun,
+}
 
 /// The file, and the current location of each tile in it.
 pub(crate) struct Disk {
@@ -47,40 +59,10 @@ pub(crate) struct Disk {
 struct Written {
     writer: TileWriter<ThreadsFile>,
     entries: Vec<TileEntry>,
-    /// Offsets and lengths of free ranges: those of tiles that this edit has written once more
-    /// since.
-    free: Vec<(u64, u32)>,
-    /// Lengths of the ranges that were reused for fewer bytes, by offset.
-    reused: HashMap<u64, u32>,
     /// The tiles that were written with labels.
     labelled: HashSet<TileId>,
     /// The digest of these tiles, without holes.
     digest: Digest,
-}
-
-impl Written {
-    /// Writes a core or a border: over bytes that this edit no longer needs, or behind the end.
-    async fn put(&mut self, stored: StoredPart, part: Part) -> io::Result<Extent> {
-        let is_core = matches!(part, Part::Core);
-        let length = stored.bytes.len();
-        let fits = |&&(offset, room): &&(u64, u32)| room as usize >= length && (!is_core || offset % BLOCK == 0);
-        let best = self.free.iter().filter(fits).min_by_key(|(_, room)| *room).copied();
-        if let Some((offset, room)) = best {
-            self.free.retain(|free| free.0 != offset);
-            self.reused.insert(offset, room);
-            return self.writer.put_at(offset, stored).await;
-        }
-        match part {
-            Part::Core => self.writer.append_core(stored).await,
-            Part::Border => self.writer.append_border(stored).await,
-        }
-    }
-
-    /// Marks bytes that nothing refers to as free.
-    fn set_free(&mut self, extent: Extent) {
-        let room = self.reused.remove(&extent.offset).unwrap_or(extent.length);
-        self.free.push((extent.offset, room));
-    }
 }
 
 impl Disk {
@@ -90,15 +72,16 @@ impl Disk {
         target: Target,
         reader: PassReader,
         threads: usize,
-        is_draft: bool,
+        purpose: Purpose,
     ) -> Result<(Arc<Self>, oneshot::Receiver<()>), EditError> {
         let Target { path, file } = target;
+        let free = free_space(&file, &reader, purpose);
         let generation = u32::try_from(reader.generation() + 1);
         let written = Written {
-            writer: TileWriter::behind(file.clone(), reader.file_length()).draft(is_draft),
+            writer: TileWriter::behind(file.clone(), reader.file_length())
+                .draft(purpose == Purpose::Draft)
+                .reusing(free),
             entries: reader.directory().tiles.clone(),
-            free: Vec::new(),
-            reused: HashMap::default(),
             labelled: HashSet::default(),
             digest: Digest::default(),
         };
@@ -250,15 +233,17 @@ impl Disk {
         if before.generation == self.generation {
             // No superblock refers to these bytes.
             let extents = [Some(before.core), Some(before.border), before.table.apart()];
-            extents.into_iter().flatten().for_each(|extent| state.set_free(extent));
+            for extent in extents.into_iter().flatten() {
+                state.writer.release(extent);
+            }
         }
         if counts.is_empty() {
             state.entries[id.0 as usize] = TileEntry::UNUSED;
             return Ok(());
         }
         let written = async {
-            let core = state.put(core, Part::Core).await?;
-            Ok((core, state.put(border, Part::Border).await?))
+            let core = state.writer.append_core(core).await?;
+            Ok((core, state.writer.append_border(border).await?))
         };
         let (core, border) = written.await.map_err(|error| self.cannot("write", error))?;
         if self.labels.get().is_some() {
@@ -297,6 +282,16 @@ impl Disk {
             codec.store(border, Part::Border),
         )
     }
+}
+
+/// Returns the bytes of a file that may be overwritten: those between the extents of its state in
+/// force, if nobody reads an earlier one.
+fn free_space(file: &ThreadsFile, reader: &PassReader, purpose: Purpose) -> FreeSpace {
+    // Where it cannot be found out, somebody may.
+    if purpose != Purpose::Commit || file.is_locked_below(reader.generation()).unwrap_or(true) {
+        return FreeSpace::default();
+    }
+    FreeSpace::around(reader.directory().ranges(), FIRST_EXTENT..reader.file_length())
 }
 
 /// The order of writes.

@@ -7,6 +7,7 @@ use std::time::Instant;
 use tokio::runtime::Handle;
 use tokio::sync::oneshot;
 
+use crate::edit::disk::Purpose;
 use crate::edit::ends::find_ends;
 use crate::edit::error::EditError;
 use crate::edit::labelling::{join, label, touch_crossed};
@@ -70,7 +71,7 @@ fn edit_here(
         segments + work.gone.segments.len() as u64,
     ];
     let shares = |largest| EditShares::new(memory, input, work.threads, largest);
-    let mut tiles = Tiles::open(target, &shares, work.is_draft, runtime)?;
+    let mut tiles = Tiles::open(target, &shares, purpose(work), runtime)?;
     let changed = make_changes(&mut tiles, work, is_stopped)?;
     touch_crossed(&mut tiles, work, is_stopped)?;
     let labels = join(&mut tiles, work.is_draft, memory, is_stopped)?;
@@ -123,6 +124,14 @@ fn edit_here(
         file_bytes,
         seconds: began.elapsed().as_secs_f64(),
     })
+}
+
+fn purpose(work: &Work) -> Purpose {
+    match (work.is_dry_run, work.is_draft) {
+        (true, _) => Purpose::DryRun,
+        (false, true) => Purpose::Draft,
+        (false, false) => Purpose::Commit,
+    }
 }
 
 /// What was changed in the tiles.

@@ -14,7 +14,7 @@ use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 
 use crate::edit::contradiction::Contradiction;
-use crate::edit::disk::Disk;
+use crate::edit::disk::{Disk, Purpose};
 use crate::edit::error::EditError;
 use crate::edit::regions::RegionLabels;
 use crate::edit::target::Target;
@@ -52,17 +52,17 @@ pub(crate) type Pin = EditPin<TileId, EditTile, EditError>;
 
 impl Tiles {
     /// Opens a file to edit it. `shares` returns the memory for its tiles, given the bytes of the
-    /// largest one. If `is_draft`, the file is not synced to the medium.
+    /// largest one.
     pub(crate) fn open(
         target: Target,
         shares: &dyn Fn(u64) -> EditShares,
-        is_draft: bool,
+        purpose: Purpose,
         runtime: Handle,
     ) -> Result<Self, EditError> {
         let reader = runtime.block_on(target.read())?;
         let reader = runtime.block_on(reader.for_passes())?;
         let EditShares { threads, tiles } = shares(reader.largest_tile());
-        let (disk, gone) = Disk::open(target, reader, threads, is_draft)?;
+        let (disk, gone) = Disk::open(target, reader, threads, purpose)?;
         let theirs = Arc::clone(&disk);
         let write_back = move |id, tile| Arc::clone(&theirs).write(id, tile).boxed();
         Ok(Self {

@@ -13,6 +13,7 @@ use futures::future::BoxFuture;
 use crate::io::buffers::Buffers;
 use crate::io::file::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, end_of, length_of};
 use crate::io::pool;
+use crate::io::range_lock::is_locked_below;
 use crate::io::regular::open_regular;
 
 /// A file on disk that a pool of threads reads and writes. Clones share it.
@@ -62,6 +63,12 @@ impl ThreadsFile {
     pub(super) fn for_tiles(mut self) -> Self {
         self.buffers = Buffers::keeping(KEPT_OF_TILES);
         self
+    }
+
+    /// Returns whether others have [locked](crate::io::lock_shared) a number below `end`. Fails if the
+    /// file cannot be locked.
+    pub(crate) fn is_locked_below(&self, end: u64) -> io::Result<bool> {
+        is_locked_below(&self.file, end)
     }
 
     /// Cuts the file off at a length.

@@ -228,9 +228,16 @@ impl<W: WriteAt> TileWriter<W> {
         let (encoded, behind) = encoded_at(FIRST_EXTENT, 0)?;
         let root_length = encoded.len() as u64;
         let is_in_front = behind.end + root_length + LIST_ALIGNMENT <= self.front_end;
-        let start = match is_in_front {
-            true => FIRST_EXTENT,
-            false => self.length().next_multiple_of(BLOCK),
+        // Alignments count from the start, which is a multiple of the size of a block.
+        let length = encoded_at(FIRST_EXTENT, root_length)?.1.end - FIRST_EXTENT;
+        let reused = match is_in_front {
+            true => None,
+            false => self.take_blocks(length),
+        };
+        let start = match (is_in_front, reused) {
+            (true, _) => FIRST_EXTENT,
+            (false, Some(start)) => start,
+            (false, None) => self.length().next_multiple_of(BLOCK),
         };
         let (encoded, behind) = encoded_at(start, root_length)?;
         hash.update(&encoded);
@@ -238,8 +245,8 @@ impl<W: WriteAt> TileWriter<W> {
             hash.update(list);
         }
         let all: Bytes = [&encoded[..], &behind.bytes].concat().into();
-        match is_in_front {
-            true => self.file.write_at(start, all).await?,
+        match is_in_front || reused.is_some() {
+            true => self.put(start, all).await?,
             false => drop(self.append((&all).into(), BLOCK).await?),
         }
         Ok((extent_of(start, &encoded), behind.end))

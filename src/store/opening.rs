@@ -8,6 +8,7 @@ use crate::memory::FileShares;
 use crate::store::cache::Cache;
 use crate::store::error::ReadError;
 use crate::store::format::overview::Overviews;
+use crate::store::generation_lock::locked;
 use crate::store::open_options::{OpenOptions, Origin};
 use crate::store::pages::Pages;
 use crate::store::reader::TileReader;
@@ -31,7 +32,7 @@ impl TileReader {
             source: Arc::new(error),
         })?;
         let origin = Origin::Path(path.to_owned(), options.backend);
-        Self::open_from(Arc::new(file), name, options, origin).await
+        Self::open_from(locked(file, path), name, options, origin).await
     }
 
     /// Opens a file on a web server or in an object store: `http://…`, `https://…` or

@@ -9,6 +9,7 @@ use crate::store::format::codec::StoredPart;
 use crate::store::format::extent::Extent;
 use crate::store::format::limits::{BLOCK, FIRST_EXTENT, MAX_FLATBUFFER};
 use crate::store::format::table_place::{ShortTable, TablePlace};
+use crate::store::free_space::FreeSpace;
 
 /// The number of bytes to buffer before a write.
 const CHUNK: usize = 4 << 20;
@@ -28,6 +29,8 @@ impl StoredPart {
 
 /// Writes extents, and then the [directory](crate::store::directory_writer). The superblocks are
 /// written last, so an unfinished file is no valid file.
+///
+/// An extent goes to free bytes where it fits, and otherwise behind the end.
 pub(crate) struct TileWriter<W> {
     pub(super) file: W,
     /// Bytes that are not written yet, and the offset at which they will be.
@@ -36,6 +39,8 @@ pub(crate) struct TileWriter<W> {
     /// Where the room for the root of the directory, behind the superblocks, ends.
     pub(super) front_end: u64,
     is_draft: bool,
+    /// The bytes before the end that may be overwritten.
+    free: FreeSpace,
 }
 
 impl<W: WriteAt> TileWriter<W> {
@@ -57,7 +62,14 @@ impl<W: WriteAt> TileWriter<W> {
             written: length,
             front_end: FIRST_EXTENT,
             is_draft: false,
+            free: FreeSpace::default(),
         }
+    }
+
+    /// Sets which bytes before the end may be overwritten.
+    #[must_use]
+    pub(crate) fn reusing(self, free: FreeSpace) -> Self {
+        Self { free, ..self }
     }
 
     /// Sets where the room for the root of the directory ends, in a new file that is continued.
@@ -123,6 +135,10 @@ impl<W: WriteAt> TileWriter<W> {
             let message = format!("a tile takes {longest} bytes, more than the format allows; use smaller tiles");
             return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
         }
+        if let Some(offset) = self.free.take(bytes.len() as u64, alignment) {
+            self.put(offset, bytes.clone()).await?;
+            return Ok(part.at(offset));
+        }
         let offset = self.length().next_multiple_of(alignment);
         let padding = (offset - self.length()) as usize;
         self.pending.resize(self.pending.len() + padding, 0);
@@ -140,12 +156,23 @@ impl<W: WriteAt> TileWriter<W> {
         Ok(part.at(offset))
     }
 
-    /// Overwrites the bytes at an offset, which must not be in use any more.
-    pub(crate) async fn put_at(&mut self, offset: u64, part: StoredPart) -> io::Result<Extent> {
-        // The pending bytes must not overwrite these later.
-        self.flush().await?;
-        self.file.write_at(offset, part.bytes.clone()).await?;
-        Ok(part.at(offset))
+    /// Allows bytes to be overwritten that this writer has written and nothing refers to any more.
+    pub(crate) fn release(&mut self, extent: Extent) {
+        self.free.give(extent.range());
+    }
+
+    /// Takes bytes before the end that may be overwritten, at a multiple of the size of a block.
+    pub(super) fn take_blocks(&mut self, length: u64) -> Option<u64> {
+        self.free.take(length, BLOCK)
+    }
+
+    /// Overwrites bytes before the end.
+    pub(super) async fn put(&mut self, offset: u64, bytes: Bytes) -> io::Result<()> {
+        if offset + bytes.len() as u64 > self.written {
+            // The pending bytes must not overwrite these later.
+            self.flush().await?;
+        }
+        self.file.write_at(offset, bytes).await
     }
 
     /// Writes the pending bytes.

@@ -2,6 +2,7 @@
 //! of the file.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use crate::geometry::Rect;
 use crate::store::format::damage::Damage;
@@ -69,6 +70,22 @@ impl Directory {
     /// Returns the number of bytes that the directory takes in the file that it was read from.
     #[must_use]
     pub fn stored_bytes(&self) -> u64 {
+        let extents = self.own_extents().flatten();
+        extents.map(|extent| u64::from(extent.length)).sum()
+    }
+
+    /// Returns the ranges of the file that it refers to, and its own, in no order. Overviews count as
+    /// a whole.
+    pub(crate) fn ranges(&self) -> Vec<Range<u64>> {
+        let used = self.tiles.iter().filter(|entry| !entry.is_unused());
+        let of_tiles = used.flat_map(|entry| [Some(entry.core), Some(entry.border), entry.table.apart()]);
+        let overviews = self.overviews.iter().map(OverviewEntry::range);
+        let extents = of_tiles.chain(self.own_extents()).flatten();
+        extents.map(Extent::range).chain(overviews).collect()
+    }
+
+    /// Returns the extents of the directory itself.
+    fn own_extents(&self) -> impl Iterator<Item = Option<Extent>> {
         let Layout {
             page_lists,
             pages,
@@ -77,11 +94,10 @@ impl Directory {
             ..
         } = &self.layout;
         let extents = page_lists.iter().map(|list| list.extent);
-        let extents = extents
+        extents
             .chain(pages.iter().map(|page| page.extent))
             .chain(*lists)
-            .chain([*root]);
-        extents.flatten().map(|extent| u64::from(extent.length)).sum()
+            .chain([*root])
     }
 
     /// Replaces the entries of all tiles. Pages in which one differs are no longer in the file.

@@ -1,5 +1,7 @@
 //! Where the overviews of a file lie, and what the root of the directory says of them.
 
+use std::ops::Range;
+
 use crate::store::format::damage::Damage;
 use crate::store::format::generated::directory as schema;
 use crate::store::format::limits::{BLOCK, FIRST_EXTENT, MAX_OVERVIEWS};
@@ -33,6 +35,11 @@ pub(crate) struct OverviewEntry {
 }
 
 impl OverviewEntry {
+    /// Returns the range of its bytes.
+    pub(super) fn range(&self) -> Range<u64> {
+        self.offset..self.end()
+    }
+
     /// Returns the offset behind its last byte.
     fn end(&self) -> u64 {
         self.offset + self.overview.bytes

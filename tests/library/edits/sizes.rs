@@ -2,7 +2,7 @@
 //! build gave them.
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::store::LineKind;
+use delaunay_tiles::store::{KdNode, LineKind};
 use delaunay_tiles::{EditSummary, Editor};
 use distributions::Kind;
 
@@ -68,9 +68,15 @@ async fn check_growth(kind: Kind, tile_vertices: usize, memory: u64) {
     let small = sizes(&scratch).await;
     assert!(3 * small.len() < large.len(), "{small:?}");
     let directory = scratch.open().await.directory().await.unwrap();
-    for pair in directory.tree.nodes().array_windows() {
-        use delaunay_tiles::store::KdNode::Leaf;
-        let [_, Leaf(left), Leaf(right)] = pair else { continue };
+    for nodes in directory.tree.nodes().array_windows() {
+        let [
+            KdNode::X { .. } | KdNode::Y { .. },
+            KdNode::Leaf(left),
+            KdNode::Leaf(right),
+        ] = nodes
+        else {
+            continue;
+        };
         let vertices = [left, right].map(|&id| directory.entry(id).unwrap().vertices as usize);
         assert!(vertices.iter().sum::<usize>() > tile_vertices / 2, "{vertices:?}");
     }
