@@ -243,7 +243,22 @@ fn commands(kind: u64, random: &mut ChaCha8Rng) -> (Vec<String>, String) {
             after(&[generate(points, " --long-segments 40")]),
             build("p.f64 --walls p.u32 --memory 1MiB", vertices),
         ),
-        3 => (vec![generate(points, ""), build("p.f64", vertices)], constrain),
+        3 => {
+            let mut before = vec![generate(points, ""), build("p.f64", vertices)];
+            let more = |name, seed| format!("generate uniform -n 300 --seed {seed} -o {name}");
+            before.extend([more("q.f64", seed + 1), more("r.f64", seed + 2)]);
+            let insert = |name| format!("insert {OUTPUT} {name} --quiet");
+            let delete = format!("delete {OUTPUT} q.f64 --skip-missing --quiet");
+            // After some edits, the next one overwrites bytes of earlier states.
+            let edits = [insert("q.f64"), delete.clone(), insert("q.f64")];
+            before.extend(edits.into_iter().take(below(random, 4) as usize));
+            let command = match below(random, 3) {
+                0 => constrain,
+                1 => insert("r.f64"),
+                _ => delete,
+            };
+            (before, command)
+        }
         _ => (
             vec![generate(points, ""), build("p.f64", vertices), constrain],
             format!("compact {OUTPUT}"),
