@@ -7,18 +7,21 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use bytes::Bytes;
-use foldhash::HashSet;
+use foldhash::HashMap;
 use tokio::sync::{MappedMutexGuard, Mutex, MutexGuard, oneshot};
 
+use crate::constraints::seeds::Seeds;
 use crate::edit::contradiction::Contradiction;
 use crate::edit::error::EditError;
 use crate::edit::regions::RegionLabels;
+use crate::edit::survey::{Surveys, TileSurvey};
 use crate::edit::target::Target;
 use crate::edit::tile::EditTile;
 use crate::edit::tile::drafts::Counts;
 use crate::edit::tile::parts::TileParts;
 use crate::edit::workers::Workers;
 use crate::io::{Buffers, ReadAt, ThreadsFile};
+use crate::memory::EditShares;
 use crate::store::{
     Codec, Digest, Directory, Extent, FIRST_EXTENT, FreeSpace, Part, PassReader, StoredPart, Tile, TileEntry, TileId,
     TileWriter,
@@ -44,8 +47,9 @@ pub(crate) struct Disk {
     generation: u32,
     /// `None` once the file is published.
     state: Mutex<Option<Written>>,
-    /// The component tables that tiles are written with, once they are known.
+    /// The component tables of the tiles, once they are known.
     pub(crate) labels: OnceLock<RegionLabels>,
+    seeds: Arc<Seeds>,
     buffers: Buffers,
     pub(crate) workers: Workers,
     /// Several tiles may be encoded at a time, but they are written in the order in which that
@@ -59,19 +63,27 @@ pub(crate) struct Disk {
 struct Written {
     writer: TileWriter<ThreadsFile>,
     entries: Vec<TileEntry>,
-    /// The tiles that were written with labels.
-    labelled: HashSet<TileId>,
-    /// The digest of these tiles, without holes.
-    digest: Digest,
+    /// The digests of the tiles that were written, without holes.
+    digests: HashMap<TileId, Digest>,
+    /// What the search for regions needs to know of these tiles, of as many as the memory allows.
+    surveys: Surveys,
+}
+
+/// A tile as it is stored, and what is known of it.
+struct Encoded {
+    counts: Counts,
+    core: StoredPart,
+    border: StoredPart,
+    survey: TileSurvey,
 }
 
 impl Disk {
-    /// Opens a file to edit it, with `threads` worker threads. The returned receiver ends when the
+    /// Opens a file to edit it, with these shares of the memory and threads. The returned receiver ends when the
     /// last reference to the file is dropped.
     pub(crate) fn open(
         target: Target,
         reader: PassReader,
-        threads: usize,
+        EditShares { threads, surveys, .. }: EditShares,
         purpose: Purpose,
     ) -> Result<(Arc<Self>, oneshot::Receiver<()>), EditError> {
         let Target { path, file } = target;
@@ -82,8 +94,8 @@ impl Disk {
                 .draft(purpose == Purpose::Draft)
                 .reusing(free),
             entries: reader.directory().tiles.clone(),
-            labelled: HashSet::default(),
-            digest: Digest::default(),
+            digests: HashMap::default(),
+            surveys: Surveys::within(surveys),
         };
         let (alive, gone) = oneshot::channel();
         let disk = Self {
@@ -91,6 +103,7 @@ impl Disk {
             state: Mutex::new(Some(written)),
             order: WriteOrder::default(),
             labels: OnceLock::new(),
+            seeds: Arc::new(Seeds::new(reader.directory().lists.hole_points.clone())),
             buffers: Buffers::default(),
             workers: Workers::new(threads).map_err(|error| EditError::io(&path, "start a thread to edit", error))?,
             path,
@@ -116,9 +129,26 @@ impl Disk {
         self.reads.load(Ordering::Relaxed)
     }
 
-    /// Returns the digest of the tiles that were written with labels, without holes.
+    /// Returns the digest of the tiles that were written, without holes.
     pub(crate) async fn digest(&self) -> Result<Digest, EditError> {
-        Ok(self.written().await?.digest)
+        let mut digest = Digest::default();
+        let state = self.written().await?;
+        state.digests.values().for_each(|&of_tile| digest += of_tile);
+        Ok(digest)
+    }
+
+    /// Returns what the search for regions needs to know of a tile that was written, if the memory
+    /// allowed to keep it.
+    pub(crate) async fn kept_survey(&self, id: TileId) -> Result<Option<TileSurvey>, EditError> {
+        Ok(self.written().await?.surveys.take(id))
+    }
+
+    /// Reads a tile, and returns what the search for regions needs to know of it.
+    pub(crate) async fn survey(&self, id: TileId) -> Result<TileSurvey, EditError> {
+        let stored = self.read(id).await?;
+        let seeds = Arc::clone(&self.seeds);
+        let survey = move || TileSurvey::of(&EditTile::of(&stored), &TileParts::stored(&stored), &seeds);
+        self.workers.run(survey).await
     }
 
     /// Publishes the current tiles, with the directory as it was, with room for all of them, which
@@ -188,19 +218,19 @@ impl Disk {
 
     /// Makes the component table of a tile the one that the labels ask for.
     pub(crate) async fn put_table(&self, id: TileId) -> Result<(), EditError> {
-        let table = self.table_of(id);
-        let mut state = self.written().await?;
-        if !state.entries[id.0 as usize].table.holds(&table) {
-            let placed = state.writer.place_table(table).await;
-            state.entries[id.0 as usize].table = placed.map_err(|error| self.cannot("write", error))?;
-        }
-        Ok(())
-    }
-
-    /// Returns the component table of a tile; empty if the labels are not known.
-    fn table_of(&self, id: TileId) -> Vec<u8> {
         let labels = self.labels.get();
-        labels.map_or_else(Vec::new, |labels| labels.tables[id.0 as usize].clone())
+        let table = labels.map_or_else(Vec::new, |labels| labels.tables[id.0 as usize].clone());
+        let mut state = self.written().await?;
+        let before = state.entries[id.0 as usize];
+        if before.table.holds(&table) {
+            return Ok(());
+        }
+        if let Some(extent) = before.table.apart().filter(|_| before.generation == self.generation) {
+            state.writer.release(extent);
+        }
+        let placed = state.writer.place_table(table).await;
+        state.entries[id.0 as usize].table = placed.map_err(|error| self.cannot("write", error))?;
+        Ok(())
     }
 
     /// Returns a tile to be changed. Without an entry, it has no vertices yet, or any more.
@@ -226,7 +256,13 @@ impl Disk {
     async fn write_in_turn(self: Arc<Self>, id: TileId, tile: Arc<EditTile>, turn: WriteTurn) -> Result<(), EditError> {
         let this = Arc::clone(&self);
         let codec = self.codec_of(id);
-        let (counts, core, border) = self.workers.run(move || this.encoded(&tile, codec)).await?;
+        let encoded = self.workers.run(move || this.encoded(&tile, codec)).await?;
+        let Encoded {
+            counts,
+            core,
+            border,
+            survey,
+        } = encoded;
         let _done = turn.wait().await;
         let mut state = self.written().await?;
         let before = state.entries[id.0 as usize];
@@ -237,24 +273,21 @@ impl Disk {
                 state.writer.release(extent);
             }
         }
+        state.digests.insert(id, counts.digest);
         if counts.is_empty() {
+            state.surveys.take(id);
             state.entries[id.0 as usize] = TileEntry::UNUSED;
             return Ok(());
         }
+        // Whoever reads the tile again needs to know the number of its components.
+        let table = state.writer.place_table(survey.table.clone()).await;
+        let table = table.map_err(|error| self.cannot("write", error))?;
+        state.surveys.put(survey);
         let written = async {
             let core = state.writer.append_core(core).await?;
             Ok((core, state.writer.append_border(border).await?))
         };
         let (core, border) = written.await.map_err(|error| self.cannot("write", error))?;
-        if self.labels.get().is_some() {
-            // Once labels are known, nothing else changes. So a tile that is written once more is
-            // the same.
-            if state.labelled.insert(id) {
-                state.digest += counts.digest;
-            }
-        }
-        let table = state.writer.place_table(self.table_of(id)).await;
-        let table = table.map_err(|error| self.cannot("write", error))?;
         state.entries[id.0 as usize] = TileEntry {
             table,
             ..counts.entry(core, border, self.generation)
@@ -270,17 +303,17 @@ impl Disk {
         entry.map_or(Codec::Raw, TileEntry::codec)
     }
 
-    /// Returns the counts of a tile, and its core and its border as they are stored.
-    fn encoded(&self, tile: &EditTile, codec: Codec) -> (Counts, StoredPart, StoredPart) {
-        let parts = self.labels.get().map(|_| TileParts::of(tile));
-        let drafts = tile.drafts(parts.as_ref());
+    fn encoded(&self, tile: &EditTile, codec: Codec) -> Encoded {
+        let parts = TileParts::of(tile);
+        let drafts = tile.drafts(&parts);
         let core = drafts.core.encode(tile.id, self.generation, &self.buffers);
         let border = drafts.border.encode(tile.id, self.generation, &self.buffers);
-        (
-            drafts.counts(),
-            codec.store(core, Part::Core),
-            codec.store(border, Part::Border),
-        )
+        Encoded {
+            counts: drafts.counts(),
+            core: codec.store(core, Part::Core),
+            border: codec.store(border, Part::Border),
+            survey: TileSurvey::of(tile, &parts, &self.seeds),
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::edit::contradiction::Contradiction;
 use crate::edit::error::EditError;
 use crate::edit::regions::{RegionJoin, RegionLabels};
-use crate::edit::tiles::{TileWithParts, Tiles};
+use crate::edit::tiles::Tiles;
 use crate::edit::touch::touch_along;
 use crate::edit::work::Work;
 use crate::memory::EditShares;
@@ -29,7 +29,7 @@ pub(crate) fn touch_crossed(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn(
     Ok(())
 }
 
-/// Joins the components of all tiles. If the file is a draft, whose regions are not known, it reads
+/// Writes all tiles that were changed, and joins the components of all tiles. If the file is a draft, whose regions are not known, it reads
 /// all tiles, else those that were changed and their neighbours.
 pub(crate) fn join(
     tiles: &mut Tiles,
@@ -41,6 +41,7 @@ pub(crate) fn join(
         true => Err(EditError::Cancelled),
         false => EditShares::check_regions(memory, joining.byte_size()).map_err(EditError::from),
     };
+    tiles.flush()?;
     let directory = tiles.directory();
     let mut is_fresh = vec![is_draft; directory.tiles.len()];
     let ids: Vec<TileId> = tiles.ids().collect();
@@ -56,9 +57,9 @@ pub(crate) fn join(
     }
     let joined = joining.join_known();
     joined.map_err(|tile| tiles.damaged(tile, Contradiction::Components))?;
-    let mut read = tiles.with_parts(fresh);
-    while let Some(TileWithParts { tile, parts }) = read.next()? {
-        joining.take(&tile, &parts)?;
+    let mut surveys = tiles.surveys(fresh);
+    while let Some(survey) = surveys.next()? {
+        joining.take(survey)?;
         check(&joining)?;
     }
     for id in joining.neighbours() {
@@ -69,18 +70,15 @@ pub(crate) fn join(
     labels.map_err(|tile| tiles.damaged(tile, Contradiction::MissingTriangle))
 }
 
-/// Writes all tiles that were changed, and the component tables of the others that are not as they
-/// were.
+/// Writes the component tables that are not as they were.
 pub(crate) fn label(tiles: &mut Tiles, labels: RegionLabels, is_stopped: &dyn Fn() -> bool) -> Result<(), EditError> {
-    tiles.label(labels)?;
+    tiles.label(labels);
     let ids: Vec<TileId> = tiles.ids().collect();
     for id in ids {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
-        if !tiles.is_changed(id) {
-            tiles.put_table(id)?;
-        }
+        tiles.put_table(id)?;
     }
     Ok(())
 }

@@ -43,6 +43,7 @@ mod sites;
 mod sizes;
 mod strip;
 mod summary;
+mod survey;
 mod target;
 mod tile;
 mod tile_vertices;

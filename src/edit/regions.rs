@@ -17,18 +17,14 @@
 use std::collections::BTreeSet;
 
 use crate::collections::union_find::{UnionFind, WeightedUnionFind};
-use crate::constraints::seeds::{HoleRules, Seeds};
+use crate::constraints::seeds::HoleRules;
 use crate::edit::error::EditError;
 use crate::edit::new_links::NewLinks;
 use crate::edit::region_numbers::{NEW, ToNumber, number_regions};
 use crate::edit::shared_triangles::SharedTriangles;
-use crate::edit::tile::EditTile;
-use crate::edit::tile::parts::TileParts;
-use crate::geometry::{HalfEdge, TriangleId};
-use crate::mesh::{Topology, Twin};
+use crate::edit::survey::{DepthChange, SharedTriangle, TileSurvey};
 use crate::store::{
-    Component, ComponentId, ComponentRecord, DigestSum, Directory, EdgeSource, Metadata, Tile, TileId, Vertex,
-    component_table, triangle_hash,
+    Component, ComponentId, ComponentRecord, DigestSum, Directory, EdgeSource, Metadata, Tile, TileId, component_table,
 };
 
 /// The node of the plane outside the hull.
@@ -57,7 +53,6 @@ pub(crate) struct RegionJoin {
     /// Links from and to components of fresh tiles.
     links: NewLinks,
     neighbours: BTreeSet<TileId>,
-    seeds: Seeds,
     rules: HoleRules,
 }
 
@@ -78,7 +73,6 @@ impl RegionJoin {
             shared: SharedTriangles::default(),
             links: NewLinks::default(),
             neighbours: BTreeSet::new(),
-            seeds: Seeds::new(directory.lists.hole_points.clone()),
             rules: HoleRules {
                 has_holes: true,
                 exterior: directory.metadata.exterior_is_hole,
@@ -184,101 +178,31 @@ impl RegionJoin {
         (link.number < count).then(|| first + link.number)
     }
 
-    /// Adds a fresh tile and its parts.
+    /// Adds a fresh tile.
     ///
     /// # Errors
     /// Returns an error if a ring does not close, with the line of one of its edges.
-    pub(crate) fn take(&mut self, tile: &EditTile, parts: &TileParts) -> Result<(), EditError> {
-        let mut records = vec![ComponentRecord::default(); parts.count() as usize];
-        let (order, core_count) = tile.in_order();
-        for &triangle in &order {
-            self.describe(tile, triangle, &mut records[parts.of_triangle(triangle) as usize]);
+    pub(crate) fn take(&mut self, survey: TileSurvey) -> Result<(), EditError> {
+        let TileSurvey { tile, parts, .. } = survey;
+        self.add_nodes(tile, parts, survey.table)?;
+        let first = self.first[tile.0 as usize];
+        for link in survey.linked {
+            let [part, other] = link.map(|part| first + part);
+            self.regions.union(part, other);
+            self.depths.union(part, other, 0);
+            self.links.add([part, other]);
         }
-        // A tile without triangles has no components, and no table.
-        let table = match records.is_empty() {
-            true => Vec::new(),
-            false => component_table::encode(tile.id, &records),
-        };
-        self.add_nodes(tile.id, parts.count(), table)?;
-        self.link_within(tile, parts, &order);
-        let id = |triangle: TriangleId| ComponentId {
-            tile: tile.id,
-            number: parts.of_triangle(triangle),
-        };
-        for &triangle in &order[core_count..] {
-            let (corners, _) = tile.triangle(HalfEdge::new(triangle, 0));
-            let others = corners.map(|vertex| vertex.id.tile).into_iter();
-            let neighbours = others.filter(|&other| !self.is_fresh(other)).collect::<Vec<_>>();
-            self.neighbours.extend(neighbours);
-            let corners = corners.map(|vertex| Vertex {
-                id: vertex.id,
-                point: vertex.point,
-            });
-            self.share(corners, id(triangle));
+        let known = survey.neighbours.into_iter().filter(|&other| !self.is_fresh(other));
+        let known: Vec<TileId> = known.collect();
+        self.neighbours.extend(known);
+        for triangle in survey.shared {
+            self.share(tile, triangle);
         }
-        for &triangle in &order {
-            for half_edge in HalfEdge::of_triangle(triangle) {
-                if tile.twin(half_edge) == Twin::Hull && !tile.is_constraint(half_edge) {
-                    // Without a constraint in between, the region is as deep as the outside.
-                    self.deepen([self.node(id(triangle)), OUTSIDE], 0, None)?;
-                }
-            }
-        }
-        for (half_edge, sources) in tile.owned_constraints() {
-            let left = self.node(id(half_edge.triangle()));
-            let twin = tile.twin(half_edge).half_edge();
-            let right = twin.map_or(OUTSIDE, |twin| self.node(id(twin.triangle())));
-            // Sources are seen from the smaller corner.
-            let is_against = tile.origin(half_edge) > tile.destination(half_edge);
-            let change: i32 = sources.iter().map(|source| source.depth_change()).sum();
-            let change = if is_against { -change } else { change };
-            self.deepen([left, right], change, sources.first().map(|part| part.source()))?;
+        for (DepthChange { sides, change }, source) in survey.changes {
+            let sides = sides.map(|part| part.map_or(OUTSIDE, |part| first + part));
+            self.deepen(sides, change, source)?;
         }
         Ok(())
-    }
-
-    /// Links the parts of a fresh tile that are connected within it. There are such parts if they are
-    /// the components that a build gave to a core.
-    fn link_within(&mut self, tile: &EditTile, parts: &TileParts, order: &[TriangleId]) {
-        let first = self.first[tile.id.0 as usize];
-        let mut linked = UnionFind::new(parts.count());
-        let half_edges = order.iter().flat_map(|&triangle| HalfEdge::of_triangle(triangle));
-        for half_edge in half_edges.filter(|&half_edge| !tile.is_constraint(half_edge)) {
-            let Twin::HalfEdge(twin) = tile.twin(half_edge) else {
-                continue;
-            };
-            let both = [half_edge, twin].map(|half_edge| parts.of_triangle(half_edge.triangle()));
-            if both[0] < both[1] {
-                linked.union(both[0], both[1]);
-                self.regions.union(first + both[0], first + both[1]);
-                self.depths.union(first + both[0], first + both[1], 0);
-            }
-        }
-        let mut of_sets = vec![NONE; parts.count() as usize];
-        for number in 0..parts.count() {
-            let first_linked = &mut of_sets[linked.find(number) as usize];
-            if *first_linked == NONE {
-                *first_linked = number;
-                continue;
-            }
-            self.links.add([first + number, first + *first_linked]);
-        }
-    }
-
-    /// Adds what a triangle of a fresh tile says of its component.
-    fn describe(&self, tile: &EditTile, triangle: TriangleId, record: &mut ComponentRecord) {
-        let (corners, _) = tile.triangle(HalfEdge::new(triangle, 0));
-        let points = corners.map(|vertex| vertex.point);
-        if tile.owns(triangle) {
-            record.triangles.add_hash(triangle_hash(points));
-        }
-        record.is_seeded |= !self.seeds.is_empty() && self.seeds.any_in(points);
-        for half_edge in HalfEdge::of_triangle(triangle) {
-            if tile.twin(half_edge) == Twin::Hull {
-                record.is_at_hull = true;
-                record.is_open |= !tile.is_constraint(half_edge);
-            }
-        }
     }
 
     fn deepen(&mut self, [left, right]: [u32; 2], change: i32, source: Option<EdgeSource>) -> Result<(), EditError> {
@@ -300,18 +224,15 @@ impl RegionJoin {
         for triangle in tile.border_triangle_ids() {
             let corners = tile.vertices(triangle);
             if corners.iter().any(|vertex| self.is_fresh(vertex.id.tile)) {
-                let component = ComponentId {
-                    tile: tile.id(),
-                    number: tile.component_number(triangle),
-                };
-                self.share(corners, component);
+                let corners = corners.map(|vertex| (vertex.id, vertex.point));
+                self.share(tile.id(), SharedTriangle::of(corners, tile.component_number(triangle)));
             }
         }
     }
 
     /// Adds a triangle that may be in several tiles. The last of these joins their components.
-    fn share(&mut self, corners: [Vertex; 3], component: ComponentId) {
-        for [other, at_owner] in self.shared.take(corners, component) {
+    fn share(&mut self, tile: TileId, triangle: SharedTriangle) {
+        for [other, at_owner] in self.shared.take(tile, triangle) {
             let nodes = [self.node(other), self.node(at_owner)];
             self.regions.union(nodes[0], nodes[1]);
             // Both are parts of one region.

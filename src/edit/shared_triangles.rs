@@ -2,7 +2,8 @@
 
 use foldhash::HashMap;
 
-use crate::store::{ComponentId, TileId, Vertex, VertexId};
+use crate::edit::survey::SharedTriangle;
+use crate::store::{ComponentId, TileId, VertexId};
 
 /// Triangles of several tiles some of which have not come.
 #[derive(Default)]
@@ -20,19 +21,20 @@ struct Waiting {
 }
 
 impl SharedTriangles {
-    /// Takes a triangle that a component of a tile has. If it is the last one of its tiles, returns
-    /// pairs of components: one of another tile, and the one of the tile that owns the triangle.
+    /// Takes a triangle that a tile stores. If it is the last one of its tiles, returns pairs of
+    /// components: one of another tile, and the one of the tile that owns the triangle.
     pub(crate) fn take(
         &mut self,
-        corners: [Vertex; 3],
-        component: ComponentId,
+        tile: TileId,
+        triangle: SharedTriangle,
     ) -> impl Iterator<Item = [ComponentId; 2]> + use<> {
-        let owner = corners.iter().min_by(|a, b| a.point.lex_cmp(b.point));
-        let owner = owner.map_or(component.tile, |vertex| vertex.id.tile);
-        let [a, b, c] = corners.map(|vertex| vertex.id);
-        let key = [[a, b], [b, c], [c, a]].into_iter().min().unwrap_or([a, b]);
-        let others = u8::from(b.tile != a.tile) + u8::from(c.tile != a.tile && c.tile != b.tile);
-        let tiles = 1 + others;
+        let SharedTriangle {
+            key,
+            owner,
+            tiles,
+            part,
+        } = triangle;
+        let component = ComponentId { tile, number: part };
         let waiting = self.waiting.entry(key).or_insert(Waiting {
             components: [component; 2],
             came: 0,

@@ -17,9 +17,9 @@ use crate::edit::contradiction::Contradiction;
 use crate::edit::disk::{Disk, Purpose};
 use crate::edit::error::EditError;
 use crate::edit::regions::RegionLabels;
+use crate::edit::survey::TileSurvey;
 use crate::edit::target::Target;
 use crate::edit::tile::EditTile;
-use crate::edit::tile::parts::TileParts;
 use crate::geometry::HalfEdge;
 use crate::memory::EditShares;
 use crate::mesh::{Topology, Twin};
@@ -61,8 +61,9 @@ impl Tiles {
     ) -> Result<Self, EditError> {
         let reader = runtime.block_on(target.read())?;
         let reader = runtime.block_on(reader.for_passes())?;
-        let EditShares { threads, tiles } = shares(reader.largest_tile());
-        let (disk, gone) = Disk::open(target, reader, threads, purpose)?;
+        let shares = shares(reader.largest_tile());
+        let tiles = shares.tiles;
+        let (disk, gone) = Disk::open(target, reader, shares, purpose)?;
         let theirs = Arc::clone(&disk);
         let write_back = move |id, tile| Arc::clone(&theirs).write(id, tile).boxed();
         Ok(Self {
@@ -187,14 +188,19 @@ impl Tiles {
         }
     }
 
-    /// Returns some tiles in order, with their parts: those of changed tiles as they are now, of
-    /// others as they are in the file. The workers find the parts of several tiles at a time.
-    pub(crate) fn with_parts(&self, tiles: Vec<TileId>) -> TilesWithParts<'_> {
-        TilesWithParts {
+    /// Returns what the search for regions needs to know of some tiles, in their order. All changes
+    /// must be [written](Self::flush). Tiles of which it was not kept are read, several at a time.
+    pub(crate) fn surveys(&self, tiles: Vec<TileId>) -> TileSurveys<'_> {
+        TileSurveys {
             tiles: self,
             left: tiles.into(),
             coming: VecDeque::new(),
         }
+    }
+
+    /// Writes the changed tiles that are only in the cache.
+    pub(crate) fn flush(&mut self) -> Result<(), EditError> {
+        self.runtime.block_on(self.cache.flush(self.disk.workers.threads))
     }
 
     /// Returns the component table of a tile that was not changed, and the number of components.
@@ -202,12 +208,12 @@ impl Tiles {
         self.runtime.block_on(self.disk.table(id))
     }
 
-    /// Makes the component table of a tile that was not changed the one that the labels ask for.
+    /// Makes the component table of a tile the one that the labels ask for.
     pub(crate) fn put_table(&self, id: TileId) -> Result<(), EditError> {
         self.runtime.block_on(self.disk.put_table(id))
     }
 
-    /// Returns the digest of the file once all tiles are written with labels: that of the file as
+    /// Returns the digest of the file once all tiles are written: that of the file as
     /// it was opened, less what the changed tiles had, and with what they have. `holes` are the
     /// triangles in holes.
     pub(crate) fn digest(&self, holes: DigestSum) -> Result<Digest, EditError> {
@@ -217,10 +223,12 @@ impl Tiles {
         Ok(Digest { holes, ..digest })
     }
 
-    /// Returns a tile to change, one at a time.
+    /// Returns a tile to change, one at a time. It will be written, and its components are found anew.
     pub(crate) fn change(&mut self, id: TileId) -> Result<EditLease<'_, TileId, EditTile, EditError>, EditError> {
         let load = || Arc::clone(&self.disk).load(id);
-        let lease = self.wait_for(self.cache.edit(id, load))?;
+        let mut lease = self.wait_for(self.cache.edit(id, load))?;
+        // Borrowing it makes the cache write it.
+        let _: &mut EditTile = &mut lease;
         if let Some(is_changed) = self.is_changed.get_mut(id.0 as usize)
             && !std::mem::replace(is_changed, true)
         {
@@ -244,18 +252,9 @@ impl Tiles {
         self.runtime.block_on(self.disk.read(id))
     }
 
-    /// Makes tiles be written with their components from now on. Writes the changed tiles.
-    pub(crate) fn label(&mut self, labels: RegionLabels) -> Result<(), EditError> {
-        // Tiles that were written without labels are written again. Those not written yet will have
-        // labels.
-        // An emptied tile that the cache has evicted is no longer in the file.
-        let changed: Vec<TileId> = self.ids().filter(|&id| self.is_changed(id)).collect();
+    /// Sets the component tables that [`put_table`](Self::put_table) puts.
+    pub(crate) fn label(&mut self, labels: RegionLabels) {
         self.disk.labels.get_or_init(|| labels);
-        for id in changed {
-            // Borrowing a tile for a change makes the cache write it again.
-            let _: &mut EditTile = &mut *self.change(id)?;
-        }
-        self.runtime.block_on(self.cache.flush(self.disk.workers.threads))
     }
 
     /// Forgets all changes. Returns the length that the file would have, without its directory.
@@ -284,56 +283,35 @@ impl Tiles {
     }
 }
 
-/// A tile and its parts.
-pub(crate) struct TileWithParts {
-    pub(crate) tile: Arc<EditTile>,
-    pub(crate) parts: TileParts,
-}
-
-/// Tiles of a file, in order.
-pub(crate) struct TilesWithParts<'a> {
+/// What the search for regions needs to know of tiles, in order.
+pub(crate) struct TileSurveys<'a> {
     tiles: &'a Tiles,
     left: VecDeque<TileId>,
-    coming: VecDeque<JoinHandle<Result<TileWithParts, EditError>>>,
+    coming: VecDeque<Coming>,
 }
 
-impl TilesWithParts<'_> {
-    pub(crate) fn next(&mut self) -> Result<Option<TileWithParts>, EditError> {
-        let Tiles {
-            runtime,
-            cache,
-            disk,
-            is_changed,
-            ..
-        } = self.tiles;
+enum Coming {
+    Kept(TileSurvey),
+    Read(JoinHandle<Result<TileSurvey, EditError>>),
+}
+
+impl TileSurveys<'_> {
+    pub(crate) fn next(&mut self) -> Result<Option<TileSurvey>, EditError> {
+        let Tiles { runtime, disk, .. } = self.tiles;
         while self.coming.len() < disk.workers.threads
             && let Some(id) = self.left.pop_front()
         {
-            let is_changed = is_changed[id.0 as usize];
-            let (reader, disk) = (cache.reader(), Arc::clone(disk));
-            self.coming.push_back(runtime.spawn(async move {
-                if is_changed {
-                    let tile = reader.read(id, || Arc::clone(&disk).load(id)).await?;
-                    let tile = Arc::clone(&tile);
-                    let part = move || TileWithParts {
-                        parts: TileParts::of(&tile),
-                        tile,
-                    };
-                    disk.workers.run(part).await
-                } else {
-                    let stored = disk.read(id).await?;
-                    let part = move || TileWithParts {
-                        parts: TileParts::stored(&stored),
-                        tile: Arc::new(EditTile::of(&stored)),
-                    };
-                    disk.workers.run(part).await
-                }
-            }));
+            let disk = Arc::clone(disk);
+            self.coming.push_back(match runtime.block_on(disk.kept_survey(id))? {
+                Some(survey) => Coming::Kept(survey),
+                None => Coming::Read(runtime.spawn(async move { disk.survey(id).await })),
+            });
         }
-        let Some(coming) = self.coming.pop_front() else {
-            return Ok(None);
-        };
         let gone = |_| EditError::Internal("a task that reads tiles is gone".to_owned());
-        runtime.block_on(coming).map_err(gone)?.map(Some)
+        match self.coming.pop_front() {
+            None => Ok(None),
+            Some(Coming::Kept(survey)) => Ok(Some(survey)),
+            Some(Coming::Read(survey)) => runtime.block_on(survey).map_err(gone)?.map(Some),
+        }
     }
 }

@@ -16,6 +16,8 @@ pub(crate) struct EditShares {
     pub(crate) threads: usize,
     /// Bytes for the tiles in the cache.
     pub(crate) tiles: u64,
+    /// Bytes for what the search for regions needs to know of changed tiles.
+    pub(crate) surveys: u64,
 }
 
 impl EditShares {
@@ -39,13 +41,14 @@ impl EditShares {
         const TILES_IN_WORK: u64 = 5;
         let threads = threads.min((memory / OF_THREAD) as usize).max(1);
         let in_work = threads as u64 * TILES_IN_WORK * largest_tile;
-        let regions = memory / 8;
+        let (regions, surveys) = (memory / 8, memory / 16);
         let input = points + segments * EDIT_SEGMENT_BYTES;
-        let others = input + in_work + regions;
+        let others = input + in_work + regions + surveys;
         Self {
             threads,
             // Tiles in use are in memory in any case.
-            tiles: memory.saturating_sub(others).clamp(memory / 8, memory / 8 * 5),
+            tiles: memory.saturating_sub(others).clamp(memory / 8, memory / 16 * 9),
+            surveys,
         }
     }
 

@@ -66,7 +66,7 @@ impl Numbering {
 
 impl EditTile {
     /// Makes the core and the border. The parts become components.
-    pub(crate) fn drafts(&self, parts: Option<&TileParts>) -> Drafts {
+    pub(crate) fn drafts(&self, parts: &TileParts) -> Drafts {
         let numbering = Numbering::of(self);
         let mut drafts = Drafts {
             digest: self.digest(),
@@ -76,7 +76,7 @@ impl EditTile {
         };
         drafts.border.vertex_sides = vertex_sides(&drafts.core, &drafts.border);
         self.put_sources(&mut drafts, &numbering);
-        if let Some(parts) = parts.filter(|parts| parts.count() > 1) {
+        if parts.count() > 1 {
             let of = |triangles: &[TriangleId]| triangles.iter().map(|&triangle| parts.of_triangle(triangle)).collect();
             drafts.core.components = of(&numbering.of_core);
             drafts.border.components = of(&numbering.of_border);
