@@ -3,8 +3,8 @@
 use std::io;
 use std::ops::Range;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, OnceLock};
 
 use bytes::Bytes;
 use foldhash::HashMap;
@@ -13,7 +13,6 @@ use tokio::sync::{MappedMutexGuard, Mutex, MutexGuard, oneshot};
 use crate::constraints::seeds::Seeds;
 use crate::edit::contradiction::Contradiction;
 use crate::edit::error::EditError;
-use crate::edit::regions::RegionLabels;
 use crate::edit::survey::{Surveys, TileSurvey};
 use crate::edit::target::Target;
 use crate::edit::tile::EditTile;
@@ -47,8 +46,6 @@ pub(crate) struct Disk {
     generation: u32,
     /// `None` once the file is published.
     state: Mutex<Option<Written>>,
-    /// The component tables of the tiles, once they are known.
-    pub(crate) labels: OnceLock<RegionLabels>,
     seeds: Arc<Seeds>,
     buffers: Buffers,
     pub(crate) workers: Workers,
@@ -102,7 +99,6 @@ impl Disk {
             generation: generation.map_err(|_| EditError::Internal("the file was edited too often".to_owned()))?,
             state: Mutex::new(Some(written)),
             order: WriteOrder::default(),
-            labels: OnceLock::new(),
             seeds: Arc::new(Seeds::new(reader.directory().lists.hole_points.clone())),
             buffers: Buffers::default(),
             workers: Workers::new(threads).map_err(|error| EditError::io(&path, "start a thread to edit", error))?,
@@ -216,10 +212,8 @@ impl Disk {
         Ok(self.reader.component_table(id, &entry).await?)
     }
 
-    /// Makes the component table of a tile the one that the labels ask for.
-    pub(crate) async fn put_table(&self, id: TileId) -> Result<(), EditError> {
-        let labels = self.labels.get();
-        let table = labels.map_or_else(Vec::new, |labels| labels.tables[id.0 as usize].clone());
+    /// Puts a component table in the place of that of a tile.
+    pub(crate) async fn put_table(&self, id: TileId, table: Vec<u8>) -> Result<(), EditError> {
         let mut state = self.written().await?;
         let before = state.entries[id.0 as usize];
         if before.table.holds(&table) {
@@ -305,14 +299,15 @@ impl Disk {
 
     fn encoded(&self, tile: &EditTile, codec: Codec) -> Encoded {
         let parts = TileParts::of(tile);
-        let drafts = tile.drafts(&parts);
+        let survey = TileSurvey::of(tile, &parts, &self.seeds);
+        let drafts = tile.drafts(&parts, survey.triangles);
         let core = drafts.core.encode(tile.id, self.generation, &self.buffers);
         let border = drafts.border.encode(tile.id, self.generation, &self.buffers);
         Encoded {
             counts: drafts.counts(),
             core: codec.store(core, Part::Core),
             border: codec.store(border, Part::Border),
-            survey: TileSurvey::of(tile, &parts, &self.seeds),
+            survey,
         }
     }
 }

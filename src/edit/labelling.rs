@@ -71,14 +71,12 @@ pub(crate) fn join(
 }
 
 /// Writes the component tables that are not as they were.
-pub(crate) fn label(tiles: &mut Tiles, labels: RegionLabels, is_stopped: &dyn Fn() -> bool) -> Result<(), EditError> {
-    tiles.label(labels);
-    let ids: Vec<TileId> = tiles.ids().collect();
-    for id in ids {
+pub(crate) fn label(tiles: &Tiles, mut tables: Vec<Vec<u8>>, is_stopped: &dyn Fn() -> bool) -> Result<(), EditError> {
+    for id in tiles.ids() {
         if is_stopped() {
             return Err(EditError::Cancelled);
         }
-        tiles.put_table(id)?;
+        tiles.put_table(id, std::mem::take(&mut tables[id.0 as usize]))?;
     }
     Ok(())
 }

@@ -83,7 +83,7 @@ fn edit_here(
     if let Some(overlapping) = work.overlapping {
         return Err(EditError::Overlapping(overlapping));
     }
-    label(&mut tiles, labels, is_stopped)?;
+    label(&tiles, labels.tables, is_stopped)?;
     let digest = tiles.digest(holes)?;
     if digest.triangles.count == 0 && changed.has_lines {
         return Err(EditError::NothingLeft);

@@ -9,7 +9,7 @@ use crate::edit::tile::EditTile;
 use crate::edit::tile::parts::TileParts;
 use crate::geometry::{HalfEdge, Point, TriangleId};
 use crate::mesh::{Topology, Twin};
-use crate::store::{ComponentRecord, EdgeSource, TileId, VertexId, component_table, triangle_hash};
+use crate::store::{ComponentRecord, DigestSum, EdgeSource, TileId, VertexId, component_table, triangle_hash};
 
 /// A triangle that several tiles store.
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +53,8 @@ pub(crate) struct TileSurvey {
     pub(crate) tile: TileId,
     /// The number of parts.
     pub(crate) parts: u32,
+    /// The number of the triangles that belong to the tile, and the sum of their hashes.
+    pub(crate) triangles: DigestSum,
     /// The component table, without regions, depths and links; empty without parts.
     pub(crate) table: Vec<u8>,
     /// The parts that are connected within the tile without a constraint between: each with the first
@@ -122,6 +124,10 @@ impl TileSurvey {
         Self {
             tile: tile.id,
             parts: parts.count(),
+            triangles: records.iter().fold(DigestSum::default(), |mut sum, record| {
+                sum += record.triangles;
+                sum
+            }),
             // A tile without triangles has no components, and no table.
             table: match records.is_empty() {
                 true => Vec::new(),

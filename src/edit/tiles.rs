@@ -16,7 +16,6 @@ use tokio::task::JoinHandle;
 use crate::edit::contradiction::Contradiction;
 use crate::edit::disk::{Disk, Purpose};
 use crate::edit::error::EditError;
-use crate::edit::regions::RegionLabels;
 use crate::edit::survey::TileSurvey;
 use crate::edit::target::Target;
 use crate::edit::tile::EditTile;
@@ -208,9 +207,9 @@ impl Tiles {
         self.runtime.block_on(self.disk.table(id))
     }
 
-    /// Makes the component table of a tile the one that the labels ask for.
-    pub(crate) fn put_table(&self, id: TileId) -> Result<(), EditError> {
-        self.runtime.block_on(self.disk.put_table(id))
+    /// Puts a component table in the place of that of a tile.
+    pub(crate) fn put_table(&self, id: TileId, table: Vec<u8>) -> Result<(), EditError> {
+        self.runtime.block_on(self.disk.put_table(id, table))
     }
 
     /// Returns the digest of the file once all tiles are written: that of the file as
@@ -250,11 +249,6 @@ impl Tiles {
     /// Reads a tile from the file.
     pub(crate) fn read(&self, id: TileId) -> Result<Tile, EditError> {
         self.runtime.block_on(self.disk.read(id))
-    }
-
-    /// Sets the component tables that [`put_table`](Self::put_table) puts.
-    pub(crate) fn label(&mut self, labels: RegionLabels) {
-        self.disk.labels.get_or_init(|| labels);
     }
 
     /// Forgets all changes. Returns the length that the file would have, without its directory.

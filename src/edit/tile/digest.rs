@@ -1,7 +1,6 @@
 //! The digest of a tile during an edit.
 
 use crate::edit::tile::EditTile;
-use crate::geometry::TriangleId;
 use crate::mesh::Topology;
 use crate::store::{Digest, DigestSum, triangle_hash};
 
@@ -9,10 +8,18 @@ impl EditTile {
     /// Returns the digest of all elements that belong to the tile, without holes: a tile that can
     /// be changed knows no regions.
     pub(crate) fn digest(&self) -> Digest {
-        let mut digest = Digest::default();
+        self.digest_with(self.triangle_sum())
+    }
+
+    /// Returns the digest, given the number of the triangles that belong to the tile, and the sum of
+    /// their hashes.
+    pub(crate) fn digest_with(&self, triangles: DigestSum) -> Digest {
+        let mut digest = Digest {
+            triangles,
+            ..Digest::default()
+        };
         digest.add_vertices(&self.points, &self.z);
         digest.add_sites(&self.points, &self.sites, &self.site_ids);
-        digest.triangles = self.triangle_sum(|_| true);
         for (half_edge, sources) in self.owned_constraints() {
             let mut corners = [self.origin(half_edge), self.destination(half_edge)];
             // Sources are kept as seen from the smaller corner.
@@ -26,12 +33,11 @@ impl EditTile {
         digest
     }
 
-    /// Returns the number of some of the triangles that belong to the tile, and the sum of their
-    /// hashes.
-    pub(crate) fn triangle_sum(&self, is_counted: impl Fn(TriangleId) -> bool) -> DigestSum {
+    /// Returns the number of the triangles that belong to the tile, and the sum of their hashes.
+    fn triangle_sum(&self) -> DigestSum {
         let mut sum = DigestSum::default();
-        let (triangles, _) = self.in_order();
-        for triangle in triangles.into_iter().filter(|&t| self.owns(t) && is_counted(t)) {
+        let all = self.triangle_ids().filter(|&triangle| !self.is_removed(triangle));
+        for triangle in all.filter(|&triangle| self.owns(triangle)) {
             let corners = self.triangles[triangle.index()];
             sum.add_hash(triangle_hash(corners.map(|corner| self.vertex(corner).point)));
         }

@@ -8,7 +8,7 @@ use crate::edit::tile::parts::TileParts;
 use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, Rect, TriangleId};
 use crate::mesh::{Topology, Twin};
-use crate::store::{BorderDraft, CoreDraft, Digest, Extent, TablePlace, TileEntry};
+use crate::store::{BorderDraft, CoreDraft, Digest, DigestSum, Extent, TablePlace, TileEntry};
 
 /// The drafts that a tile is written from.
 pub(crate) struct Drafts {
@@ -65,11 +65,12 @@ impl Numbering {
 }
 
 impl EditTile {
-    /// Makes the core and the border. The parts become components.
-    pub(crate) fn drafts(&self, parts: &TileParts) -> Drafts {
+    /// Makes the core and the border. The parts become components. `triangles` is the sum of the
+    /// triangles that belong to the tile.
+    pub(crate) fn drafts(&self, parts: &TileParts, triangles: DigestSum) -> Drafts {
         let numbering = Numbering::of(self);
         let mut drafts = Drafts {
-            digest: self.digest(),
+            digest: self.digest_with(triangles),
             bounds: self.bounds(&numbering),
             core: self.core_draft(&numbering),
             border: self.border_draft(&numbering),
