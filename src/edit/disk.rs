@@ -75,8 +75,8 @@ struct Encoded {
 }
 
 impl Disk {
-    /// Opens a file to edit it, with these shares of the memory and threads. The returned receiver ends when the
-    /// last reference to the file is dropped.
+    /// Opens a file to edit it, with these shares of the memory and threads. The returned receiver
+    /// ends when the last reference to the file is dropped.
     pub(crate) fn open(
         target: Target,
         reader: PassReader,

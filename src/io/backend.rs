@@ -134,6 +134,10 @@ impl ReadAt for FallenBack {
         self.file.read_at(range)
     }
 
+    fn lock_shared(&self, number: u64) -> io::Result<()> {
+        self.file.lock_shared(number)
+    }
+
     fn rest(&self) {
         self.file.rest();
     }

@@ -35,6 +35,14 @@ pub trait ReadAt: Send + Sync {
         try_join_all(ranges.iter().map(|range| self.read_at(range.clone()))).boxed()
     }
 
+    /// Locks a number, as others may at the same time, until the file is closed. Tile files lock the
+    /// generation that they read. By default, and where the system has no locks of byte ranges that
+    /// belong to an open file, it fails with [`io::ErrorKind::Unsupported`].
+    fn lock_shared(&self, number: u64) -> io::Result<()> {
+        let _ = number;
+        Err(io::ErrorKind::Unsupported.into())
+    }
+
     /// Ends a series of reads: memory that is kept for reading may be released.
     fn rest(&self) {}
 }
@@ -67,6 +75,10 @@ impl<T: ReadAt + ?Sized> ReadAt for Arc<T> {
 
     fn read_many(&self, ranges: &[Range<u64>]) -> BoxFuture<'static, io::Result<Vec<Bytes>>> {
         (**self).read_many(ranges)
+    }
+
+    fn lock_shared(&self, number: u64) -> io::Result<()> {
+        (**self).lock_shared(number)
     }
 
     fn rest(&self) {

@@ -41,7 +41,6 @@ pub use object::ObjectFile;
 pub use output_file::{OutputFile, output_target};
 pub(crate) use output_file::{folder_of, is_named, new_output};
 pub(crate) use pool::blocking;
-pub(crate) use range_lock::lock_shared;
 pub use regular::open_regular;
 pub(crate) use section::Section;
 pub(crate) use start::start_scoped;

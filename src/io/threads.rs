@@ -13,7 +13,7 @@ use futures::future::BoxFuture;
 use crate::io::buffers::Buffers;
 use crate::io::file::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, end_of, length_of};
 use crate::io::pool;
-use crate::io::range_lock::is_locked_below;
+use crate::io::range_lock::{is_locked_below, lock_shared};
 use crate::io::regular::open_regular;
 
 /// A file on disk that a pool of threads reads and writes. Clones share it.
@@ -65,7 +65,7 @@ impl ThreadsFile {
         self
     }
 
-    /// Returns whether others have [locked](crate::io::lock_shared) a number below `end`. Fails if the
+    /// Returns whether others have [locked](ReadAt::lock_shared) a number below `end`. Fails if the
     /// file cannot be locked.
     pub(crate) fn is_locked_below(&self, end: u64) -> io::Result<bool> {
         is_locked_below(&self.file, end)
@@ -114,6 +114,10 @@ impl ReadAt for ThreadsFile {
 
     fn backend(&self) -> &'static str {
         "threads"
+    }
+
+    fn lock_shared(&self, number: u64) -> io::Result<()> {
+        lock_shared(&self.file, number)
     }
 
     fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {

@@ -8,7 +8,7 @@ use crate::memory::FileShares;
 use crate::store::cache::Cache;
 use crate::store::error::ReadError;
 use crate::store::format::overview::Overviews;
-use crate::store::generation_lock::locked;
+use crate::store::generation_lock::lock_generation;
 use crate::store::open_options::{OpenOptions, Origin};
 use crate::store::pages::Pages;
 use crate::store::reader::TileReader;
@@ -24,15 +24,21 @@ impl TileReader {
     pub async fn open(path: impl AsRef<Path>, options: OpenOptions) -> Result<Self, ReadError> {
         let path = path.as_ref();
         let name: Arc<str> = shown::path(path).into();
-        let backend = options.backend.map_or_else(Backend::from_environment, Ok);
-        let file = backend.and_then(|backend| files::open(path, backend));
-        let file = file.map_err(|error| ReadError::Io {
+        let cannot_open = |error| ReadError::Io {
             file: Arc::clone(&name),
             what: "the file".to_owned(),
             source: Arc::new(error),
-        })?;
+        };
+        let backend = options.backend.map_or_else(Backend::from_environment, Ok);
+        let backend = backend.map_err(cannot_open)?;
+        let file = loop {
+            let file = files::open(path, backend).map_err(cannot_open)?;
+            if lock_generation(&file).await {
+                break file;
+            }
+        };
         let origin = Origin::Path(path.to_owned(), options.backend);
-        Self::open_from(locked(file, path), name, options, origin).await
+        Self::open_from(file, name, options, origin).await
     }
 
     /// Opens a file on a web server or in an object store: `http://…`, `https://…` or

@@ -22,6 +22,7 @@ use rustix::fs::{AtFlags, OFlags, StatxFlags, fcntl_getfl, fcntl_setfl, statx};
 use tokio::sync::oneshot;
 
 use crate::io::file::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, end_of, length_of};
+use crate::io::range_lock::lock_shared;
 use crate::io::regular::open_regular;
 use pages::{ALIGNMENT, PagePool};
 pub(super) use ring::Ring;
@@ -143,6 +144,10 @@ impl ReadAt for UringFile {
 
     fn backend(&self) -> &'static str {
         "uring"
+    }
+
+    fn lock_shared(&self, number: u64) -> io::Result<()> {
+        lock_shared(&self.shared.file, number)
     }
 
     fn note(&self) -> Option<&str> {

@@ -96,9 +96,8 @@ fn with_few_open_files_commands_succeed_or_end_with_an_error() {
     let limits: Vec<u64> = (4..=40).collect();
     let refused = all_or_nothing(&limits, |tool, files| after(&format!("ulimit -n {files}"), &tool));
     assert_eq!(refused[..3], [COMMANDS.len(); 3]);
-    // A tile file takes two: one has the lock of the state that is read.
-    let at_16 = limits.iter().position(|&files| files == 16).unwrap();
-    assert_eq!(refused[at_16..], vec![0; limits.len() - at_16]);
+    let at_15 = limits.iter().position(|&files| files == 15).unwrap();
+    assert_eq!(refused[at_15..], vec![0; limits.len() - at_15]);
 }
 
 #[test]
