@@ -170,7 +170,8 @@
 //! | [`input`] | readers of points, lines, polygons and sites |
 //! | [`store`] | tile files: [`TileReader`], [`Cache`], verification and digests |
 //! | [`query`] | locating points, shortest paths, nearest sites, distance matrices |
-//! | [`edit`] | changes of a file on disk |
+//! | [`editor`] | changes of a file on disk: [`Editor`] |
+//! | [`edit`] | how tiles are changed, and what comes of it |
 //! | [`export`] | the triangulation in other programs' formats |
 //! | [`terrain`] | the triangulation as a surface: rasters, contours, profiles, volumes |
 //! | `map_tiles` | map tiles, drawn (feature `map-tiles`) |
@@ -239,6 +240,7 @@ mod collections;
 pub mod constraints;
 pub mod crs;
 pub mod edit;
+pub mod editor;
 pub mod export;
 pub mod geometry;
 pub mod input;
@@ -260,7 +262,8 @@ pub use constraints::{
     ConstraintError, Crossing, Inverted, InvertedPolygons, LinesToSplit, MissingZ, Overlapping, PolygonCheck,
     PolygonFaults, PolygonNormalizer, SplitError, SplitLines, VertexWithoutZ, WithoutZ,
 };
-pub use edit::{EditError, EditSummary, Editor, LineCounts, PointCounts, SiteCounts};
+pub use edit::{EditError, EditSummary, LineCounts, PointCounts, SiteCounts};
+pub use editor::Editor;
 pub use export::{ExportError, ExportOptions};
 pub use geometry::{Point, Rect};
 pub use memory::{MemoryShortage, MemoryUse, default_memory, peak_memory};

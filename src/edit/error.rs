@@ -1,5 +1,6 @@
 //! Errors of an edit.
 
+use std::error::Error;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -199,9 +200,9 @@ pub enum EditError {
     /// Lines or polygons cannot become constraints.
     #[error(transparent)]
     Constraint(#[from] ConstraintError),
-    /// The file has no triangles.
-    #[error("{file}: it has no triangles, so it cannot be changed; build it with what it is to have", file = shown::path(.0))]
-    NoTriangles(PathBuf),
+    /// The file was built anew for the edit, and that failed.
+    #[error(transparent)]
+    Build(Arc<dyn Error + Send + Sync>),
     /// The edit was cancelled.
     #[error("cancelled")]
     Cancelled,

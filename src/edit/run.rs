@@ -11,6 +11,7 @@ use crate::edit::disk::Purpose;
 use crate::edit::ends::find_ends;
 use crate::edit::error::EditError;
 use crate::edit::labelling::{join, label, touch_crossed};
+use crate::edit::next_directory::{EditTotals, enter};
 use crate::edit::points::{self, Inserted};
 use crate::edit::sites;
 use crate::edit::sizes::{cut_tiles, merge_tiles};
@@ -24,12 +25,12 @@ use crate::edit::work::Work;
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::io::start_thread;
 use crate::memory::EditShares;
-use crate::store::{Digest, Directory, Metadata, TileId, hull_edges, polygon_lines_in_order};
+use crate::store::TileId;
 
 /// Makes segments constraints of a file, on a thread of its own.
 pub(crate) async fn edit(
     target: Target,
-    work: Work,
+    work: Arc<Work>,
     memory: u64,
     is_cancelled: impl Fn() -> bool + Send + 'static,
 ) -> Result<EditSummary, EditError> {
@@ -181,7 +182,7 @@ fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -
     let deleted = points::delete(tiles, delete, freed, has_lines, is_stopped)?;
     lines.removed_vertices = deleted.ends;
     forget_unused(tiles)?;
-    merge_tiles(tiles, deleted.left)?;
+    merge_tiles(tiles, deleted.left, has_lines)?;
     Ok(Changed {
         points: counts,
         lines,
@@ -241,55 +242,4 @@ fn in_curve_order(work: &Work, ends: &[EditVertex]) -> impl Iterator<Item = Loca
             source: piece.source,
         }
     })
-}
-
-/// The changes of a file's directory, besides its tiles.
-#[derive(Clone, Copy)]
-struct EditTotals {
-    /// Number of vertices without a point of the input.
-    ends: u64,
-    sites: u64,
-    removes_lines: bool,
-    regions: u64,
-    spanning_regions: u64,
-    hole_regions: u64,
-    digest: Digest,
-}
-
-/// Enters an edit in the directory, whose tiles are up to date.
-fn enter(directory: &mut Directory, work: &Work, totals: EditTotals) {
-    let tiles = &directory.tiles;
-    let before = directory.metadata.clone();
-    let most = tiles.iter().map(|tile| tile.vertices).max();
-    let vertices = tiles.iter().map(|tile| u64::from(tile.vertices)).sum();
-    let triangles = tiles.iter().map(|tile| u64::from(tile.owned_triangles)).sum();
-    let new_lines = work.lines.iter().map(|source| source.first + source.lines).max();
-    directory.lists.sources.extend_from_slice(&work.points.sources);
-    directory.lists.lines.extend_from_slice(&work.lines);
-    let lists = &mut directory.lists;
-    let mut polygon_lines = std::mem::take(&mut lists.polygon_lines);
-    polygon_lines.extend_from_slice(&work.polygon_lines);
-    lists.polygon_lines = polygon_lines_in_order(polygon_lines, &lists.lines);
-    directory.metadata = Metadata {
-        tile_vertices: before.tile_vertices.max(most.unwrap_or(0)),
-        vertices,
-        triangles,
-        hull_edges: hull_edges(vertices, triangles),
-        ends: totals.ends,
-        sites: totals.sites,
-        constraint_edges: totals.digest.constraint_edges.count,
-        regions: totals.regions,
-        spanning_regions: totals.spanning_regions,
-        hole_regions: totals.hole_regions,
-        hole_triangles: totals.digest.holes.count,
-        next_record: before.next_record.saturating_add(work.new_records),
-        next_site: before.next_site.saturating_add(work.sites.all.len() as u64),
-        next_line: before.next_line.max(new_lines.unwrap_or(0)),
-        last_transaction: before
-            .last_transaction
-            .saturating_add(work.changes_what_was_built().into()),
-        line_removals: before.line_removals.saturating_add(totals.removes_lines.into()),
-        digest: totals.digest,
-        ..before
-    };
 }

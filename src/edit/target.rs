@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::edit::error::EditError;
-use crate::io::{ThreadsFile, open_regular, output_target};
+use crate::io::{ThreadsFile, is_named, open_regular, output_target};
 use crate::shown;
 use crate::store::{Cache, OpenOptions, ReadError, TileReader};
 
 /// A file with an exclusive lock. The lock is released when this, and all that have `file`, are
 /// dropped.
+#[derive(Clone)]
 pub(crate) struct Target {
     pub(crate) path: PathBuf,
     pub(crate) file: ThreadsFile,
@@ -19,16 +20,23 @@ pub(crate) struct Target {
 impl Target {
     pub(crate) fn lock(path: &Path) -> Result<Self, EditError> {
         let target = output_target(path).map_err(|error| EditError::io(path, "open", error))?;
-        let file = open_regular(&target, File::options().read(true).write(true));
-        let (file, _) = file.map_err(|error| EditError::io(path, "open", error))?;
-        match file.try_lock() {
-            Ok(()) => Ok(Self {
-                path: path.to_owned(),
-                file: ThreadsFile::from(Arc::new(file)),
-            }),
-            Err(TryLockError::WouldBlock) => Err(EditError::Busy(path.to_owned())),
-            Err(TryLockError::Error(error)) => Err(EditError::io(path, "lock", error)),
+        // A build may give the name to another file, between opening and locking.
+        for _ in 0..100 {
+            let file = open_regular(&target, File::options().read(true).write(true));
+            let (file, _) = file.map_err(|error| EditError::io(path, "open", error))?;
+            match file.try_lock() {
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => break,
+                Err(TryLockError::Error(error)) => return Err(EditError::io(path, "lock", error)),
+            }
+            if is_named(&file, &target).map_err(|error| EditError::io(path, "lock", error))? {
+                return Ok(Self {
+                    path: path.to_owned(),
+                    file: ThreadsFile::from(Arc::new(file)),
+                });
+            }
         }
+        Err(EditError::Busy(path.to_owned()))
     }
 
     /// Opens the file in its current state.

@@ -19,6 +19,7 @@ pub(crate) struct Piece {
 }
 
 /// The input of an edit.
+#[derive(Clone, Default)]
 pub(crate) struct Work {
     /// Changes of points.
     pub(crate) points: PointCalls,
@@ -57,6 +58,20 @@ pub(crate) struct Work {
 }
 
 impl Work {
+    /// Returns the same edit of a draft, which is synced to the medium later.
+    pub(crate) fn for_draft(&self) -> Self {
+        Self {
+            is_draft: true,
+            is_dry_run: false,
+            ..self.clone()
+        }
+    }
+
+    /// Returns whether it changes nothing.
+    pub(crate) fn is_empty(&self) -> bool {
+        !self.changes_what_was_built() && self.segments.is_empty()
+    }
+
     /// Returns whether it changes points, lines or sites that the file has, besides adding lines.
     pub(crate) fn changes_what_was_built(&self) -> bool {
         !self.points.all.is_empty() || !self.sites.all.is_empty() || !self.gone.is_empty()

@@ -2,13 +2,11 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::AtomicU64;
 use std::time::Instant;
 
 use crate::constraints::polygons::arrivals::Arrivals;
-use crate::constraints::polygons::check::PolygonFaults;
 use crate::constraints::segments::spool::SegmentSpool;
-use crate::constraints::split_lines::SplitLines;
 use crate::geometry::Point;
 use crate::input::{MissingZ, PointBatch, SegmentBatch, SiteBatch};
 use crate::io::new_output;
@@ -18,7 +16,7 @@ use crate::pipeline::disk::{DiskLoad, check_disk};
 use crate::pipeline::draping::surface_of;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::drape::PointSurface;
-use crate::pipeline::ingest::intake::Intake;
+use crate::pipeline::ingest::intake::{Intake, Points};
 use crate::pipeline::ingest::ponds::PondInput;
 use crate::pipeline::ingest::sites::Sites;
 use crate::pipeline::options::{BuildOptions, Crossings, Phase, Steiner};
@@ -27,6 +25,9 @@ use crate::pipeline::resume::journal::SavedPlan;
 use crate::pipeline::summary::BuildSummary;
 use crate::pipeline::work_folder::WorkFolder;
 use crate::store::LineKind;
+
+mod ends;
+mod next;
 
 /// Builds a tile file from batches of points.
 ///
@@ -63,13 +64,26 @@ impl Builder {
     /// resumed and is not to be discarded, or the build to be resumed had other inputs or options.
     pub fn new(output: impl AsRef<Path>, options: BuildOptions) -> Result<Self, BuildError> {
         options.check()?;
-        let output = output.as_ref();
-        let target = new_output(output);
-        let output = target.map_err(|error| BuildError::io(output, "write a file under this name", error))?;
+        let output = target(output.as_ref())?;
+        if !options.force && output.exists() {
+            return Err(BuildError::OutputExists(output));
+        }
+        let mut this = Self::start(output, options)?;
+        if this.context.options.resume {
+            // `WorkFolder` keeps the folder until this has succeeded, so an error leaves its
+            // content in place.
+            this.resume()?;
+            this.context.folder.keep(!this.needs_points());
+        }
+        this.context.options.progress.start(Phase::Read, 0);
+        Ok(this)
+    }
+
+    fn start(output: PathBuf, options: BuildOptions) -> Result<Self, BuildError> {
         let tmp = options.work_folder.as_deref();
         let folder = WorkFolder::create(&output, tmp, options.force, options.resume)?;
         let memory = options.memory_plan();
-        let mut this = Self {
+        Ok(Self {
             output,
             intake: Intake::new(),
             next_record: 0,
@@ -95,15 +109,7 @@ impl Builder {
                 segments: 0,
                 memory,
             },
-        };
-        if this.context.options.resume {
-            // `WorkFolder` keeps the folder until this has succeeded, so an error leaves its
-            // content in place.
-            this.resume()?;
-            this.context.folder.keep(!this.needs_points());
-        }
-        this.context.options.progress.start(Phase::Read, 0);
-        Ok(this)
+        })
     }
 
     /// Loads the work of an interrupted build. Removes it if there is no plan to continue from.
@@ -156,7 +162,7 @@ impl Builder {
     /// small for any work, the obstacles pushed so far are invalid, or points were pushed already.
     pub fn expect(&mut self, points: u64, mut sample: Vec<Point>) -> Result<(), BuildError> {
         self.before_points("expect")?;
-        check_polygons(self.polygons.faults()?)?;
+        self.check_obstacles()?;
         sample.retain(|point| point.is_valid());
         let [by_ends, _] = self.segments.counts();
         // Ends become points. In a chain two of them are one vertex.
@@ -318,90 +324,6 @@ impl Builder {
         Ok(())
     }
 
-    /// Pushes the ends of segments as points, which other points replace, then sites, which all
-    /// others replace.
-    async fn push_ends(&mut self) -> Result<(), BuildError> {
-        let faults = self.polygons.all_faults(&mut self.segments)?;
-        check_polygons(faults)?;
-        self.given.inverted_if_uncrossed = faults.inverted_if_uncrossed;
-        self.given.overlapping_if_uncrossed = faults.overlapping_if_uncrossed;
-        self.given.polygon_lines = self.polygons.take_lines();
-        self.context.first_end.store(self.next_record, Ordering::Relaxed);
-        let mut record = self.next_record;
-        for batch in self.segments.ends(record) {
-            let mut batch = batch?;
-            record += batch.records.len() as u64;
-            self.given.has_z |= !batch.z.is_empty();
-            batch.remove_pairs_at_one_point();
-            self.intake.push(&batch, &self.context).await?;
-        }
-        self.given.first_crossing = record;
-        let options = &self.context.options;
-        let may_split = options.crossings == Crossings::Split || options.steiner == Steiner::Borders;
-        match may_split && self.split_lines(&mut record).await? {
-            true => {}
-            false => self.normalize_polygons()?,
-        }
-        self.given.first_site = record;
-        self.given.next_record = record + self.sites.count();
-        self.given.has_z |= self.sites.has_z();
-        for batch in self.sites.take_points(record) {
-            self.intake.push(&batch, &self.context).await?;
-        }
-        Ok(())
-    }
-
-    /// Replaces the segments of obstacles that cover a place more than once.
-    fn normalize_polygons(&mut self) -> Result<(), BuildError> {
-        let Some(normalizer) = self.polygons.normalizer() else {
-            return Ok(());
-        };
-        let memory = self.context.memory.for_segments();
-        let mut normalized = SegmentSpool::new(self.context.folder.spill(), memory / 2);
-        normalizer.copy(&mut self.segments, &mut normalized)?;
-        self.segments = normalized;
-        self.reserve()
-    }
-
-    /// Splits segments where they cross each other or borders, and pushes the crossing points, from
-    /// `record` on, which becomes the next record number. Returns whether any segment was replaced.
-    async fn split_lines(&mut self, record: &mut u64) -> Result<bool, BuildError> {
-        let (arrived, sites) = (self.intake.arrived(&self.context).await?, self.sites.points());
-        let mut points = |within, take: &mut dyn FnMut(&[Point])| {
-            take(sites);
-            arrived.for_each(within, take)
-        };
-        let borders = |within| match self.context.options.steiner {
-            Steiner::Borders => arrived.borders(within),
-            Steiner::Never => Vec::new(),
-        };
-        let may_cross = self.context.options.crossings == Crossings::Split;
-        let memory = self.context.memory.rest();
-        let polygons = self.polygons.numbers();
-        let split = SplitLines::of(
-            (&mut self.segments, polygons),
-            memory,
-            (may_cross, &borders),
-            &mut points,
-        )?;
-        let Some(lines) = split else {
-            return Ok(false);
-        };
-        self.given.crossings = lines.crossings();
-        self.given.repair = lines.repair();
-        self.given.borders = lines.borders().to_vec();
-        self.segments = SegmentSpool::new(self.context.folder.spill(), self.context.memory.for_segments());
-        lines.push_subsegments(&mut self.segments)?;
-        self.reserve()?;
-        for batch in lines.points(*record) {
-            *record += batch.points.len() as u64;
-            self.given.split_points += batch.points.len() as u64;
-            self.given.has_z |= !batch.z.is_empty();
-            self.intake.push(&batch, &self.context).await?;
-        }
-        Ok(true)
-    }
-
     /// Builds the file and gives it its name. Must be awaited within a tokio runtime. Computing
     /// runs on threads of its own.
     ///
@@ -422,14 +344,19 @@ impl Builder {
             }
             self.push_ends().await?;
         }
+        let (assembly, points, segments) = self.assembly().await?;
+        assembly.build(points, segments, is_resumed).await
+    }
+
+    /// Returns what makes the file of all that has arrived.
+    async fn assembly(&mut self) -> Result<(Assembly, Points, SegmentSpool), BuildError> {
         let intake = std::mem::replace(&mut self.intake, Intake::new());
         let points = intake.finish().await?;
         let segments = std::mem::replace(&mut self.segments, SegmentSpool::new(self.context.folder.spill(), 0));
         let mut given = std::mem::take(&mut self.given);
         given.site_ids = std::mem::take(&mut self.sites).into_ids();
         let assembly = Assembly::new(&self.context, &self.output, given, self.began);
-        let assembly = assembly.on_surface(self.surface.take());
-        assembly.build(points, segments, is_resumed).await
+        Ok((assembly.on_surface(self.surface.take()), points, segments))
     }
 
     /// Returns whether there are ponds, or lines or sites lack a z and points have it. Asked before
@@ -485,11 +412,7 @@ impl Builder {
     }
 }
 
-/// Returns an error if a polygon is invalid: an open ring first, then one that is inside out.
-fn check_polygons(faults: PolygonFaults) -> Result<(), BuildError> {
-    match (faults.open, faults.inverted) {
-        (Some(obstacle), _) => Err(BuildError::OpenRing { obstacle }),
-        (None, Some(inverted)) => Err(BuildError::Inverted(inverted)),
-        (None, None) => Ok(()),
-    }
+/// Returns the file that an output's name stands for.
+fn target(output: &Path) -> Result<PathBuf, BuildError> {
+    new_output(output).map_err(|error| BuildError::io(output, "write a file under this name", error))
 }

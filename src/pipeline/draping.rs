@@ -108,7 +108,7 @@ async fn read_back(
 }
 
 /// Returns a sample of the points: tiles have about equally many of them.
-fn sample(tiles: impl ExactSizeIterator<Item = Rect>) -> Vec<Point> {
+pub(crate) fn sample(tiles: impl ExactSizeIterator<Item = Rect>) -> Vec<Point> {
     let side: u32 = if tiles.len() > 4096 { 1 } else { 4 };
     let share = move |at: u32| (f64::from(at) + 0.5) / f64::from(side);
     let in_tile = move |bounds: Rect| {

@@ -52,14 +52,11 @@ pub(crate) struct WorkFolder {
 
 impl WorkFolder {
     /// Creates the folder, or takes over the one of a build that died. Removes its content unless
-    /// `resume` is set. Work that could be resumed is removed only with `force`: it may have taken
+    /// `resume` is set. Work that could be resumed is removed only with `discard`: it may have taken
     /// hours.
     ///
     /// Does not touch a folder that contains anything but the files of a build.
-    pub(crate) fn create(output: &Path, tmp: Option<&Path>, force: bool, resume: bool) -> Result<Self, BuildError> {
-        if !force && output.exists() {
-            return Err(BuildError::OutputExists(output.to_owned()));
-        }
+    pub(crate) fn create(output: &Path, tmp: Option<&Path>, discard: bool, resume: bool) -> Result<Self, BuildError> {
         let mut name = OsString::from(output);
         name.push(".partial");
         let path = PathBuf::from(name);
@@ -83,7 +80,7 @@ impl WorkFolder {
                 published: AtomicBool::new(false),
                 _lock: lock,
             };
-            if !resume && !force && this.can_be_resumed() {
+            if !resume && !discard && this.can_be_resumed() {
                 return Err(this.kept());
             }
             if !resume {

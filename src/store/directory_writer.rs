@@ -82,6 +82,17 @@ impl<W: WriteAt> TileWriter<W> {
         self.finish_as(directory, identity).await
     }
 
+    /// Finishes a new file like [`finish`](Self::finish) that takes the place of another one, as its
+    /// next generation. It has an identity of its own, so that no cache takes its tiles for those of
+    /// the other. Returns its length in bytes.
+    pub(crate) async fn finish_next(self, directory: &Directory, before: &InForce) -> io::Result<u64> {
+        let identity = Identity {
+            generation: before.superblock.generation + 1,
+            file_id: None,
+        };
+        Ok(self.finish_as(directory, identity).await?.file_length)
+    }
+
     async fn finish_as(mut self, directory: &Directory, identity: Identity) -> io::Result<Superblock> {
         let superblock = self.write_directory(directory, identity).await?;
         let block = superblock.encode();

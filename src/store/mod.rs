@@ -57,6 +57,7 @@ pub(crate) use format::page::Page;
 pub use format::polygon_lines::PolygonLine;
 pub(crate) use format::polygon_lines::in_order as polygon_lines_in_order;
 pub(crate) use format::polygon_lines::polygon_of;
+pub(crate) use format::superblock::InForce;
 pub use format::superblock::{FORMAT_VERSION, FileId};
 pub(crate) use format::table_place::TablePlace;
 pub(crate) use format::tile::{HalfEdgeNote, HalfEdgeNotes, VertexNotes};

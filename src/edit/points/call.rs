@@ -44,7 +44,7 @@ impl PointCall {
 pub(crate) type CallInTile = (TileId, u32);
 
 /// The calls of a transaction that concern points, in order.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct PointCalls {
     pub(crate) all: Vec<PointCall>,
     /// The number of record numbers for the points that are inserted.
@@ -83,16 +83,24 @@ impl PointCalls {
         of_call * (self.all.len() + more) as u64
     }
 
-    /// Checks that points have z if the file has, and only then.
-    pub(crate) fn check_z(&self, has_z: bool) -> Result<(), EditError> {
-        let z_of = |call: &PointCall| match *call {
+    /// Returns whether any point has z.
+    pub(crate) fn have_z(&self) -> bool {
+        self.given().any(|(_, z)| !z.is_nan())
+    }
+
+    /// Returns the positions to which z may be given, and z.
+    fn given(&self) -> impl Iterator<Item = (Point, f64)> {
+        self.all.iter().filter_map(|call| match *call {
             PointCall::Insert(point, z, _) | PointCall::SetZ(point, z) => Some((point, z)),
             PointCall::Delete(_) | PointCall::Move(_) => None,
-        };
-        let mut given = self.all.iter().filter_map(z_of);
+        })
+    }
+
+    /// Checks that points have z if the file has, and only then.
+    pub(crate) fn check_z(&self, has_z: bool) -> Result<(), EditError> {
+        let given = self.given();
         if !has_z {
-            let has_some = given.any(|(_, z)| !z.is_nan());
-            return if has_some { Err(EditError::HasNoZ) } else { Ok(()) };
+            return if self.have_z() { Err(EditError::HasNoZ) } else { Ok(()) };
         }
         if self.missing_z == MissingZ::Zero {
             return Ok(());

@@ -2,7 +2,7 @@
 
 use crate::edit::error::EditError;
 use crate::edit::points::call::{CallInTile, PointCalls};
-use crate::edit::points::net::{Attributes, Change, net_changes, tile_at};
+use crate::edit::points::net::{Attributes, Change, Missing, net_changes, tile_at};
 use crate::edit::summary::PointCounts;
 use crate::edit::tile::NewVertex;
 use crate::edit::tiles::Tiles;
@@ -40,7 +40,7 @@ pub(crate) fn insert(
         by_tile.sort_unstable();
     }
     let mut done = Inserted::default();
-    let mut first_missing = None;
+    let mut missing = Missing::default();
     let mut groups = by_tile.chunk_by(|a, b| !is_apart || a.0 == b.0);
     while let Some(group) = groups.next() {
         if is_stopped() {
@@ -50,20 +50,15 @@ pub(crate) fn insert(
         let net = net_changes(tiles, calls, group)?;
         done.counts += net.counts;
         done.delete.extend(net.delete);
-        first_missing = first_missing.into_iter().chain(net.first_missing).min();
+        missing.add(net.missing);
         for changes in net.put.chunk_by(|a, b| a.tile == b.tile) {
             let (taken_over, split) = put(tiles, changes)?;
             done.taken_over += taken_over;
             done.split += split;
         }
     }
-    match first_missing.filter(|_| !calls.skip_missing) {
-        Some(number) => Err(EditError::NoPoint {
-            point: calls.all[number as usize].position(),
-            count: done.counts.skipped,
-        }),
-        None => Ok(done),
-    }
+    missing.check(calls)?;
+    Ok(done)
 }
 
 /// Makes points lie at positions in one tile. Returns the number of vertices that had no point

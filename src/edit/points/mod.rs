@@ -21,4 +21,4 @@ mod removal;
 pub(crate) use call::{CallInTile, PointCall, PointCalls};
 pub(crate) use delete::delete;
 pub(crate) use insert::{Inserted, insert};
-pub(crate) use net::tile_at;
+pub(crate) use net::{Attributes, Missing, Positions, tile_at};

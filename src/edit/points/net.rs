@@ -8,7 +8,7 @@ use crate::edit::summary::PointCounts;
 use crate::edit::tiles::Tiles;
 use crate::geometry::{Point, VertexIndex};
 use crate::mesh::point_table::PointTable;
-use crate::store::TileId;
+use crate::store::{KdTree, TileId};
 
 /// What a file says of a point, besides its position.
 #[derive(Clone, Copy, Debug)]
@@ -40,32 +40,27 @@ pub(crate) struct NetChanges {
     /// Positions whose point goes.
     pub(crate) delete: Vec<(TileId, Point)>,
     pub(crate) counts: PointCounts,
-    /// The first call whose point is not there.
-    pub(crate) first_missing: Option<u32>,
+    pub(crate) missing: Missing,
 }
 
 /// A position that calls name.
-struct Position {
-    tile: TileId,
-    point: Point,
-    before: Option<Attributes>,
-    now: Option<Attributes>,
+pub(crate) struct Position {
+    pub(crate) tile: TileId,
+    pub(crate) point: Point,
+    /// What lay there before the calls.
+    pub(crate) before: Option<Attributes>,
+    /// What lies there after those that were carried out.
+    pub(crate) now: Option<Attributes>,
 }
 
 /// Returns what some calls change, given their numbers in order. No other call concerns the same
 /// positions.
 pub(crate) fn net_changes(tiles: &Tiles, calls: &PointCalls, numbers: &[CallInTile]) -> Result<NetChanges, EditError> {
-    let has_z = tiles.metadata().has_z;
-    let numbers = numbers.iter().map(|(_, number)| *number);
-    let some = || numbers.clone().map(|number| calls.all[number as usize]);
-    let mut positions = Positions::of(tiles, some())?;
+    let mut positions = Positions::named(&tiles.directory().tree, calls, numbers);
+    look_up(tiles, &mut positions)?;
     let mut net = NetChanges::default();
-    for (call, number) in some().zip(numbers.clone()) {
-        if !positions.carry_out(call, has_z, &mut net.counts) {
-            net.counts.skipped += 1;
-            net.first_missing = Some(net.first_missing.map_or(number, |first| first.min(number)));
-        }
-    }
+    positions.carry_out(calls, numbers, tiles.metadata().has_z, &mut net.missing);
+    net.counts = positions.counts;
     for Position {
         tile,
         point,
@@ -82,81 +77,131 @@ pub(crate) fn net_changes(tiles: &Tiles, calls: &PointCalls, numbers: &[CallInTi
     Ok(net)
 }
 
-/// All positions that calls name, and the place of each in the list.
-struct Positions {
-    all: Vec<Position>,
+/// All positions that some calls name, by tile, and the place of each in the list.
+#[derive(Default)]
+pub(crate) struct Positions {
+    pub(crate) all: Vec<Position>,
+    pub(crate) counts: PointCounts,
     places: HashMap<[u64; 2], u32>,
 }
 
 impl Positions {
-    fn of(tiles: &Tiles, calls: impl Iterator<Item = PointCall>) -> Result<Self, EditError> {
-        let mut all = named(tiles, calls)?;
-        look_up(tiles, &mut all)?;
-        let places = all.iter().zip(0u32..).map(|(at, place)| (at.point.bits(), place));
-        Ok(Self {
-            places: places.collect(),
-            all,
-        })
+    /// Returns the positions that calls name, given their numbers. Nothing is known of what lies there.
+    pub(crate) fn named(tree: &KdTree, calls: &PointCalls, numbers: &[CallInTile]) -> Self {
+        let some = numbers.iter().map(|&(_, number)| calls.all[number as usize]);
+        let named = some.flat_map(PointCall::positions).flatten();
+        let mut named: Vec<(TileId, Point)> = named
+            // In a file without tiles, all lie in the first one.
+            .map(|point| (tree.tile_at(point).unwrap_or(TileId(0)), point))
+            .collect();
+        named.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1)));
+        named.dedup();
+        let places = named
+            .iter()
+            .zip(0u32..)
+            .map(|((_, point), place)| (point.bits(), place));
+        let places = places.collect();
+        let new = |(tile, point)| Position {
+            tile,
+            point,
+            before: None,
+            now: None,
+        };
+        Self {
+            all: named.into_iter().map(new).collect(),
+            places,
+            ..Self::default()
+        }
     }
 
-    /// Returns what lies at a position that the calls name.
-    fn at(&mut self, point: Point) -> &mut Option<Attributes> {
+    /// Returns the position at a point, if a call names it.
+    pub(crate) fn at(&mut self, point: Point) -> Option<&mut Position> {
+        let place = *self.places.get(&point.bits())?;
+        Some(&mut self.all[place as usize])
+    }
+
+    fn now(&mut self, point: Point) -> &mut Option<Attributes> {
         &mut self.all[self.places[&point.bits()] as usize].now
     }
 
+    /// Carries out the calls that name the positions, given their numbers in order.
+    pub(crate) fn carry_out(&mut self, calls: &PointCalls, numbers: &[CallInTile], has_z: bool, missing: &mut Missing) {
+        for &(_, number) in numbers {
+            if !self.carry_out_one(calls.all[number as usize], has_z) {
+                self.counts.skipped += 1;
+                missing.note(number);
+            }
+        }
+    }
+
     /// Carries out a call. Returns false if the point is not there.
-    fn carry_out(&mut self, call: PointCall, has_z: bool, counts: &mut PointCounts) -> bool {
+    fn carry_out_one(&mut self, call: PointCall, has_z: bool) -> bool {
         let stored = |z: f64| if has_z && !z.is_nan() { z } else { 0.0 };
         match call {
-            PointCall::Insert(point, z, record) => match self.at(point) {
-                Some(_) => counts.duplicates += 1,
+            PointCall::Insert(point, z, record) => match self.now(point) {
+                Some(_) => self.counts.duplicates += 1,
                 now => {
                     *now = Some(Attributes { z: stored(z), record });
-                    counts.inserted += 1;
+                    self.counts.inserted += 1;
                 }
             },
             PointCall::Delete(point) => {
-                if self.at(point).take().is_none() {
+                if self.now(point).take().is_none() {
                     return false;
                 }
-                counts.deleted += 1;
+                self.counts.deleted += 1;
             }
             PointCall::Move([from, to]) => {
-                let Some(moved) = self.at(from).take() else {
+                let Some(moved) = self.now(from).take() else {
                     return false;
                 };
-                match self.at(to) {
+                match self.now(to) {
                     // It is a duplicate of the other.
-                    Some(_) => counts.duplicates += 1,
+                    Some(_) => self.counts.duplicates += 1,
                     now => *now = Some(moved),
                 }
-                counts.moved += 1;
+                self.counts.moved += 1;
             }
             PointCall::SetZ(point, z) => {
-                let Some(now) = self.at(point) else { return false };
+                let Some(now) = self.now(point) else { return false };
                 now.z = stored(z);
-                counts.z_set += 1;
+                self.counts.z_set += 1;
             }
         }
         true
     }
 }
 
-/// Returns the positions that calls name, by tile.
-fn named(tiles: &Tiles, calls: impl Iterator<Item = PointCall>) -> Result<Vec<Position>, EditError> {
-    let mut named = Vec::with_capacity(calls.size_hint().0);
-    for point in calls.flat_map(PointCall::positions).flatten() {
-        named.push((tile_at(tiles, point)?, point));
+/// The calls whose points are not there.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Missing {
+    /// The number of the first one.
+    first: Option<u32>,
+    count: u64,
+}
+
+impl Missing {
+    fn note(&mut self, number: u32) {
+        self.first = Some(self.first.map_or(number, |first| first.min(number)));
+        self.count += 1;
     }
-    named.sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1)));
-    named.dedup();
-    let new = |(tile, point)| Position {
-        tile,
-        point,
-        before: None,
-        now: None,
-    };
-    Ok(named.into_iter().map(new).collect())
+
+    /// Adds those of other calls.
+    pub(crate) fn add(&mut self, other: Self) {
+        self.first = self.first.into_iter().chain(other.first).min();
+        self.count += other.count;
+    }
+
+    /// Returns an error if there are any, and they are not to be left out.
+    pub(crate) fn check(self, calls: &PointCalls) -> Result<(), EditError> {
+        match self.first.filter(|_| !calls.skip_missing) {
+            Some(number) => Err(EditError::NoPoint {
+                point: calls.all[number as usize].position(),
+                count: self.count,
+            }),
+            None => Ok(()),
+        }
+    }
 }
 
 /// Returns the tile in whose cell a position is.
@@ -166,8 +211,8 @@ pub(crate) fn tile_at(tiles: &Tiles, point: Point) -> Result<TileId, EditError> 
 }
 
 /// Finds out what lies at each position.
-fn look_up(tiles: &Tiles, positions: &mut [Position]) -> Result<(), EditError> {
-    for group in positions.chunk_by_mut(|a, b| a.tile == b.tile) {
+fn look_up(tiles: &Tiles, positions: &mut Positions) -> Result<(), EditError> {
+    for group in positions.all.chunk_by_mut(|a, b| a.tile == b.tile) {
         let tile = tiles.get(group[0].tile)?;
         let table = PointTable::new(tile.points());
         for position in group {

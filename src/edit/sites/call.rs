@@ -21,7 +21,7 @@ impl SiteCall {
 }
 
 /// The calls of a transaction that concern sites, in order.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct SiteCalls {
     pub(crate) all: Vec<SiteCall>,
     /// The number of sites that are inserted.

@@ -11,8 +11,13 @@ use crate::geometry::VertexIndex;
 use crate::store::{TileId, VertexId};
 
 /// Merges siblings that together have at most half of the vertices of tiles of the build. `counts`
-/// has the numbers of vertices of the tiles that lost some.
-pub(crate) fn merge_tiles(tiles: &mut Tiles, mut counts: BTreeMap<TileId, usize>) -> Result<(), EditError> {
+/// has the numbers of vertices of the tiles that lost some. `has_lines` says whether any edge of the
+/// file may be a constraint.
+pub(crate) fn merge_tiles(
+    tiles: &mut Tiles,
+    mut counts: BTreeMap<TileId, usize>,
+    has_lines: bool,
+) -> Result<(), EditError> {
     if counts.is_empty() {
         return Ok(());
     }
@@ -33,7 +38,7 @@ pub(crate) fn merge_tiles(tiles: &mut Tiles, mut counts: BTreeMap<TileId, usize>
             }
             let vertices = pair.iter().map(|id| counts[id]).sum();
             if vertices <= most {
-                merge(tiles, pair)?;
+                merge(tiles, pair, has_lines)?;
                 counts.insert(pair[0], vertices);
                 // The tile that is left may have a sibling in turn.
                 is_done = false;
@@ -51,8 +56,13 @@ fn at_least(tiles: &Tiles, id: TileId) -> usize {
 }
 
 /// Gives the vertices of the second tile to the first.
-fn merge(tiles: &mut Tiles, [to, from]: [TileId; 2]) -> Result<(), EditError> {
+fn merge(tiles: &mut Tiles, [to, from]: [TileId; 2], has_lines: bool) -> Result<(), EditError> {
     let [first, second] = [tiles.get(to)?, tiles.get(from)?];
+    let is_on_one_line = |tile: &EditTile| !tile.points().is_empty() && tile.leaving(VertexIndex(0)).is_none();
+    if has_lines && (is_on_one_line(&first) || is_on_one_line(&second)) {
+        // A tile has its constraints at the edges of its triangles.
+        return Err(EditError::NothingLeft);
+    }
     let own = first.points().len() as u32;
     let vertex = |tile, index| VertexId {
         tile,

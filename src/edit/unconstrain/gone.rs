@@ -6,7 +6,7 @@ use crate::constraints::segment::Segment;
 use crate::store::{LineKind, PolygonLine, polygon_of};
 
 /// The lines that go.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct GoneLines {
     /// The segments of the lines that are given by geometry, after obstacles were normalised. Their
     /// sources have the numbers of the given lines.

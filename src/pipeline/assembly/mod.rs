@@ -16,10 +16,12 @@ use crate::pipeline::context::{BuildContext, Given};
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::drape::PointSurface;
 use crate::pipeline::ingest::intake::Points;
+use crate::pipeline::next_state::NextState;
 use crate::pipeline::options::BuildOptions;
 use crate::pipeline::summary::BuildSummary;
 use crate::pipeline::work_folder::WorkFolder;
 
+mod next;
 mod open;
 mod prepare;
 mod publish;
@@ -36,6 +38,8 @@ pub(crate) struct Assembly {
     began: Instant,
     /// The surface from which vertices without z take it.
     surface: Option<Arc<PointSurface>>,
+    /// What makes it the next state of a file.
+    next: Option<NextState>,
 }
 
 impl Assembly {
@@ -51,6 +55,7 @@ impl Assembly {
             given,
             began,
             surface: None,
+            next: None,
         }
     }
 

@@ -24,7 +24,7 @@ use crate::pipeline::ingest::drape::PointSurface;
 use crate::pipeline::records::{GENERATION, TileState};
 use crate::pipeline::summary::{BuildSummary, LevelSummary, Waits, phases};
 use crate::store::{
-    CompactError, Directory, Extent, KdTree, Lists, Metadata, OpenOptions, ReadError, TablePlace, TileEntry,
+    CompactError, Directory, Extent, InForce, KdTree, Lists, Metadata, OpenOptions, ReadError, TablePlace, TileEntry,
     TileReader, hull_edges, polygon_lines_in_order,
 };
 
@@ -34,9 +34,9 @@ const UNUSED_SHARE: u64 = 8;
 
 /// A file that was written, and the counts for the summary.
 pub(crate) struct Published {
-    metadata: Metadata,
-    tiles: u64,
-    file_bytes: u64,
+    pub(crate) metadata: Metadata,
+    pub(crate) tiles: u64,
+    pub(crate) file_bytes: u64,
     border_triangles: u64,
     deferred: u64,
     sites_in_holes: u64,
@@ -75,6 +75,7 @@ impl Assembly {
         let mut state = take(&mut *conquest.state.lock());
         let (cores, borders) = output.extents();
         let directory = self.directory(&tree, &state, ran, cores, borders);
+        let (directory, replaced) = self.of_next_state(directory);
         let bytes = |extents: &[Extent]| extents.iter().map(|e| u64::from(e.length)).sum::<u64>();
         let tables = borders.iter().filter_map(|(_, table)| table.apart());
         let of_borders: Vec<Extent> = borders.iter().map(|(border, _)| *border).chain(tables).collect();
@@ -83,7 +84,11 @@ impl Assembly {
         let border_bytes = bytes(&of_borders);
         let deferred = conquest.deferral.take();
         let (mut file_bytes, finish_bytes) = output
-            .finish(&directory, self.options.is_draft || !deferred.is_empty())
+            .finish(
+                &directory,
+                replaced.as_ref(),
+                self.options.is_draft || !deferred.is_empty(),
+            )
             .await?;
         let border_triangles = conquest.log.lock().triangle_count();
         let waits = Waits {
@@ -95,12 +100,7 @@ impl Assembly {
         drop((stop, conquest, segments));
         let (deferred_count, mut metadata) = (deferred.len() as u64, directory.metadata);
         if !deferred.is_empty() {
-            let edited = self.insert(&path, deferred).await?;
-            file_bytes = edited.file_bytes;
-            metadata.constraint_edges = edited.constraint_edges;
-            metadata.regions = edited.regions;
-            metadata.hole_regions = edited.hole_regions;
-            metadata.hole_triangles = edited.hole_triangles;
+            file_bytes = self.insert(&path, deferred, &mut metadata).await?;
         }
         let sites_in_holes = self.sites_in_holes(&path, &metadata, &mut state).await?;
         let [written, rewritten, reread] = spilled;
@@ -178,15 +178,18 @@ impl Assembly {
         }
     }
 
-    /// Inserts the deferred segments into the file, which has not been given its name yet.
-    async fn insert(&self, path: &Path, segments: Vec<Segment>) -> Result<EditSummary, BuildError> {
-        let span = tracing::debug_span!("insert", segments = segments.len());
-        let (progress, folder) = (Arc::clone(&self.options.progress), Arc::clone(&self.folder));
-        // The thread holds the folder's lock too: it may outlive this future.
-        let is_cancelled = move || {
-            let _ = &folder;
-            progress.is_cancelled()
-        };
+    /// Returns the directory of the file, as it is if the file is the next state of another one, and
+    /// the superblock of that one.
+    fn of_next_state(&mut self, directory: Directory) -> (Directory, Option<InForce>) {
+        match self.next.take() {
+            None => (directory, None),
+            Some(next) => ((next.directory)(directory), Some(next.before)),
+        }
+    }
+
+    /// Inserts the deferred segments into the file, which has not been given its name yet. Returns the
+    /// length of the file.
+    async fn insert(&self, path: &Path, segments: Vec<Segment>, metadata: &mut Metadata) -> Result<u64, BuildError> {
         let work = Work {
             points: PointCalls::default(),
             sites: SiteCalls::default(),
@@ -204,11 +207,32 @@ impl Assembly {
             is_draft: true,
             threads: self.options.threads,
         };
+        let edited = self.edit_draft(path, Arc::new(work)).await?;
+        metadata.constraint_edges = edited.constraint_edges;
+        metadata.regions = edited.regions;
+        metadata.hole_regions = edited.hole_regions;
+        metadata.hole_triangles = edited.hole_triangles;
+        Ok(self.settle(path, edited).await?.file_bytes)
+    }
+
+    /// Edits the file, which has not been given its name yet, as a draft.
+    pub(crate) async fn edit_draft(&self, path: &Path, work: Arc<Work>) -> Result<EditSummary, EditError> {
+        let span = tracing::debug_span!("insert", segments = work.segments.len());
+        let (progress, folder) = (Arc::clone(&self.options.progress), Arc::clone(&self.folder));
+        // The thread holds the folder's lock too: it may outlive this future.
+        let is_cancelled = move || {
+            let _ = &folder;
+            progress.is_cancelled()
+        };
         let edited = edit(Target::lock(path)?, work, self.memory.total(), is_cancelled);
-        let mut edited = edited.instrument(span.clone()).await?;
+        edited.instrument(span).await
+    }
+
+    /// Brings an edited draft onto the medium, compacted if that is worth it.
+    pub(crate) async fn settle(&self, path: &Path, mut edited: EditSummary) -> Result<EditSummary, BuildError> {
         if edited.bytes_appended > edited.file_bytes / UNUSED_SHARE {
             let reader = self.read_back(path).await.map_err(EditError::Read)?;
-            let compacted = reader.compact(path).instrument(span).await;
+            let compacted = reader.compact(path).instrument(tracing::debug_span!("compact")).await;
             edited.file_bytes = compacted.map_err(|error| match error {
                 CompactError::Read(error) => EditError::Read(error).into(),
                 CompactError::Io { what, source, .. } => BuildError::io(path, what, source),

@@ -23,7 +23,7 @@ use crate::pipeline::records::Seam;
 use crate::pipeline::resume::journal;
 use crate::pipeline::resume::journal::FinishedBlock;
 use crate::pipeline::work_folder::WorkFolder;
-use crate::store::{Directory, Extent, StoredPart, TablePlace, TileWriter};
+use crate::store::{Directory, Extent, InForce, StoredPart, TablePlace, TileWriter};
 
 /// A message to the writing task.
 #[derive(Debug)]
@@ -232,11 +232,21 @@ impl Output {
         self.journal_bytes
     }
 
-    /// Completes the file. A draft will be edited before it is published and need not be synced.
-    /// Returns its length, and the number of bytes that this added.
-    pub(crate) async fn finish(self, directory: &Directory, is_draft: bool) -> Result<(u64, u64), BuildError> {
+    /// Completes the file, as a new one or in the place of another one. A draft will be edited before
+    /// it is published and need not be synced. Returns its length, and the number of bytes that this
+    /// added.
+    pub(crate) async fn finish(
+        self,
+        directory: &Directory,
+        replaced: Option<&InForce>,
+        is_draft: bool,
+    ) -> Result<(u64, u64), BuildError> {
         let before = self.writer.length();
-        let finished = self.writer.draft(is_draft).finish(directory).await;
+        let writer = self.writer.draft(is_draft);
+        let finished = match replaced {
+            None => writer.finish(directory).await,
+            Some(replaced) => writer.finish_next(directory, replaced).await,
+        };
         let length = finished.map_err(|error| BuildError::io(&self.path, "finish", error))?;
         Ok((length, length.saturating_sub(before)))
     }

@@ -11,6 +11,7 @@ use crate::memory::FileShares;
 use crate::store::error::ReadError;
 use crate::store::format::digest::Digest;
 use crate::store::format::directory::Directory;
+use crate::store::format::entry::TileEntry;
 use crate::store::format::ids::{TileId, VertexId};
 use crate::store::format::tile::Tile;
 use crate::store::pass::{Needs, PassPlan, PassReader, Workspaces};
@@ -174,11 +175,9 @@ impl PassReader {
                 metadata.points, metadata.duplicates, metadata.ends, metadata.vertices
             )));
         }
-        match tiles
-            .iter()
-            .zip(0u32..)
-            .find(|(tile, _)| tile.vertices > metadata.tile_vertices)
-        {
+        // Edits let tiles grow before they cut them.
+        let is_too_large = |tile: &TileEntry| tile.vertices > metadata.tile_vertices && self.generation() == 1;
+        match tiles.iter().zip(0u32..).find(|(tile, _)| is_too_large(tile)) {
             Some((tile, number)) => {
                 let (found, most) = (tile.vertices, metadata.tile_vertices);
                 let reason = format!("it has {found} vertices, but the directory allows {most} at most");

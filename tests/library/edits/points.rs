@@ -3,6 +3,7 @@
 //! a mistake changes nothing.
 
 use std::fs;
+use std::ops::Range;
 
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
 use delaunay_tiles::input::{MissingZ, PointBatch, SiteId};
@@ -16,18 +17,16 @@ use crate::support::{Random, Scratch, built, points_of, runtime};
 const LITTLE: u64 = 256 << 10;
 
 /// Edits a random scene a few times. Returns the number of edits that were made.
-async fn check_sequence(seed: u64) -> u64 {
+async fn check_sequence(seed: u64, kinds: Range<usize>) -> u64 {
     let mut random = Random(seed);
-    let (mut scene, at) = random_scene(&mut random, 0..5).await;
+    let (mut scene, at) = random_scene(&mut random, kinds).await;
     let scratch = scene.build(4 + random.below(60)).await.unwrap();
     let mut edits = 0;
     for _ in 0..1 + random.below(4) {
         let before = checked(&scratch).await;
-        if before.triangles.count == 0 {
-            break;
-        }
         let former = scene.clone();
         let mut editor = Editor::open(&scratch.path, LITTLE).await.unwrap();
+        editor.prefer_build(random.below(3) == 0);
         for _ in 0..1 + random.below(30) {
             scene.change(&mut editor, &mut random, &at);
         }
@@ -44,7 +43,18 @@ fn random_sequences_of_edits_give_what_a_build_gives() {
     runtime().block_on(async {
         let mut edits = 0;
         for seed in 0..400 {
-            edits += check_sequence(seed).await;
+            edits += check_sequence(seed, 0..5).await;
+        }
+        assert!(edits > 800, "{edits}");
+    });
+}
+
+#[test]
+fn points_come_to_files_without_triangles_and_leave_files_without() {
+    runtime().block_on(async {
+        let mut edits = 0;
+        for seed in 0..300 {
+            edits += check_sequence(seed, 5..6).await;
         }
         assert!(edits > 600, "{edits}");
     });

@@ -3929,7 +3929,7 @@ pub mod delaunay_tiles {
                 // which contains a valid value in this slot
                 unsafe { self._tab.get::<u32>(Directory::VT_NEXT_TILE, Some(0)).unwrap() }
             }
-            /// The most vertices that the tiles were cut for.
+            /// The most vertices that the tiles were cut for. In the first generation, none has more.
             #[inline]
             pub fn tile_vertices(&self) -> u32 {
                 // Safety:

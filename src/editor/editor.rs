@@ -1,27 +1,20 @@
-//! The editor: takes changes of points, and lines to make constraints of a file.
+//! The editor: takes changes of points, lines and sites, and makes them all at once.
 
 use std::collections::BTreeSet;
 use std::num::NonZero;
 use std::path::Path;
 use std::thread;
 
-use crate::constraints::polygons::normalize::PolygonNormalizer;
-use crate::constraints::segment::Segment;
 use crate::constraints::without_z::NO_Z;
-use crate::edit::drape::drape;
-use crate::edit::error::EditError;
-use crate::edit::intake::LineIntake;
-use crate::edit::points::{PointCall, PointCalls};
-use crate::edit::run::edit;
-use crate::edit::sites::{SiteCall, SiteCalls};
-use crate::edit::summary::EditSummary;
-use crate::edit::target::Target;
-use crate::edit::unconstrain::GoneLines;
-use crate::edit::work::{Piece, Work};
+use crate::edit::{EditError, EditSummary, GoneLines, PointCall, PointCalls, SiteCall, SiteCalls, Target, Work};
+use crate::editor::drape::drape;
+use crate::editor::intake::LineIntake;
+use crate::editor::pieces::{normalized, normalized_pieces};
+use crate::editor::ways::make;
 use crate::geometry::Point;
 use crate::input::{MissingZ, PointBatch, SegmentBatch, SiteBatch};
 use crate::memory::EditShares;
-use crate::store::{LineKind, LineSource, Source};
+use crate::store::{LineKind, LineSource, Metadata, Source};
 
 /// An editor of a file on disk: it inserts, deletes and moves points, makes lines constraints,
 /// removes lines, and inserts and deletes sites.
@@ -59,6 +52,7 @@ use crate::store::{LineKind, LineSource, Source};
 /// ```
 pub struct Editor {
     target: Target,
+    before: Metadata,
     memory: u64,
     /// The number of the first new line, which is the number of lines before the edit.
     first_line: u64,
@@ -68,6 +62,7 @@ pub struct Editor {
     next_record: u64,
     next_site: u64,
     is_dry_run: bool,
+    prefers_build: bool,
     points: PointCalls,
     sources: Vec<LineSource>,
     /// The lines that come, and those that go.
@@ -84,26 +79,24 @@ impl Editor {
     /// Opens a file to edit it within `memory` bytes of memory.
     ///
     /// # Errors
-    /// Returns an error if the file cannot be opened, if another editor has it locked, or if it has no
-    /// triangles.
+    /// Returns an error if the file cannot be opened, or if another editor has it locked.
     pub async fn open(path: impl AsRef<Path>, memory: u64) -> Result<Self, EditError> {
         let target = Target::lock(path.as_ref())?;
         let opened = target.read().await?;
         let (metadata, lists) = (opened.metadata(), opened.lists().await?);
-        if metadata.triangles == 0 {
-            return Err(EditError::NoTriangles(target.path));
-        }
         Ok(Self {
             first_line: metadata.next_line,
             crs: lists.crs.clone(),
             next_record: metadata.next_record,
             next_site: metadata.next_site,
             is_dry_run: false,
+            prefers_build: false,
             points: PointCalls::default(),
             number: lists.lines.last().map_or(0, |last| last.edit).saturating_add(1),
             lines: LineIntake::new(&target.path, metadata.next_line),
             gone: LineIntake::new(&target.path, 0),
             gone_numbers: BTreeSet::new(),
+            before: metadata.clone(),
             target,
             memory,
             sources: Vec::new(),
@@ -134,6 +127,17 @@ impl Editor {
     /// Sets whether to do all the work without changing the file. By default the file is changed.
     pub fn dry_run(&mut self, is_dry_run: bool) {
         self.is_dry_run = is_dry_run;
+    }
+
+    /// Sets whether to build all tiles anew even if few points change. By default they are built anew
+    /// if so many change that this is faster, or if the file has no triangles. A file with lines or sites
+    /// that has triangles is edited in any case.
+    ///
+    /// A build makes a file that takes the place of the edited one, with its permissions. It needs room
+    /// for it in the same folder, where its work is in `FILE.partial/`. It has no
+    /// [overviews](crate::TileReader::overviews).
+    pub fn prefer_build(&mut self, prefers_build: bool) {
+        self.prefers_build = prefers_build;
     }
 
     /// Inserts points, with z if the file has z. They may lie outside the hull. A point at the
@@ -349,12 +353,14 @@ impl Editor {
     pub async fn finish(self) -> Result<EditSummary, EditError> {
         let Self {
             target,
+            before,
             memory,
             mut z,
             missing_z,
             points,
             mut sites,
             is_dry_run,
+            prefers_build,
             ..
         } = self;
         let lines = self.lines.finish()?;
@@ -391,7 +397,7 @@ impl Editor {
             is_dry_run,
             threads: thread::available_parallelism().map_or(1, NonZero::get),
         };
-        edit(target, work, memory, || false).await
+        make(target, &before, work, prefers_build, memory).await
     }
 }
 
@@ -417,45 +423,4 @@ fn check_values(points: &[Point], z: &[f64]) -> Result<(), EditError> {
         Some((&z, &point)) => Err(EditError::InvalidZ { point, z }),
         None => Ok(()),
     }
-}
-
-/// Returns the segments that are not of zero length, after obstacles were normalised.
-fn normalized(mut segments: Vec<Segment>, normalizer: Option<PolygonNormalizer>) -> Vec<Segment> {
-    segments.retain(|segment| segment.ends[0] != segment.ends[1]);
-    let Some(mut normalizer) = normalizer else {
-        return segments;
-    };
-    let mut ready = Vec::with_capacity(segments.len());
-    segments
-        .into_iter()
-        .for_each(|segment| normalizer.take(segment, &mut ready));
-    ready
-}
-
-/// Returns the segments after obstacles were normalised, by the numbers of their ends. These are
-/// ends of the segments of the same obstacle.
-fn normalized_pieces(segments: &[Segment], mut normalizer: PolygonNormalizer) -> Vec<Piece> {
-    let (mut pieces, mut ready, mut start) = (Vec::new(), Vec::new(), 0);
-    let mut ends: Vec<(Point, u32)> = Vec::new();
-    for (segment, number) in segments.iter().zip(0u32..) {
-        normalizer.take(*segment, &mut ready);
-        if normalizer.is_within() {
-            continue;
-        }
-        // Ends of segments of no length become no vertices.
-        let its = (start..=number).map(|number| (number, segments[number as usize].ends));
-        let numbered = its
-            .filter(|(_, [a, b])| a != b)
-            .flat_map(|(number, ends)| [2 * number, 2 * number + 1].into_iter().zip(ends));
-        ends.clear();
-        ends.extend(numbered.map(|(end, point)| (point, end)));
-        ends.sort_unstable_by(|(p, one), (q, other)| p.lex_cmp(*q).then(one.cmp(other)));
-        let end_at = |point: Point| ends[ends.partition_point(|(other, _)| other.lex_cmp(point).is_lt())].1;
-        pieces.extend(ready.drain(..).map(|segment| Piece {
-            ends: segment.ends.map(end_at),
-            source: segment.source,
-        }));
-        start = number + 1;
-    }
-    pieces
 }

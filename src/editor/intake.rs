@@ -8,7 +8,7 @@ use crate::constraints::polygons::counter::{PolygonCounter, by_ends};
 use crate::constraints::polygons::lines::PolygonLines;
 use crate::constraints::polygons::normalize::PolygonNormalizer;
 use crate::constraints::segment::Segment;
-use crate::edit::error::EditError;
+use crate::edit::EditError;
 use crate::geometry::Point;
 use crate::input::SegmentBatch;
 use crate::store::{EdgeSource, LineKind, LinePart, PolygonLine};

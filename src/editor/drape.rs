@@ -1,7 +1,6 @@
 //! New vertices without z take it from the triangulation before the edit.
 
-use crate::edit::error::EditError;
-use crate::edit::target::Target;
+use crate::edit::{EditError, Target};
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::terrain::Surface;
 

@@ -1,0 +1,23 @@
+//! Takes changes of a file on disk, and makes them.
+//!
+//! In: a tile file, and changes of its points, lines and sites. Out: the same file in its next state,
+//! or unchanged.
+//!
+//! ```text
+//!   changes ──▶ editor ──▶ ways ──┬──▶ the tiles that they touch are changed (edit)
+//!               intake            └──▶ all tiles are built anew (rebuild) ──▶ and edited, if need be
+//!               drape
+//! ```
+//!
+//! Both ways lead to the same triangles. Building is faster if much is changed, and it needs no
+//! triangles to begin with.
+
+mod drape;
+#[allow(clippy::module_inception)]
+mod editor;
+mod intake;
+mod pieces;
+mod rebuild;
+mod ways;
+
+pub use editor::Editor;

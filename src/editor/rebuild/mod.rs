@@ -1,0 +1,285 @@
+//! Builds all tiles of a file anew.
+//!
+//! In: the file, and changes of its points. Out: a file with the changed points that takes its place,
+//! as its next state. Readers of the file keep it as it was.
+//!
+//! ```text
+//!   lines, sites of the file ──────────────────┐ (contents)
+//!   tiles, read ahead ──▶ vertices, changed ───┴──▶ build ──▶ edit, if need be ──▶ rename
+//!   calls, by tile ──────────┘ (points)
+//! ```
+//!
+//! A file without triangles cannot be edited: an edit changes triangles. It is built with three
+//! helpers, points around everything, which the edit deletes at its end.
+
+mod contents;
+mod error;
+mod helpers;
+mod points;
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::edit::{EditError, EditSummary, EditTotals, PointCalls, PointCounts, Target, Work, enter};
+use crate::editor::rebuild::contents::push_contents;
+use crate::editor::rebuild::error::edit_error;
+use crate::editor::rebuild::helpers::Helpers;
+use crate::editor::rebuild::points::{ChangedPoints, push_sample};
+use crate::input::MissingZ;
+use crate::io::folder_of;
+use crate::pipeline::next_state::{NextState, NextStateSummary};
+use crate::pipeline::{BuildOptions, Builder};
+use crate::store::{Codec, Directory, Metadata, TileEntry, TileReader};
+
+/// The reason why a file was not built anew.
+pub(crate) enum NotBuilt {
+    /// A build cannot begin, for want of memory, room or permission. Here are the changes again.
+    NotBegun(EditError, Box<Work>),
+    Failed(EditError),
+}
+
+impl From<EditError> for NotBuilt {
+    fn from(error: EditError) -> Self {
+        Self::Failed(error)
+    }
+}
+
+/// Builds a file of points anew, with changes of points.
+pub(crate) async fn rebuild(target: &Target, work: Work, memory: u64) -> Result<EditSummary, NotBuilt> {
+    let began = Instant::now();
+    let source = Source::open(target, &work, memory).await?;
+    work.points.check_z(source.has_z)?;
+    let memory = source.rest(memory, &work);
+    let first_end = source.first_end(&work);
+    let begun = source.builder(&target.path, first_end, memory).and_then(|mut builder| {
+        let expected = source.metadata().vertices + work.points.all.len() as u64;
+        push_sample(&mut builder, &source.directory, expected)?;
+        Ok(builder)
+    });
+    let mut builder = match begun {
+        Ok(builder) => builder,
+        Err(error) => return Err(NotBuilt::NotBegun(error, Box::new(work))),
+    };
+    let mut points = ChangedPoints::of(&source.reader, &work.points, source.has_z, first_end);
+    let counts = points.push(&mut builder).await?;
+    let is_dry_run = work.is_dry_run;
+    let next = source.next_state(Arc::new(work), None, is_dry_run);
+    let built = builder.finish_next(next).await.map_err(edit_error)??;
+    Ok(source.summary(counts, &built, began))
+}
+
+/// Builds a file without triangles anew, with helpers that make triangles, and edits it.
+pub(crate) async fn rebuild_with_helpers(
+    target: &Target,
+    work: Arc<Work>,
+    memory: u64,
+) -> Result<EditSummary, EditError> {
+    let began = Instant::now();
+    let source = Source::open(target, &work, memory).await?;
+    let helpers = Helpers::around(source.metadata().bounds, &work)?;
+    let without = helpers.deleted_in(&work);
+    let is_dry_run = work.is_dry_run;
+    let built = source.build_helped(&target.path, &helpers, without, memory, is_dry_run);
+    match built.await {
+        Err(EditError::NothingLeft) => rebuild_on_one_line(target, work, memory).await,
+        Err(error) => Err(error),
+        Ok(built) => {
+            let edited = built.edited.unwrap_or_default();
+            Ok(EditSummary {
+                points: helpers.not_counted(edited.points),
+                bytes_appended: edited.file_bytes.saturating_sub(source.reader.file_length()),
+                seconds: began.elapsed().as_secs_f64(),
+                ..edited
+            })
+        }
+    }
+}
+
+/// Returns the summary of an edit that changes nothing.
+pub(crate) async fn unchanged(target: &Target, memory: u64) -> Result<EditSummary, EditError> {
+    let began = Instant::now();
+    let source = Source::open(target, &Work::default(), memory).await?;
+    let same = NextStateSummary {
+        metadata: source.metadata().clone(),
+        tiles: 0,
+        file_bytes: source.reader.file_length(),
+        edited: None,
+    };
+    Ok(EditSummary {
+        tile_reads: 0,
+        ..source.summary(PointCounts::default(), &same, began)
+    })
+}
+
+/// Builds a file anew whose vertices will lie on one line, with lines. It is built and edited with
+/// helpers beside the file, and then built without them.
+pub(crate) async fn rebuild_on_one_line(
+    target: &Target,
+    work: Arc<Work>,
+    memory: u64,
+) -> Result<EditSummary, EditError> {
+    let began = Instant::now();
+    let source = Source::open(target, &work, memory).await?;
+    let helpers = Helpers::around(source.metadata().bounds, &work)?;
+    let folder = folder_of(&target.path);
+    let folder = tempfile::TempDir::with_prefix_in(".tiles-edit-", folder)
+        .map_err(|error| EditError::io(folder, "make a folder in", error))?;
+    let path = folder.path().join("tiles");
+    let is_dry_run = work.is_dry_run;
+    let edited = source.build_helped(&path, &helpers, Arc::new(work.for_draft()), memory, false);
+    let edited = edited.await?.edited.unwrap_or_default();
+    let helped = Source::open(&Target::lock(&path)?, &work, memory).await?;
+    let calls = helpers.deletions();
+    let first_end = helped.first_end(&Work::default());
+    let mut builder = helped.builder(&target.path, first_end, helped.rest(memory, &work))?;
+    push_contents(&helped.reader, &mut builder).await?;
+    let mut points = ChangedPoints::of(&helped.reader, &calls, helped.has_z, first_end);
+    points.push(&mut builder).await?;
+    let next = helped.next_state(Arc::default(), None, is_dry_run);
+    let built = builder.finish_next(next).await.map_err(edit_error)??;
+    let totals = source.summary(edited.points, &built, began);
+    Ok(EditSummary {
+        lines: edited.lines,
+        sites: edited.sites,
+        segments: edited.segments,
+        added_vertices: edited.added_vertices,
+        inserted_edges: edited.inserted_edges,
+        triangles_visited: edited.triangles_visited,
+        ..totals
+    })
+}
+
+/// The file that is built anew.
+struct Source {
+    reader: TileReader,
+    directory: Arc<Directory>,
+    /// Bytes of memory to read it.
+    memory: u64,
+    /// Whether vertices will have z.
+    has_z: bool,
+}
+
+impl Source {
+    async fn open(target: &Target, work: &Work, memory: u64) -> Result<Self, EditError> {
+        let memory = memory / 8;
+        let reader = target.read_within(memory).await?;
+        let metadata = reader.metadata();
+        Ok(Self {
+            has_z: match metadata.vertices {
+                // The first points decide.
+                0 => work.points.have_z(),
+                _ => metadata.has_z,
+            },
+            directory: reader.directory().await?,
+            reader,
+            memory,
+        })
+    }
+
+    fn metadata(&self) -> &Metadata {
+        self.reader.metadata()
+    }
+
+    /// Returns the bytes that are left for a build.
+    fn rest(&self, memory: u64, work: &Work) -> u64 {
+        memory.saturating_sub(work.points.memory() + work.sites.memory() + self.memory)
+    }
+
+    /// Builds the file with helpers under a name, and edits it.
+    async fn build_helped(
+        &self,
+        output: &Path,
+        helpers: &Helpers,
+        work: Arc<Work>,
+        memory: u64,
+        is_dry_run: bool,
+    ) -> Result<NextStateSummary, EditError> {
+        let first_end = self.first_end(&work);
+        let mut builder = self.builder(output, first_end, self.rest(memory, &work))?;
+        push_contents(&self.reader, &mut builder).await?;
+        let no_calls = PointCalls::default();
+        let mut points = ChangedPoints::of(&self.reader, &no_calls, self.has_z, first_end);
+        points.push(&mut builder).await?;
+        let helpers = helpers.points(self.has_z, first_end - Helpers::COUNT);
+        builder.push(&helpers).await.map_err(edit_error)?;
+        let next = self.next_state(Arc::default(), Some(work), is_dry_run);
+        builder.finish_next(next).await.map_err(edit_error)?
+    }
+
+    /// Returns a builder that makes its next state under a name, within `memory` bytes. Vertices that
+    /// are no points have record numbers from `first_end` on.
+    fn builder(&self, output: &Path, first_end: u64, memory: u64) -> Result<Builder, EditError> {
+        let entries = &self.directory.tiles;
+        let is_compressed = entries.first().map(TileEntry::codec) == Some(Codec::Zstandard);
+        let metadata = self.metadata();
+        let options = BuildOptions::default()
+            .tile_vertices(metadata.tile_vertices as usize)
+            .memory(memory)
+            .compress(is_compressed)
+            .missing_z(MissingZ::Zero)
+            .exterior_is_hole(metadata.exterior_is_hole);
+        let builder = Builder::for_next_state(output, options, first_end);
+        let mut builder = builder.map_err(edit_error)?;
+        builder
+            .push_seeds(&self.directory.lists.hole_points)
+            .map_err(edit_error)?;
+        Ok(builder)
+    }
+
+    /// Returns the first record number of vertices that are no points, after those of points that
+    /// come.
+    fn first_end(&self, work: &Work) -> u64 {
+        let records = self.metadata().next_record.saturating_add(work.new_records);
+        records.saturating_add(Helpers::COUNT)
+    }
+
+    /// Returns what makes a build the next state of the file, with changes that were made in it, and an
+    /// edit that follows.
+    fn next_state(&self, work: Arc<Work>, then: Option<Arc<Work>>, is_dry_run: bool) -> NextState {
+        let metadata = Metadata {
+            has_z: self.has_z,
+            ..self.directory.metadata.clone()
+        };
+        let lists = self.directory.lists.clone();
+        NextState {
+            before: *self.reader.in_force(),
+            directory: Box::new(move |built| {
+                let totals = EditTotals {
+                    ends: built.metadata.ends,
+                    sites: built.metadata.sites,
+                    removes_lines: false,
+                    regions: built.metadata.regions,
+                    spanning_regions: built.metadata.spanning_regions,
+                    hole_regions: built.metadata.hole_regions,
+                    digest: built.metadata.digest,
+                };
+                let mut directory = Directory::new(metadata, lists, built.tree, built.tiles);
+                directory.renew_bounds();
+                enter(&mut directory, &work, totals);
+                directory
+            }),
+            work: then,
+            is_dry_run,
+        }
+    }
+
+    fn summary(&self, points: PointCounts, built: &NextStateSummary, began: Instant) -> EditSummary {
+        let metadata = &built.metadata;
+        EditSummary {
+            points,
+            constraint_edges: metadata.constraint_edges,
+            vertices: metadata.vertices,
+            triangles: metadata.triangles,
+            tiles_written: built.tiles,
+            tile_reads: self.metadata().tiles.into(),
+            regions: metadata.regions,
+            hole_regions: metadata.hole_regions,
+            hole_triangles: metadata.hole_triangles,
+            bytes_appended: built.file_bytes.saturating_sub(self.reader.file_length()),
+            file_bytes: built.file_bytes,
+            seconds: began.elapsed().as_secs_f64(),
+            ..EditSummary::default()
+        }
+    }
+}
