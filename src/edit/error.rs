@@ -157,8 +157,8 @@ pub enum EditError {
         lines: [EdgeSource; 2],
     },
     /// Without what is removed, all vertices would lie on one line, and some of its edges would be
-    /// constraints.
-    #[error("all vertices that are left would lie on one line; build a file of them")]
+    /// constraints. An editor builds such a file anew, so it does not return this.
+    #[error("all vertices that are left would lie on one line")]
     NothingLeft,
     /// A line crosses a constraint.
     #[error(

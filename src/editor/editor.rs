@@ -348,8 +348,7 @@ impl Editor {
     /// a z ([`missing_z`](Self::missing_z)), or a point has z in a file without; if a line crosses a
     /// constraint, if a line to remove is not there, or if the file's lines were split where they cross;
     /// if a ring does not close, if a polygon is inside out, if an obstacle covers a place
-    /// more than once and its rings cross; if the vertices left would lie on one line, with lines; or
-    /// if the system fails.
+    /// more than once and its rings cross; or if the system fails.
     pub async fn finish(self) -> Result<EditSummary, EditError> {
         let Self {
             target,

@@ -2,14 +2,19 @@
 
 use std::sync::Arc;
 
+use foldhash::HashSet;
+
 use crate::edit::{EditError, EditSummary, Target, Work, edit};
 use crate::editor::rebuild::{NotBuilt, rebuild, rebuild_on_one_line, rebuild_with_helpers, unchanged};
-use crate::store::Metadata;
+use crate::store::{Metadata, TileId};
 
-/// Building is faster than editing if this share of all points is changed, one in `MANY`, and then
-/// only worth the while if at least `LEAST` are.
-const MANY: u64 = 25;
-const LEAST: u64 = 1 << 15;
+/// The time that an edit takes for each vertex of a tile that it touches, and for each change of a
+/// point, where a build takes 1 for each vertex of the file. Measured with 1 and 10 million uniform
+/// points in tiles of 32,768, of which 1.5 to 10 % were inserted and deleted.
+const OF_TOUCHED: f64 = 2.5;
+const OF_CHANGE: f64 = 40.0;
+/// The time that it takes to begin and end a build.
+const OF_BUILD: f64 = 200_000.0;
 
 /// Makes all changes. `before` is the metadata of the file. If `prefers_build` is set, few changes are
 /// as good a reason to build as many.
@@ -20,11 +25,10 @@ pub(crate) async fn make(
     prefers_build: bool,
     memory: u64,
 ) -> Result<EditSummary, EditError> {
-    let changes = work.points.all.len() as u64;
     let has_triangles = before.triangles > 0;
-    let is_many = prefers_build || changes >= LEAST.max(before.vertices / MANY);
-    let concerns_points_only = concerns_points_only(before, &work);
-    if changes > 0 && concerns_points_only && (is_many || !has_triangles) {
+    if concerns_points_only(before, &work)
+        && (prefers_build || !has_triangles || is_build_faster(&target, &work).await?)
+    {
         match rebuild(&target, work, memory).await {
             Ok(summary) => return Ok(summary),
             Err(NotBuilt::NotBegun(error, unchanged)) => {
@@ -49,5 +53,18 @@ pub(crate) async fn make(
 /// Returns whether points are all that changes and all that there is.
 fn concerns_points_only(before: &Metadata, work: &Work) -> bool {
     let (ends, lines, sites) = (before.ends, before.constraint_edges, before.sites);
-    [ends, lines, sites] == [0; 3] && work.gone.is_empty() && work.segments.is_empty() && work.sites.all.is_empty()
+    let points_alone = work.gone.is_empty() && work.segments.is_empty() && work.sites.all.is_empty();
+    [ends, lines, sites] == [0; 3] && points_alone && !work.points.all.is_empty()
+}
+
+/// Returns whether it is faster to build all tiles than to edit those that points touch.
+async fn is_build_faster(target: &Target, work: &Work) -> Result<bool, EditError> {
+    let reader = target.read().await?;
+    let directory = reader.directory().await?;
+    let positions = work.points.all.iter().flat_map(|call| call.positions()).flatten();
+    let tiles: HashSet<TileId> = positions.filter_map(|point| directory.tree.tile_at(point)).collect();
+    let touched = tiles.iter().filter_map(|&id| directory.entry(id));
+    let touched: u64 = touched.map(|tile| u64::from(tile.vertices)).sum();
+    let of_edit = OF_TOUCHED * touched as f64 + OF_CHANGE * work.points.all.len() as f64;
+    Ok(of_edit > reader.metadata().vertices as f64 + OF_BUILD)
 }

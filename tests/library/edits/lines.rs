@@ -150,10 +150,10 @@ fn random_sequences_with_lines_that_go_give_what_a_build_gives() {
 fn lines_come_to_files_without_triangles_and_leave_files_without() {
     runtime().block_on(async {
         let mut edits = 0;
-        for seed in 0..300 {
+        for seed in 0..120 {
             edits += check_sequence(seed, 6..7).await;
         }
-        assert!(edits > 500, "{edits}");
+        assert!(edits > 200, "{edits}");
     });
 }
 

@@ -4,6 +4,7 @@
 
 mod lines;
 mod points;
+mod rebuilds;
 mod scene;
 mod sizes;
 mod space;

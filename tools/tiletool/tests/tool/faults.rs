@@ -191,6 +191,60 @@ fn io_faults_in_an_edit_leave_the_old_or_the_new_file() {
     });
 }
 
+/// Runs an edit with faults. `old` and `new` are the commands that make the file before and after it.
+fn test_edit(args: &'static str, old: &[&str], new: &[&str]) {
+    let mut trial = Trial::new(args, |folder| {
+        write_town(folder);
+        fs::write(folder.join("none.csv"), "").unwrap();
+        fs::write(folder.join("row.csv"), "0,0\n1,0\n2,0\n3,0\n").unwrap();
+        fs::write(folder.join("apex.csv"), "1,5\n").unwrap();
+        fs::write(folder.join("street.csv"), "0,0,2,0\n").unwrap();
+        for command in old.iter().chain(new) {
+            run(folder, command);
+        }
+    });
+    let renew = |folder: &Path| {
+        let _ = fs::remove_dir_all(folder.join("now.tiles.partial"));
+        renew_now(folder);
+    };
+    trial.all(renew, |folder, _, succeeded, context| {
+        let is_new = is_like(folder, "now.tiles", "new.tiles");
+        let is_old = is_like(folder, "now.tiles", "old.tiles");
+        assert!(is_new || !succeeded && is_old, "{context}");
+        run(folder, "verify --deep now.tiles");
+    });
+}
+
+#[test]
+fn io_faults_in_changes_of_points_leave_the_old_or_the_new_file() {
+    test_edit(
+        "delete now.tiles apex.csv --quiet",
+        &["build points.csv row.csv apex.csv -o old.tiles --tile-vertices 200 --quiet --dims 2"],
+        &[
+            "build points.csv -o new.tiles --tile-vertices 200 --quiet --dims 2",
+            "delete new.tiles apex.csv --quiet",
+        ],
+    );
+}
+
+#[test]
+fn io_faults_in_an_edit_of_a_file_without_triangles_leave_the_old_or_the_new_file() {
+    test_edit(
+        "insert now.tiles apex.csv --quiet",
+        &["build row.csv --segments street.csv -o old.tiles --quiet"],
+        &["build row.csv apex.csv --segments street.csv -o new.tiles --quiet"],
+    );
+}
+
+#[test]
+fn io_faults_in_an_edit_that_leaves_no_triangles_leave_the_old_or_the_new_file() {
+    test_edit(
+        "delete now.tiles apex.csv --quiet",
+        &["build row.csv apex.csv --segments street.csv -o old.tiles --quiet"],
+        &["build row.csv --segments street.csv -o new.tiles --quiet"],
+    );
+}
+
 #[test]
 fn io_faults_in_compacting_leave_the_old_or_the_new_file() {
     let mut trial = Trial::new("compact now.tiles", |folder| {

@@ -1,0 +1,166 @@
+//! The promise: an edit that builds all tiles anew looks like any other edit from outside.
+
+use std::fs;
+use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
+
+use delaunay_tiles::geometry::Point;
+use delaunay_tiles::input::PointBatch;
+use delaunay_tiles::{BuildOptions, EditError, EditSummary, Editor};
+use distributions::Kind;
+
+use crate::edits::scene::checked;
+use crate::support::{Scratch, built, points_of, runtime};
+
+const ENOUGH: u64 = 64 << 20;
+
+fn batch(points: &[Point]) -> PointBatch {
+    PointBatch {
+        records: (0..points.len() as u64).collect(),
+        points: points.to_vec(),
+        z: Vec::new(),
+    }
+}
+
+async fn edited(scratch: &Scratch, change: impl FnOnce(&mut Editor)) -> Result<EditSummary, EditError> {
+    let mut editor = Editor::open(&scratch.path, ENOUGH).await?;
+    change(&mut editor);
+    editor.finish().await
+}
+
+fn inode(scratch: &Scratch) -> u64 {
+    fs::metadata(&scratch.path).unwrap().ino()
+}
+
+#[test]
+fn many_changes_build_the_file_anew_and_few_do_not() {
+    runtime().block_on(async {
+        let points = points_of(Kind::Uniform, 220_000, 1);
+        let (first, second) = points.split_at(150_000);
+        let scratch = built(first, BuildOptions::default().tile_vertices(2000)).await.0;
+        let (before, tiles) = (inode(&scratch), scratch.open().await.metadata().tiles);
+        let corner: Vec<Point> = second.iter().copied().filter(|p| p.x < 0.05 && p.y < 0.05).collect();
+        let summary = edited(&scratch, |editor| editor.insert(&batch(&corner)).unwrap());
+        assert!(summary.await.unwrap().tiles_written < u64::from(tiles) / 8);
+        assert_eq!(inode(&scratch), before);
+        let summary = edited(&scratch, |editor| editor.insert(&batch(second)).unwrap());
+        let summary = summary.await.unwrap();
+        assert_ne!(inode(&scratch), before);
+        let counts = [summary.points.inserted, summary.points.duplicates, summary.vertices];
+        assert_eq!(
+            counts,
+            [second.len() - corner.len(), corner.len(), points.len()].map(|count| count as u64)
+        );
+        assert!(summary.tile_reads <= u64::from(tiles) + 10);
+        let whole = built(&points, BuildOptions::default()).await.0;
+        assert_eq!(checked(&scratch).await, checked(&whole).await);
+    });
+}
+
+#[test]
+fn a_file_that_is_built_anew_keeps_its_readers_its_name_and_its_permissions() {
+    runtime().block_on(async {
+        let points = points_of(Kind::Kuzmin, 900, 2);
+        let scratch = built(&points, BuildOptions::default().tile_vertices(60)).await.0;
+        let real = scratch.path.with_file_name("real.tiles");
+        fs::rename(&scratch.path, &real).unwrap();
+        symlink(&real, &scratch.path).unwrap();
+        fs::set_permissions(&real, fs::Permissions::from_mode(0o640)).unwrap();
+        let before = checked(&scratch).await;
+        let old = scratch.open().await;
+        let mut following = scratch.open().await;
+        let dry = edited(&scratch, |editor| {
+            editor.prefer_build(true);
+            editor.dry_run(true);
+            editor.delete(&points[..100]).unwrap();
+        });
+        let dry = dry.await.unwrap();
+        assert_eq!((dry.points.deleted, dry.vertices), (100, 800));
+        assert_eq!(checked(&scratch).await, before);
+
+        let mut editor = Editor::open(&scratch.path, ENOUGH).await.unwrap();
+        assert!(matches!(
+            Editor::open(&scratch.path, ENOUGH).await,
+            Err(EditError::Busy(_))
+        ));
+        editor.prefer_build(true);
+        editor.delete(&points[..100]).unwrap();
+        assert_eq!(editor.finish().await.unwrap().vertices, dry.vertices);
+        assert!(fs::symlink_metadata(&scratch.path).unwrap().is_symlink());
+        assert_eq!(fs::metadata(&real).unwrap().permissions().mode() & 0o777, 0o640);
+        let folder = fs::read_dir(real.parent().unwrap()).unwrap();
+        assert_eq!(folder.count(), 2, "something is left");
+        assert_eq!(old.recompute_digest().await.unwrap(), before);
+        assert!(following.refresh().await.unwrap());
+        assert_eq!(following.metadata().vertices, 800);
+        assert!(following.generation() > old.generation());
+        assert_eq!(following.metadata().next_record, old.metadata().next_record);
+        // The next edit is one in place, with the same generations.
+        edited(&scratch, |editor| editor.insert(&batch(&points[..1])).unwrap())
+            .await
+            .unwrap();
+        assert!(following.refresh().await.unwrap());
+        assert_eq!(following.metadata().vertices, 801);
+    });
+}
+
+#[test]
+fn where_no_build_can_begin_a_file_with_triangles_is_edited_in_place() {
+    runtime().block_on(async {
+        let points = points_of(Kind::Uniform, 500, 3);
+        for (points, has_triangles) in [(&points[..], true), (&points[..2], false)] {
+            let scratch = built(points, BuildOptions::default().tile_vertices(60)).await.0;
+            let before = checked(&scratch).await;
+            let mut blocked = scratch.path.clone().into_os_string();
+            blocked.push(".partial");
+            fs::create_dir(&blocked).unwrap();
+            fs::write(std::path::Path::new(&blocked).join("diary.txt"), "mine").unwrap();
+            let done = edited(&scratch, |editor| {
+                editor.prefer_build(true);
+                editor.insert(&batch(&[Point::new(3.0, 3.0)])).unwrap();
+            });
+            match done.await {
+                Ok(summary) => assert_eq!((summary.vertices, has_triangles), (501, true)),
+                Err(error) => {
+                    assert!(!has_triangles && error.to_string().contains(".partial"), "{error}");
+                    assert_eq!(checked(&scratch).await, before);
+                }
+            }
+            assert!(std::path::Path::new(&blocked).join("diary.txt").exists());
+        }
+    });
+}
+
+#[test]
+fn the_first_points_of_an_empty_file_decide_whether_it_has_z() {
+    runtime().block_on(async {
+        let points = points_of(Kind::Uniform, 50, 4);
+        for z in [vec![], (0..50).map(f64::from).collect::<Vec<f64>>()] {
+            let scratch = built(&[], BuildOptions::default()).await.0;
+            let has_z = !z.is_empty();
+            let summary = edited(&scratch, |editor| {
+                editor.insert(&PointBatch { z, ..batch(&points) }).unwrap()
+            });
+            assert_eq!(summary.await.unwrap().points.inserted, 50);
+            assert_eq!(scratch.open().await.metadata().has_z, has_z);
+            checked(&scratch).await;
+        }
+    });
+}
+
+#[test]
+fn tiles_do_not_grow_from_edit_to_edit() {
+    runtime().block_on(async {
+        let points = points_of(Kind::Uniform, 4000, 5);
+        let scratch = built(&points[..400], BuildOptions::default().tile_vertices(50)).await.0;
+        for chunk in points[400..].chunks(100) {
+            edited(&scratch, |editor| editor.insert(&batch(chunk)).unwrap())
+                .await
+                .unwrap();
+        }
+        let reader = scratch.open().await;
+        assert_eq!(reader.metadata().tile_vertices, 50);
+        let tiles = reader.directory().await.unwrap();
+        let largest = tiles.tiles.iter().map(|tile| tile.vertices).max();
+        assert!(largest <= Some(75), "{largest:?}");
+    });
+}
