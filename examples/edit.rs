@@ -37,14 +37,14 @@ async fn main() -> Result<(), Error> {
 
     // An edit writes behind the end of the file, and one superblock makes it valid at once.
     let wall = [Point::new(50.0, 20.0), Point::new(50.0, 80.0)];
-    let mut editor = Editor::open(&output, 256 << 20).await?;
+    let mut transaction = Editor::open(&output, 256 << 20).await?.begin().await?;
     let batch = SegmentBatch {
         ends: vec![wall],
         lines: vec![0],
         ..SegmentBatch::default()
     };
-    editor.push(LineKind::Wall, editor.first_line(), &batch)?;
-    let summary = editor.finish().await?;
+    transaction.constrain(LineKind::Wall, transaction.first_line(), &batch)?;
+    let summary = transaction.commit().await?;
     println!("{} constraint edges", summary.constraint_edges);
 
     // Readers that were open keep what they opened; new ones have the wall.

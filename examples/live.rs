@@ -68,10 +68,10 @@ async fn main() -> Result<(), Error> {
         ..SegmentBatch::default()
     };
     for edit in 0..EDITS {
-        let mut editor = Editor::open(&file, 256 << 20).await?;
+        let mut transaction = Editor::open(&file, 256 << 20).await?.begin().await?;
         if edit % 2 == 0 {
-            editor.push(LineKind::Wall, 0, &fence)?;
-            editor.add_sources(vec![LineSource {
+            transaction.constrain(LineKind::Wall, 0, &fence)?;
+            transaction.add_sources(vec![LineSource {
                 name: "fence".to_owned(),
                 kind: LineKind::Wall,
                 first: 0,
@@ -79,9 +79,9 @@ async fn main() -> Result<(), Error> {
                 edit: 0,
             }]);
         } else {
-            editor.remove(LineKind::Wall, 0, &fence)?;
+            transaction.unconstrain(LineKind::Wall, 0, &fence)?;
         }
-        editor.finish().await?;
+        transaction.commit().await?;
         // Questions that are under way keep the reader that they began with.
         let mut newer = current(&field);
         newer.refresh().await?;

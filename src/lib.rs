@@ -148,9 +148,9 @@
 //! # builder.finish().await?;
 //! let wall = [Point::new(10.0, 0.0), Point::new(10.0, 14.0)];
 //! let walls = SegmentBatch { ends: vec![wall], lines: vec![0], ..SegmentBatch::default() };
-//! let mut editor = Editor::open(&path, 256 << 20).await?;
-//! editor.push(LineKind::Wall, 0, &walls)?;
-//! let summary = editor.finish().await?;
+//! let mut transaction = Editor::open(&path, 256 << 20).await?.begin().await?;
+//! transaction.constrain(LineKind::Wall, 0, &walls)?;
+//! let summary = transaction.commit().await?;
 //! assert_eq!(summary.constraint_edges, 14);
 //! # let town = TileReader::open(&path, OpenOptions::default()).await?;
 //! # let (from, to) = (Point::new(8.5, 8.0), Point::new(18.0, 8.0));
@@ -170,7 +170,7 @@
 //! | [`input`] | readers of points, lines, polygons and sites |
 //! | [`store`] | tile files: [`TileReader`], [`Cache`], verification and digests |
 //! | [`query`] | locating points, shortest paths, nearest sites, distance matrices |
-//! | [`editor`] | changes of a file on disk: [`Editor`] |
+//! | [`editor`] | changes of a file on disk: [`Editor`], [`Transaction`] |
 //! | [`edit`] | how tiles are changed, and what comes of it |
 //! | [`export`] | the triangulation in other programs' formats |
 //! | [`terrain`] | the triangulation as a surface: rasters, contours, profiles, volumes |
@@ -263,7 +263,7 @@ pub use constraints::{
     PolygonFaults, PolygonNormalizer, SplitError, SplitLines, VertexWithoutZ, WithoutZ,
 };
 pub use edit::{EditError, EditSummary, LineCounts, PointCounts, SiteCounts};
-pub use editor::Editor;
+pub use editor::{Editor, Transaction};
 pub use export::{ExportError, ExportOptions};
 pub use geometry::{Point, Rect};
 pub use memory::{MemoryShortage, MemoryUse, default_memory, peak_memory};

@@ -4,9 +4,9 @@
 //! or unchanged.
 //!
 //! ```text
-//!   changes ──▶ editor ──▶ ways ──┬──▶ the tiles that they touch are changed (edit)
-//!               intake            └──▶ all tiles are built anew (rebuild) ──▶ and edited, if need be
-//!               drape
+//!   editor ──▶ transaction ──▶ ways ──┬──▶ the tiles that they touch are changed (edit)
+//!                intake               └──▶ all tiles are built anew (rebuild) ──▶ and edited, if need be
+//!                drape, pieces
 //! ```
 //!
 //! Both ways lead to the same triangles. Building is faster if much is changed, and it needs no
@@ -18,6 +18,8 @@ mod editor;
 mod intake;
 mod pieces;
 mod rebuild;
+mod transaction;
 mod ways;
 
 pub use editor::Editor;
+pub use transaction::Transaction;

@@ -19,7 +19,7 @@ const OF_BUILD: f64 = 200_000.0;
 /// Makes all changes. `before` is the metadata of the file. If `prefers_build` is set, few changes are
 /// as good a reason to build as many.
 pub(crate) async fn make(
-    target: Target,
+    target: &mut Target,
     before: &Metadata,
     mut work: Work,
     prefers_build: bool,
@@ -27,9 +27,9 @@ pub(crate) async fn make(
 ) -> Result<EditSummary, EditError> {
     let has_triangles = before.triangles > 0;
     if concerns_points_only(before, &work)
-        && (prefers_build || !has_triangles || is_build_faster(&target, &work).await?)
+        && (prefers_build || !has_triangles || is_build_faster(target, &work).await?)
     {
-        match rebuild(&target, work, memory).await {
+        match rebuild(target, work, memory).await {
             Ok(summary) => return Ok(summary),
             Err(NotBuilt::NotBegun(error, unchanged)) => {
                 tracing::debug!(%error, "the file is not built anew");
@@ -40,12 +40,12 @@ pub(crate) async fn make(
     }
     let work = Arc::new(work);
     match (has_triangles, work.is_empty()) {
-        (false, true) => return unchanged(&target, memory).await,
-        (false, false) => return rebuild_with_helpers(&target, work, memory).await,
+        (false, true) => return unchanged(target, memory).await,
+        (false, false) => return rebuild_with_helpers(target, work, memory).await,
         _ => {}
     }
     match edit(target.clone(), Arc::clone(&work), memory, || false).await {
-        Err(EditError::NothingLeft) => rebuild_on_one_line(&target, work, memory).await,
+        Err(EditError::NothingLeft) => rebuild_on_one_line(target, work, memory).await,
         edited => edited,
     }
 }

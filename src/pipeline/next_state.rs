@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::edit::{EditSummary, Work};
+use crate::edit::{EditSummary, Target, Work};
 use crate::store::{Directory, InForce, Metadata};
 
 /// What makes a build the next state of a file.
@@ -24,4 +24,6 @@ pub(crate) struct NextStateSummary {
     pub(crate) file_bytes: u64,
     /// The result of the edit of the file that was built.
     pub(crate) edited: Option<EditSummary>,
+    /// The file, locked since before it got its name; `None` after a dry run.
+    pub(crate) locked: Option<Target>,
 }

@@ -115,9 +115,9 @@ impl TileReader {
     /// # builder.push(&PointBatch { records: (0..100).collect(), points, z: vec![] }).await?;
     /// # builder.finish().await?;
     /// let mut reader = TileReader::open(&path, OpenOptions::default()).await?;
-    /// let mut editor = Editor::open(&path, 64 << 20).await?;
-    /// editor.delete(&[Point::new(0.0, 0.0)])?;
-    /// editor.finish().await?;
+    /// let mut transaction = Editor::open(&path, 64 << 20).await?.begin().await?;
+    /// transaction.delete(&[Point::new(0.0, 0.0)])?;
+    /// transaction.commit().await?;
     /// assert_eq!(reader.metadata().vertices, 100);
     /// assert!(reader.refresh().await?);
     /// assert_eq!(reader.metadata().vertices, 99);

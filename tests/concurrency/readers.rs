@@ -243,7 +243,12 @@ fn generations_of_a_file_share_the_cached_tiles_that_did_not_change_and_no_other
         for id in ids(&old).await {
             tiles.push((id, old.entry(id).await.unwrap(), old.tile(id).await.unwrap()));
         }
-        let mut editor = Editor::open(&scratch.path, 1 << 30).await.unwrap();
+        let mut transaction = Editor::open(&scratch.path, 1 << 30)
+            .await
+            .unwrap()
+            .begin()
+            .await
+            .unwrap();
         let bounds = old.metadata().bounds;
         let at = |share: f64| {
             let (width, height) = bounds.size();
@@ -254,8 +259,8 @@ fn generations_of_a_file_share_the_cached_tiles_that_did_not_change_and_no_other
             lines: vec![0],
             ..SegmentBatch::default()
         };
-        editor.push(LineKind::BreakLine, 0, &line).unwrap();
-        editor.finish().await.unwrap();
+        transaction.constrain(LineKind::BreakLine, 0, &line).unwrap();
+        transaction.commit().await.unwrap();
         let new = open(&scratch, &cache).await;
         assert_eq!(old.file_id(), new.file_id());
         assert_eq!(old.generation() + 1, new.generation());

@@ -46,7 +46,7 @@ impl From<EditError> for NotBuilt {
 }
 
 /// Builds a file of points anew, with changes of points.
-pub(crate) async fn rebuild(target: &Target, work: Work, memory: u64) -> Result<EditSummary, NotBuilt> {
+pub(crate) async fn rebuild(target: &mut Target, work: Work, memory: u64) -> Result<EditSummary, NotBuilt> {
     let began = Instant::now();
     let source = Source::open(target, &work, memory).await?;
     work.points.check_z(source.has_z)?;
@@ -66,12 +66,14 @@ pub(crate) async fn rebuild(target: &Target, work: Work, memory: u64) -> Result<
     let is_dry_run = work.is_dry_run;
     let next = source.next_state(Arc::new(work), None, is_dry_run);
     let built = builder.finish_next(next).await.map_err(edit_error)??;
-    Ok(source.summary(counts, &built, began))
+    let summary = source.summary(counts, &built, began);
+    put(target, built.locked);
+    Ok(summary)
 }
 
 /// Builds a file without triangles anew, with helpers that make triangles, and edits it.
 pub(crate) async fn rebuild_with_helpers(
-    target: &Target,
+    target: &mut Target,
     work: Arc<Work>,
     memory: u64,
 ) -> Result<EditSummary, EditError> {
@@ -85,6 +87,7 @@ pub(crate) async fn rebuild_with_helpers(
         Err(EditError::NothingLeft) => rebuild_on_one_line(target, work, memory).await,
         Err(error) => Err(error),
         Ok(built) => {
+            put(target, built.locked);
             let edited = built.edited.unwrap_or_default();
             Ok(EditSummary {
                 points: helpers.not_counted(edited.points),
@@ -105,6 +108,7 @@ pub(crate) async fn unchanged(target: &Target, memory: u64) -> Result<EditSummar
         tiles: 0,
         file_bytes: source.reader.file_length(),
         edited: None,
+        locked: None,
     };
     Ok(EditSummary {
         tile_reads: 0,
@@ -115,7 +119,7 @@ pub(crate) async fn unchanged(target: &Target, memory: u64) -> Result<EditSummar
 /// Builds a file anew whose vertices will lie on one line, with lines. It is built and edited with
 /// helpers beside the file, and then built without them.
 pub(crate) async fn rebuild_on_one_line(
-    target: &Target,
+    target: &mut Target,
     work: Arc<Work>,
     memory: u64,
 ) -> Result<EditSummary, EditError> {
@@ -139,6 +143,7 @@ pub(crate) async fn rebuild_on_one_line(
     let next = helped.next_state(Arc::default(), None, is_dry_run);
     let built = builder.finish_next(next).await.map_err(edit_error)??;
     let totals = source.summary(edited.points, &built, began);
+    put(target, built.locked);
     Ok(EditSummary {
         lines: edited.lines,
         sites: edited.sites,
@@ -148,6 +153,13 @@ pub(crate) async fn rebuild_on_one_line(
         triangles_visited: edited.triangles_visited,
         ..totals
     })
+}
+
+/// Puts the file that was built, unless it was a dry run, in the place of the one that it replaced.
+fn put(target: &mut Target, built: Option<Target>) {
+    if let Some(Target { file, .. }) = built {
+        target.file = file;
+    }
 }
 
 /// The file that is built anew.

@@ -4,7 +4,7 @@
 use std::fs;
 
 use crate::constraints::segments::spool::SegmentSpool;
-use crate::edit::EditError;
+use crate::edit::{EditError, Target};
 use crate::pipeline::assembly::Assembly;
 use crate::pipeline::assembly::publish::Published;
 use crate::pipeline::error::BuildError;
@@ -39,10 +39,12 @@ impl Assembly {
                 Err(error) => return Ok(Err(error)),
             },
         };
-        if !is_dry_run {
-            self.replace()?;
-        }
+        let locked = match is_dry_run {
+            true => None,
+            false => Some(self.replace()?),
+        };
         Ok(Ok(NextStateSummary {
+            locked,
             metadata,
             tiles,
             file_bytes,
@@ -50,8 +52,9 @@ impl Assembly {
         }))
     }
 
-    /// Gives the file the name of the one that it replaces, and its permissions.
-    fn replace(&self) -> Result<(), BuildError> {
+    /// Gives the file the name of the one that it replaces, and its permissions. Returns it locked, so
+    /// that nobody else can edit it first.
+    fn replace(&self) -> Result<Target, BuildError> {
         if self.options.progress.is_cancelled() {
             return Err(BuildError::Cancelled);
         }
@@ -59,6 +62,11 @@ impl Assembly {
             // A new file is readable by its owner only, or as the system has it by default.
             let _ = fs::set_permissions(self.folder.file(), before.permissions());
         }
-        self.folder.publish(true)
+        let Target { file, .. } = Target::lock(&self.folder.file())?;
+        self.folder.publish(true)?;
+        Ok(Target {
+            path: self.output.clone(),
+            file,
+        })
     }
 }

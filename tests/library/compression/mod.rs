@@ -128,21 +128,26 @@ fn edits_and_compaction_of_a_compressed_file_keep_it_compressed() {
         let compressed = built(&points, &[], &[], options.compress(true)).await;
         let before = check_equal(&raw, &compressed).await;
         for scratch in [&raw, &compressed] {
-            let mut editor = Editor::open(&scratch.path, 64 << 20).await.unwrap();
+            let mut transaction = Editor::open(&scratch.path, 64 << 20)
+                .await
+                .unwrap()
+                .begin()
+                .await
+                .unwrap();
             let wall = SegmentBatch {
                 ends: vec![[Point::new(700_000.001, 0.005), Point::new(700_000.38, 0.011)]],
                 lines: vec![0],
                 ..SegmentBatch::default()
             };
-            editor.push(LineKind::Wall, 0, &wall).unwrap();
-            editor.add_sources(vec![LineSource {
+            transaction.constrain(LineKind::Wall, 0, &wall).unwrap();
+            transaction.add_sources(vec![LineSource {
                 name: "walls".to_owned(),
                 kind: LineKind::Wall,
                 first: 0,
                 lines: 1,
                 edit: 0,
             }]);
-            editor.finish().await.unwrap();
+            transaction.commit().await.unwrap();
         }
         let edited = check_equal(&raw, &compressed).await;
         assert_ne!(before, edited);

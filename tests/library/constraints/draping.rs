@@ -283,9 +283,16 @@ fn an_edit_drapes_ends_on_the_triangulation_before_it() {
                 [end(&mut random, x), p(x + 0.021, 0.47)]
             })
             .collect();
-        let mut editor = Editor::open(&scratch.path, ENOUGH).await.unwrap();
-        editor.push(LineKind::BreakLine, 0, &lines(ends.clone())).unwrap();
-        let edited = editor.finish().await.unwrap();
+        let mut transaction = Editor::open(&scratch.path, ENOUGH)
+            .await
+            .unwrap()
+            .begin()
+            .await
+            .unwrap();
+        transaction
+            .constrain(LineKind::BreakLine, 0, &lines(ends.clone()))
+            .unwrap();
+        let edited = transaction.commit().await.unwrap();
         assert_eq!(edited.added_vertices, 80);
         let reader = scratch.open().await;
         reader.verify(true).await.unwrap();
@@ -295,12 +302,17 @@ fn an_edit_drapes_ends_on_the_triangulation_before_it() {
             assert_eq!(all[&[end.x, end.y].map(f64::to_bits)].0, expected, "{end:?}");
         }
         // Refused on request, and nothing changes.
-        let mut editor = Editor::open(&scratch.path, ENOUGH).await.unwrap();
-        editor.missing_z(MissingZ::Error);
-        editor
-            .push(LineKind::BreakLine, 0, &lines(vec![[p(0.3, 0.8), p(0.31, 0.8)]]))
+        let mut transaction = Editor::open(&scratch.path, ENOUGH)
+            .await
+            .unwrap()
+            .begin()
+            .await
             .unwrap();
-        let refused = editor.finish().await;
+        transaction.missing_z(MissingZ::Error);
+        transaction
+            .constrain(LineKind::BreakLine, 0, &lines(vec![[p(0.3, 0.8), p(0.31, 0.8)]]))
+            .unwrap();
+        let refused = transaction.commit().await;
         assert!(matches!(refused, Err(EditError::NoZ { count: 2, .. })), "{refused:?}");
         assert_eq!(vertices(&scratch.open().await).await, all);
     });

@@ -218,10 +218,15 @@ fn an_edit_gives_zero_to_vertices_without_z_only_on_request() {
         input.build(&scratch, BuildOptions::default()).await.unwrap();
         let before = scratch.open().await.recompute_digest().await.unwrap();
         let edit = async |missing_z| {
-            let mut editor = Editor::open(&scratch.path, ENOUGH).await.unwrap();
-            editor.missing_z(missing_z);
-            editor.push(LineKind::BreakLine, 0, &later).unwrap();
-            editor.finish().await
+            let mut transaction = Editor::open(&scratch.path, ENOUGH)
+                .await
+                .unwrap()
+                .begin()
+                .await
+                .unwrap();
+            transaction.missing_z(missing_z);
+            transaction.constrain(LineKind::BreakLine, 0, &later).unwrap();
+            transaction.commit().await
         };
         match edit(MissingZ::Error).await {
             Err(EditError::NoZ { line, point, count }) => assert_eq!((line, point, count), (1, p(1.5, 7.25), 1)),

@@ -155,14 +155,19 @@ impl Input {
             }
             // So little memory that tiles must leave the cache and come back.
             let memory = (512 << 10) + 400 * later.len() as u64;
-            let mut editor = Editor::open(&scratch.path, memory).await.unwrap();
+            let mut transaction = Editor::open(&scratch.path, memory)
+                .await
+                .unwrap()
+                .begin()
+                .await
+                .unwrap();
             let batch = SegmentBatch {
                 lines: (built as u64..).take(later.len()).collect(),
                 ends: later.to_vec(),
                 ..SegmentBatch::default()
             };
-            editor.push(LineKind::BreakLine, 0, &batch).unwrap();
-            let summary = match editor.finish().await {
+            transaction.constrain(LineKind::BreakLine, 0, &batch).unwrap();
+            let summary = match transaction.commit().await {
                 Ok(summary) => summary,
                 Err(error) => panic!("{way}, edited: {error}"),
             };

@@ -117,14 +117,19 @@ fn an_edit_does_not_walk_the_whole_star_of_a_hub_for_each_line() {
         let scratch = Scratch::new();
         let options = BuildOptions::default().tile_vertices(1000);
         let tiles = start.build(&scratch, options).await.unwrap().tiles;
-        let mut editor = Editor::open(&scratch.path, 64 << 20).await.unwrap();
+        let mut transaction = Editor::open(&scratch.path, 64 << 20)
+            .await
+            .unwrap()
+            .begin()
+            .await
+            .unwrap();
         let batch = SegmentBatch {
             lines: (0..).take(segments.len()).collect(),
             ends: segments,
             ..SegmentBatch::default()
         };
-        editor.push(LineKind::BreakLine, 0, &batch).unwrap();
-        let summary = editor.finish().await.unwrap();
+        transaction.constrain(LineKind::BreakLine, 0, &batch).unwrap();
+        let summary = transaction.commit().await.unwrap();
         // Walking half of the hub's triangles for each line would take 2,000. All tiles fit in
         // memory, so each is read once.
         assert!(

@@ -9,7 +9,7 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{MissingZ, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::EdgeSource;
 use delaunay_tiles::store::{LineBatch, LineKind, LinePart};
-use delaunay_tiles::{BuildOptions, Builder, Crossings, EditError, EditSummary, Editor};
+use delaunay_tiles::{BuildOptions, Builder, Crossings, EditError, EditSummary, Editor, Transaction};
 
 use crate::edits::scene::{
     Line, Scene, batch_of_line, batch_of_sites, checked, checked_outcome, key, random_line, random_scene, random_site,
@@ -32,42 +32,49 @@ async fn check_sequence(seed: u64, kinds: Range<usize>) -> u64 {
     for _ in 0..1 + random.below(4) {
         let before = checked(&scratch).await;
         let former = scene.clone();
-        let mut editor = Editor::open(&scratch.path, LITTLE).await.unwrap();
+        let mut transaction = Editor::open(&scratch.path, LITTLE)
+            .await
+            .unwrap()
+            .begin()
+            .await
+            .unwrap();
         let by_number = are_numbers_known && random.below(2) == 0;
         are_numbers_known &= by_number;
         let gone = scene.lines.len().min(1 + random.below(scene.lines.len().max(1)));
         for number in 0..gone as u64 {
             let line = scene.lines.swap_remove(random.below(scene.lines.len()));
             if by_number {
-                editor.remove_lines(&[line.number]);
+                transaction.remove_lines(&[line.number]);
             } else {
                 // The direction does not matter, but to obstacles.
                 let mut corners = line.corners;
                 if line.kind != LineKind::Obstacle && random.below(2) == 0 {
                     corners.reverse();
                 }
-                editor.remove(line.kind, number, &batch_of_line(&corners)).unwrap();
+                transaction
+                    .unconstrain(line.kind, number, &batch_of_line(&corners))
+                    .unwrap();
             }
         }
         let mut come = 0;
         for _ in 0..random.below(3) {
             let (kind, corners) = random_line(&mut random, &at);
-            let number = editor.first_line() + come;
+            let number = transaction.first_line() + come;
             let batch = batch_of_line(&corners);
             scene.lines.push(Line { kind, corners, number });
             if scene.build(16).await.is_err() {
                 scene.lines.pop();
                 continue;
             }
-            editor.push(kind, come, &batch).unwrap();
-            editor.add_sources(vec![source(kind, come)]);
+            transaction.constrain(kind, come, &batch).unwrap();
+            transaction.add_sources(vec![source(kind, come)]);
             come += 1;
         }
         for _ in 0..random.below(4) {
-            scene.change(&mut editor, &mut random, &at);
+            scene.change(&mut transaction, &mut random, &at);
         }
-        change_sites(&mut scene, &mut editor, &mut random, &at);
-        match checked_outcome(editor.finish().await, &scratch, &scene, before, seed).await {
+        change_sites(&mut scene, &mut transaction, &mut random, &at);
+        match checked_outcome(transaction.commit().await, &scratch, &scene, before, seed).await {
             Some(_) => {
                 edits += 1;
                 compare_lines(&scratch, &scene, seed).await;
@@ -79,17 +86,22 @@ async fn check_sequence(seed: u64, kinds: Range<usize>) -> u64 {
 }
 
 /// Inserts and deletes some sites, in an editor and in a scene.
-fn change_sites(scene: &mut Scene, editor: &mut Editor, random: &mut Random, at: &dyn Fn(&mut Random) -> Point) {
+fn change_sites(
+    scene: &mut Scene,
+    transaction: &mut Transaction,
+    random: &mut Random,
+    at: &dyn Fn(&mut Random) -> Point,
+) {
     for _ in 0..random.below(4) {
         if random.below(2) == 0 || scene.sites.is_empty() {
             let site = random_site(random, at);
-            editor
+            transaction
                 .insert_sites(&batch_of_sites(std::slice::from_ref(&site)))
                 .unwrap();
             scene.sites.push(site);
         } else {
             let (gone, _) = scene.sites[random.below(scene.sites.len())];
-            editor.delete_sites(&[gone]).unwrap();
+            transaction.delete_sites(&[gone]).unwrap();
             scene.sites.retain(|(point, _)| *point != gone);
         }
     }
@@ -201,10 +213,10 @@ async fn town() -> (Scene, Scratch) {
     (scene, scratch)
 }
 
-async fn removed(scratch: &Scratch, change: impl FnOnce(&mut Editor)) -> Result<EditSummary, EditError> {
-    let mut editor = Editor::open(&scratch.path, 16 << 20).await?;
-    change(&mut editor);
-    editor.finish().await
+async fn removed(scratch: &Scratch, change: impl FnOnce(&mut Transaction)) -> Result<EditSummary, EditError> {
+    let mut transaction = Editor::open(&scratch.path, 16 << 20).await?.begin().await?;
+    change(&mut transaction);
+    transaction.commit().await
 }
 
 #[test]
@@ -224,30 +236,41 @@ fn a_line_that_is_not_there_is_an_error_unless_it_is_to_be_skipped() {
         ];
         for (kind, places) in missing {
             let batch = batch_of_line(&points(places));
-            let error = removed(&scratch, |editor| editor.remove(kind, 0, &batch).unwrap()).await;
+            let error = removed(&scratch, |transaction| {
+                transaction.unconstrain(kind, 0, &batch).unwrap()
+            })
+            .await;
             assert!(
                 matches!(error, Err(EditError::NoLine { ends, count: 1 }) if [ends] == batch.ends[..]),
                 "{error:?}"
             );
         }
-        let error = removed(&scratch, |editor| editor.remove_lines(&[1, 3, 4])).await;
+        let error = removed(&scratch, |transaction| transaction.remove_lines(&[1, 3, 4])).await;
         assert!(
             matches!(error, Err(EditError::NoLineNumber { line: 3, count: 2 })),
             "{error:?}"
         );
         for wrong in [f64::NAN, 1e300] {
             let batch = batch_of_line(&[Point::new(0.0, 0.0), Point::new(wrong, 1.0)]);
-            let mut editor = Editor::open(&scratch.path, 16 << 20).await.unwrap();
+            let mut transaction = Editor::open(&scratch.path, 16 << 20)
+                .await
+                .unwrap()
+                .begin()
+                .await
+                .unwrap();
             for call in [
-                editor.push(LineKind::Wall, 0, &batch),
-                editor.remove(LineKind::Wall, 0, &batch),
+                transaction.constrain(LineKind::Wall, 0, &batch),
+                transaction.unconstrain(LineKind::Wall, 0, &batch),
             ] {
                 assert!(matches!(call, Err(EditError::InvalidPoint(_))), "{call:?}");
             }
         }
         // A ring alone is no whole obstacle.
         let ring = batch_of_line(&scene.lines[2].corners);
-        let error = removed(&scratch, |editor| editor.remove(LineKind::Obstacle, 0, &ring).unwrap()).await;
+        let error = removed(&scratch, |transaction| {
+            transaction.unconstrain(LineKind::Obstacle, 0, &ring).unwrap()
+        })
+        .await;
         assert!(
             matches!(error, Err(EditError::PartOfObstacle { line: 2, .. })),
             "{error:?}"
@@ -257,18 +280,25 @@ fn a_line_that_is_not_there_is_an_error_unless_it_is_to_be_skipped() {
             lines: vec![0],
             ..SegmentBatch::default()
         };
-        let mut editor = Editor::open(&scratch.path, 16 << 20).await.unwrap();
-        let error = editor.remove(LineKind::Wall, 0, &records);
+        let mut transaction = Editor::open(&scratch.path, 16 << 20)
+            .await
+            .unwrap()
+            .begin()
+            .await
+            .unwrap();
+        let error = transaction.unconstrain(LineKind::Wall, 0, &records);
         assert!(matches!(error, Err(EditError::Records)), "{error:?}");
-        drop(editor);
+        drop(transaction);
         assert_eq!(fs::read(&scratch.path).unwrap(), before);
 
-        let summary = removed(&scratch, |editor| {
-            editor.skip_missing(true);
+        let summary = removed(&scratch, |transaction| {
+            transaction.skip_missing(true);
             for (kind, places) in missing {
-                editor.remove(kind, 0, &batch_of_line(&points(places))).unwrap();
+                transaction
+                    .unconstrain(kind, 0, &batch_of_line(&points(places)))
+                    .unwrap();
             }
-            editor.remove_lines(&[2, 9]);
+            transaction.remove_lines(&[2, 9]);
         });
         let lines = summary.await.unwrap().lines;
         assert_eq!((lines.removed_segments, lines.removed_lines, lines.skipped), (0, 1, 7));
@@ -286,12 +316,12 @@ fn vertices_go_with_the_lines_unless_something_else_holds_them() {
         let (mut scene, scratch) = town().await;
         let [bend, wall] = [0, 1].map(|place| batch_of_line(&scene.lines[place].corners));
         let end = Point::new(0.5, 0.5);
-        let summary = removed(&scratch, |editor| {
-            editor.remove(LineKind::BreakLine, 0, &bend).unwrap();
-            editor.remove(LineKind::Wall, 1, &wall).unwrap();
+        let summary = removed(&scratch, |transaction| {
+            transaction.unconstrain(LineKind::BreakLine, 0, &bend).unwrap();
+            transaction.unconstrain(LineKind::Wall, 1, &wall).unwrap();
             // A point comes where the wall began.
-            editor.insert(&scene.batch([(end, 0.0)].into_iter())).unwrap();
-            editor.remove_lines(&[2]);
+            transaction.insert(&scene.batch([(end, 0.0)].into_iter())).unwrap();
+            transaction.remove_lines(&[2]);
         });
         let summary = summary.await.unwrap();
         assert_eq!((summary.lines.removed_segments, summary.lines.removed_vertices), (3, 9));
@@ -318,7 +348,7 @@ fn lines_that_were_split_stay() {
                 .unwrap();
         }
         builder.finish().await.unwrap();
-        let error = removed(&scratch, |editor| editor.remove_lines(&[0])).await;
+        let error = removed(&scratch, |transaction| transaction.remove_lines(&[0])).await;
         assert!(matches!(error, Err(EditError::SplitLines)), "{error:?}");
     });
 }
@@ -338,7 +368,9 @@ fn sites_come_and_go_with_their_vertices() {
             (far, text("c")),
             (new, text("d")),
         ];
-        let summary = removed(&scratch, |editor| editor.insert_sites(&batch_of_sites(&sites)).unwrap());
+        let summary = removed(&scratch, |transaction| {
+            transaction.insert_sites(&batch_of_sites(&sites)).unwrap()
+        });
         let summary = summary.await.unwrap();
         assert_eq!((summary.sites.inserted, summary.added_vertices), (5, 2));
         let metadata = scratch.open().await.metadata().clone();
@@ -346,32 +378,40 @@ fn sites_come_and_go_with_their_vertices() {
             (metadata.sites, metadata.next_site, metadata.bounds.max_x),
             (5, 5, 50.0)
         );
-        let error = removed(&scratch, |editor| editor.delete_sites(&[far, nowhere, far]).unwrap()).await;
+        let error = removed(&scratch, |transaction| {
+            transaction.delete_sites(&[far, nowhere, far]).unwrap()
+        })
+        .await;
         assert!(
             matches!(error, Err(EditError::NoSite { point, count: 2 }) if point == nowhere),
             "{error:?}"
         );
-        let mut editor = Editor::open(&scratch.path, 1 << 20).await.unwrap();
+        let mut transaction = Editor::open(&scratch.path, 1 << 20)
+            .await
+            .unwrap()
+            .begin()
+            .await
+            .unwrap();
         let mut wrong = batch_of_sites(&sites);
         wrong.ids.pop();
-        let error = editor.insert_sites(&wrong);
+        let error = transaction.insert_sites(&wrong);
         assert!(
             matches!(error, Err(EditError::SiteBatch { sites: 5, ids: 4, z: 0 })),
             "{error:?}"
         );
-        let error = editor.insert_sites(&batch_of_sites(&[(far, text(&"x".repeat(300_000)))]));
+        let error = transaction.insert_sites(&batch_of_sites(&[(far, text(&"x".repeat(300_000)))]));
         assert!(matches!(error, Err(EditError::Memory(_))), "{error:?}");
-        drop(editor);
-        let summary = removed(&scratch, |editor| {
-            editor.skip_missing(true);
-            editor.delete_sites(&[known, new, far, nowhere]).unwrap();
+        drop(transaction);
+        let summary = removed(&scratch, |transaction| {
+            transaction.skip_missing(true);
+            transaction.delete_sites(&[known, new, far, nowhere]).unwrap();
             // A point holds the vertex from now on.
-            editor.insert(&scene.batch([(far, 0.0)].into_iter())).unwrap();
+            transaction.insert(&scene.batch([(far, 0.0)].into_iter())).unwrap();
         });
         let sites = summary.await.unwrap().sites;
         assert_eq!((sites.deleted, sites.skipped), (5, 1));
         assert_ne!(checked(&scratch).await, before);
-        removed(&scratch, |editor| editor.delete(&[far]).unwrap())
+        removed(&scratch, |transaction| transaction.delete(&[far]).unwrap())
             .await
             .unwrap();
         assert_eq!(checked(&scratch).await, before);
@@ -381,8 +421,8 @@ fn sites_come_and_go_with_their_vertices() {
         scene.lines.clear();
         scene.points.values_mut().for_each(|(point, z)| *z = point.x);
         let hill = scene.build(20).await.unwrap();
-        let error = removed(&hill, |editor| {
-            editor.insert_sites(&batch_of_sites(&[(far, text("c"))])).unwrap()
+        let error = removed(&hill, |transaction| {
+            transaction.insert_sites(&batch_of_sites(&[(far, text("c"))])).unwrap()
         })
         .await;
         assert!(
@@ -391,12 +431,14 @@ fn sites_come_and_go_with_their_vertices() {
         );
         let mut with_z = batch_of_sites(&[(new, text("a")), (far, text("b"))]);
         with_z.z = vec![f64::NAN, 4.0];
-        removed(&hill, |editor| editor.insert_sites(&with_z).unwrap())
+        removed(&hill, |transaction| transaction.insert_sites(&with_z).unwrap())
             .await
             .unwrap();
-        removed(&hill, |editor| {
-            editor.missing_z(MissingZ::Zero);
-            editor.insert_sites(&batch_of_sites(&[(nowhere, text("c"))])).unwrap();
+        removed(&hill, |transaction| {
+            transaction.missing_z(MissingZ::Zero);
+            transaction
+                .insert_sites(&batch_of_sites(&[(nowhere, text("c"))]))
+                .unwrap();
         })
         .await
         .unwrap();
@@ -435,9 +477,11 @@ fn a_line_that_takes_the_place_of_another_brings_its_z() {
             lines: vec![0],
             ..SegmentBatch::default()
         };
-        removed(&scratch, |editor| editor.push(LineKind::Wall, 0, &line(40.0)).unwrap())
-            .await
-            .unwrap();
+        removed(&scratch, |transaction| {
+            transaction.constrain(LineKind::Wall, 0, &line(40.0)).unwrap()
+        })
+        .await
+        .unwrap();
         // A point keeps its own z.
         let z_at = async |p: Point| {
             scratch
@@ -449,19 +493,19 @@ fn a_line_that_takes_the_place_of_another_brings_its_z() {
         };
         let z = [z_at(start).await, z_at(end).await, z_at(point).await];
         assert_eq!(z, [Some(40.0), Some(40.0), Some(4.0)]);
-        removed(&scratch, |editor| {
-            editor.remove(LineKind::Wall, 0, &line(40.0)).unwrap();
-            editor.push(LineKind::Wall, 0, &line(70.0)).unwrap();
-            editor.push(LineKind::BreakLine, 1, &other).unwrap();
+        removed(&scratch, |transaction| {
+            transaction.unconstrain(LineKind::Wall, 0, &line(40.0)).unwrap();
+            transaction.constrain(LineKind::Wall, 0, &line(70.0)).unwrap();
+            transaction.constrain(LineKind::BreakLine, 1, &other).unwrap();
         })
         .await
         .unwrap();
         let z = [z_at(start).await, z_at(end).await, z_at(point).await];
         assert_eq!(z, [Some(70.0), Some(70.0), Some(4.0)]);
         // Now another line holds one of the ends, with the z that it has.
-        removed(&scratch, |editor| {
-            editor.remove(LineKind::Wall, 0, &line(0.0)).unwrap();
-            editor.push(LineKind::Wall, 0, &line(90.0)).unwrap();
+        removed(&scratch, |transaction| {
+            transaction.unconstrain(LineKind::Wall, 0, &line(0.0)).unwrap();
+            transaction.constrain(LineKind::Wall, 0, &line(90.0)).unwrap();
         })
         .await
         .unwrap();
@@ -495,10 +539,15 @@ fn a_segment_that_its_own_line_runs_over_is_not_removed_alone() {
             let scratch = scene.build(20).await.unwrap();
             for alone in [[corners[1], corners[2]], [corners[2], corners[1]]] {
                 let batch = batch_of_line(&alone);
-                let error = removed(&scratch, |editor| editor.remove(LineKind::Wall, 0, &batch).unwrap()).await;
+                let error = removed(&scratch, |transaction| {
+                    transaction.unconstrain(LineKind::Wall, 0, &batch).unwrap()
+                })
+                .await;
                 assert!(matches!(error, Err(EditError::NoLine { count: 1, .. })), "{error:?}");
             }
-            removed(&scratch, |editor| editor.remove_lines(&[0])).await.unwrap();
+            removed(&scratch, |transaction| transaction.remove_lines(&[0]))
+                .await
+                .unwrap();
             assert_eq!(checked(&scratch).await, plain);
         }
     });
@@ -522,10 +571,10 @@ fn constraints_may_be_left_on_one_line() {
         }
         let scratch = scene.build(20).await.unwrap();
         let [new, gone] = [Point::new(1.0, 0.0), Point::new(1.0, 5.0)];
-        let summary = removed(&scratch, |editor| {
-            editor.insert(&scene.batch([(new, 0.0)].into_iter())).unwrap();
-            editor.remove_lines(&[0]);
-            editor.delete(&[gone]).unwrap();
+        let summary = removed(&scratch, |transaction| {
+            transaction.insert(&scene.batch([(new, 0.0)].into_iter())).unwrap();
+            transaction.remove_lines(&[0]);
+            transaction.delete(&[gone]).unwrap();
         });
         let summary = summary.await.unwrap();
         assert_eq!((summary.points.inserted, summary.points.deleted), (1, 1));
@@ -544,13 +593,13 @@ fn a_site_that_goes_in_the_same_edit_leaves_nothing() {
         let before = checked(&scratch).await;
         let [new, far] = [(3.25, 7.5), (50.0, -20.0)].map(|(x, y)| Point::new(x, y));
         let site = |point: Point, number: u64| batch_of_sites(&[(point, SiteId::Number(number))]);
-        let summary = removed(&scratch, |editor| {
-            editor.insert_sites(&site(far, 1)).unwrap();
-            editor.insert_sites(&site(far, 2)).unwrap();
-            editor.delete_sites(&[far]).unwrap();
-            editor.insert_sites(&site(new, 3)).unwrap();
-            editor.delete_sites(&[new]).unwrap();
-            editor.insert_sites(&site(new, 4)).unwrap();
+        let summary = removed(&scratch, |transaction| {
+            transaction.insert_sites(&site(far, 1)).unwrap();
+            transaction.insert_sites(&site(far, 2)).unwrap();
+            transaction.delete_sites(&[far]).unwrap();
+            transaction.insert_sites(&site(new, 3)).unwrap();
+            transaction.delete_sites(&[new]).unwrap();
+            transaction.insert_sites(&site(new, 4)).unwrap();
         });
         let summary = summary.await.unwrap();
         assert_eq!(
@@ -560,7 +609,7 @@ fn a_site_that_goes_in_the_same_edit_leaves_nothing() {
         let reader = scratch.open().await;
         assert_eq!(reader.metadata().sites, 1);
         reader.verify(true).await.unwrap();
-        removed(&scratch, |editor| editor.delete_sites(&[new]).unwrap())
+        removed(&scratch, |transaction| transaction.delete_sites(&[new]).unwrap())
             .await
             .unwrap();
         assert_eq!(checked(&scratch).await, before);

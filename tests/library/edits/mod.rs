@@ -42,18 +42,18 @@ fn segment(from: (f64, f64), to: (f64, f64)) -> SegmentBatch {
 
 /// Inserts segments, each as a line of its own.
 async fn edit(scratch: &Scratch, memory: u64, segments: &[SegmentBatch]) -> Result<(), EditError> {
-    let mut editor = Editor::open(&scratch.path, memory).await?;
+    let mut transaction = Editor::open(&scratch.path, memory).await?.begin().await?;
     for (batch, number) in segments.iter().zip(0..) {
-        editor.push(LineKind::Wall, number, batch)?;
+        transaction.constrain(LineKind::Wall, number, batch)?;
     }
-    editor.add_sources(vec![LineSource {
+    transaction.add_sources(vec![LineSource {
         name: "walls".to_owned(),
         kind: LineKind::Wall,
         first: 0,
         lines: segments.len() as u64,
         edit: 0,
     }]);
-    editor.finish().await.map(|_| ())
+    transaction.commit().await.map(|_| ())
 }
 
 async fn digest(scratch: &Scratch) -> Digest {
@@ -255,7 +255,12 @@ fn refused_edits_change_nothing() {
         drop(lock);
         // New lines get the numbers after those in the file, so these must not change during an
         // edit.
-        let first = Editor::open(&scratch.path, ENOUGH).await.unwrap();
+        let first = Editor::open(&scratch.path, ENOUGH)
+            .await
+            .unwrap()
+            .begin()
+            .await
+            .unwrap();
         let second = Editor::open(&scratch.path, ENOUGH).await.err();
         assert!(matches!(second, Some(EditError::Busy(_))), "{second:?}");
         drop(first);
@@ -291,10 +296,15 @@ fn an_edit_reads_and_writes_only_tiles_near_its_lines() {
             (LineKind::Obstacle, square.clone()),
             (LineKind::BreakLine, segment((10.0, 190.5), (12.5, 191.0))),
         ] {
-            let mut editor = Editor::open(&scratch.path, ENOUGH).await.unwrap();
+            let mut transaction = Editor::open(&scratch.path, ENOUGH)
+                .await
+                .unwrap()
+                .begin()
+                .await
+                .unwrap();
             let before = scratch.open().await.file_length();
-            editor.push(kind, 0, &batch).unwrap();
-            let summary = editor.finish().await.unwrap();
+            transaction.constrain(kind, 0, &batch).unwrap();
+            let summary = transaction.commit().await.unwrap();
             // A cell has at most 8 neighbours, and four cells meet where the square is.
             assert!((1..=9).contains(&summary.tiles_written), "{summary:?}");
             assert!((1..=40).contains(&summary.tile_reads), "{summary:?}");

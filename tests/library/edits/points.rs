@@ -8,7 +8,7 @@ use std::ops::Range;
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
 use delaunay_tiles::input::{MissingZ, PointBatch, SiteId};
 use delaunay_tiles::store::LineKind;
-use delaunay_tiles::{BuildOptions, EditError, EditSummary, Editor, PointCounts};
+use delaunay_tiles::{BuildOptions, EditError, EditSummary, Editor, PointCounts, Transaction};
 
 use crate::edits::scene::{Line, Scene, checked, checked_outcome, key, random_scene};
 use crate::support::{Random, Scratch, built, points_of, runtime};
@@ -25,12 +25,17 @@ async fn check_sequence(seed: u64, kinds: Range<usize>) -> u64 {
     for _ in 0..1 + random.below(4) {
         let before = checked(&scratch).await;
         let former = scene.clone();
-        let mut editor = Editor::open(&scratch.path, LITTLE).await.unwrap();
-        editor.prefer_build(random.below(5) == 0);
+        let mut transaction = Editor::open(&scratch.path, LITTLE)
+            .await
+            .unwrap()
+            .begin()
+            .await
+            .unwrap();
+        transaction.prefer_build(random.below(5) == 0);
         for _ in 0..1 + random.below(30) {
-            scene.change(&mut editor, &mut random, &at);
+            scene.change(&mut transaction, &mut random, &at);
         }
-        match checked_outcome(editor.finish().await, &scratch, &scene, before, seed).await {
+        match checked_outcome(transaction.commit().await, &scratch, &scene, before, seed).await {
             Some(_) => edits += 1,
             None => scene = former,
         }
@@ -79,10 +84,10 @@ fn with_z(points: &[Point], z: f64) -> PointBatch {
     }
 }
 
-async fn edited(scratch: &Scratch, change: impl FnOnce(&mut Editor)) -> Result<EditSummary, EditError> {
-    let mut editor = Editor::open(&scratch.path, 16 << 20).await?;
-    change(&mut editor);
-    editor.finish().await
+async fn edited(scratch: &Scratch, change: impl FnOnce(&mut Transaction)) -> Result<EditSummary, EditError> {
+    let mut transaction = Editor::open(&scratch.path, 16 << 20).await?.begin().await?;
+    change(&mut transaction);
+    transaction.commit().await
 }
 
 #[test]
@@ -90,14 +95,14 @@ fn calls_act_in_their_order_and_are_counted() {
     runtime().block_on(async {
         let (points, scratch) = hills().await;
         let [far, farther] = [1e3, 1e6].map(|x| Point::new(x, -x));
-        let summary = edited(&scratch, |editor| {
-            editor.insert(&with_z(&[far, points[0], far], 7.0)).unwrap();
-            editor
+        let summary = edited(&scratch, |transaction| {
+            transaction.insert(&with_z(&[far, points[0], far], 7.0)).unwrap();
+            transaction
                 .move_points(&[[far, farther], [points[1], far], [points[2], points[3]]])
                 .unwrap();
-            editor.delete(&[points[4]]).unwrap();
-            editor.insert(&with_z(&[points[4]], 9.0)).unwrap();
-            editor.set_z(&with_z(&[farther], 8.0)).unwrap();
+            transaction.delete(&[points[4]]).unwrap();
+            transaction.insert(&with_z(&[points[4]], 9.0)).unwrap();
+            transaction.set_z(&with_z(&[farther], 8.0)).unwrap();
         });
         let summary = summary.await.unwrap();
         let counts = PointCounts {
@@ -131,8 +136,8 @@ fn a_mistake_changes_nothing_unless_it_is_to_be_skipped() {
         let flat = built(&points, BuildOptions::default()).await.0;
         let nowhere = Point::new(0.5, 77.0);
         let before = fs::read(&scratch.path).unwrap();
-        let error = edited(&scratch, |editor| {
-            editor.delete(&[points[0], nowhere, nowhere]).unwrap()
+        let error = edited(&scratch, |transaction| {
+            transaction.delete(&[points[0], nowhere, nowhere]).unwrap()
         })
         .await;
         assert!(
@@ -140,24 +145,30 @@ fn a_mistake_changes_nothing_unless_it_is_to_be_skipped() {
             "{error:?}"
         );
         // A point that is deleted twice is not there the second time.
-        let error = edited(&scratch, |editor| editor.delete(&[points[0], points[0]]).unwrap()).await;
+        let error = edited(&scratch, |transaction| {
+            transaction.delete(&[points[0], points[0]]).unwrap()
+        })
+        .await;
         assert!(matches!(error, Err(EditError::NoPoint { count: 1, .. })), "{error:?}");
         let mut without_z = with_z(&[nowhere], 0.0);
         without_z.z.clear();
-        let error = edited(&scratch, |editor| editor.insert(&without_z).unwrap()).await;
+        let error = edited(&scratch, |transaction| transaction.insert(&without_z).unwrap()).await;
         assert!(
             matches!(error, Err(EditError::PointWithoutZ { point, count: 1 }) if point == nowhere),
             "{error:?}"
         );
-        let error = edited(&flat, |editor| editor.insert(&with_z(&[nowhere], 1.0)).unwrap()).await;
+        let error = edited(&flat, |transaction| {
+            transaction.insert(&with_z(&[nowhere], 1.0)).unwrap()
+        })
+        .await;
         assert!(matches!(error, Err(EditError::HasNoZ)), "{error:?}");
         for wrong in [f64::NAN, f64::INFINITY, 1e300, 1e-300].map(|x| Point::new(0.0, x)) {
-            let error = edited(&scratch, |editor| {
+            let error = edited(&scratch, |transaction| {
                 let calls = [
-                    editor.insert(&with_z(&[wrong], 1.0)),
-                    editor.delete(&[wrong]),
-                    editor.move_points(&[[points[0], wrong]]),
-                    editor.set_z(&with_z(&[wrong], 1.0)),
+                    transaction.insert(&with_z(&[wrong], 1.0)),
+                    transaction.delete(&[wrong]),
+                    transaction.move_points(&[[points[0], wrong]]),
+                    transaction.set_z(&with_z(&[wrong], 1.0)),
                 ];
                 for call in calls {
                     assert!(matches!(call, Err(EditError::InvalidPoint(_))), "{call:?}");
@@ -167,18 +178,30 @@ fn a_mistake_changes_nothing_unless_it_is_to_be_skipped() {
             assert_eq!(error.await.unwrap().points, PointCounts::default());
         }
         let infinite = with_z(&[nowhere], f64::INFINITY);
-        let error = Editor::open(&scratch.path, 1 << 20).await.unwrap().insert(&infinite);
+        let error = Editor::open(&scratch.path, 1 << 20)
+            .await
+            .unwrap()
+            .begin()
+            .await
+            .unwrap()
+            .insert(&infinite);
         assert!(matches!(error, Err(EditError::InvalidZ { .. })), "{error:?}");
         assert_eq!(fs::read(&scratch.path).unwrap(), before);
         let many = vec![nowhere; 100_000];
-        let error = Editor::open(&scratch.path, 1 << 20).await.unwrap().delete(&many);
+        let error = Editor::open(&scratch.path, 1 << 20)
+            .await
+            .unwrap()
+            .begin()
+            .await
+            .unwrap()
+            .delete(&many);
         assert!(matches!(error, Err(EditError::Memory(_))), "{error:?}");
 
-        let summary = edited(&scratch, |editor| {
-            editor.skip_missing(true);
-            editor.missing_z(MissingZ::Zero);
-            editor.delete(&[points[0], nowhere]).unwrap();
-            editor.insert(&without_z).unwrap();
+        let summary = edited(&scratch, |transaction| {
+            transaction.skip_missing(true);
+            transaction.missing_z(MissingZ::Zero);
+            transaction.delete(&[points[0], nowhere]).unwrap();
+            transaction.insert(&without_z).unwrap();
         });
         let PointCounts {
             deleted,
@@ -196,10 +219,10 @@ fn a_dry_run_tells_what_would_be_and_changes_nothing() {
     runtime().block_on(async {
         let (points, scratch) = hills().await;
         let before = fs::read(&scratch.path).unwrap();
-        let change = |editor: &mut Editor| editor.delete(&points[..1000]).unwrap();
-        let dry = edited(&scratch, |editor| {
-            editor.dry_run(true);
-            change(editor);
+        let change = |transaction: &mut Transaction| transaction.delete(&points[..1000]).unwrap();
+        let dry = edited(&scratch, |transaction| {
+            transaction.dry_run(true);
+            change(transaction);
         });
         let dry = dry.await.unwrap();
         assert!(fs::read(&scratch.path).unwrap() == before);
@@ -220,22 +243,27 @@ fn the_last_points_may_go_and_tiles_with_them() {
         let left: Vec<Point> = points.iter().copied().filter(|p| p.x < 0.5).collect();
         let gone: Vec<Point> = points.iter().copied().filter(|p| p.x >= 0.5).collect();
         // So little memory that emptied tiles leave the cache.
-        let mut editor = Editor::open(&scratch.path, LITTLE).await.unwrap();
-        editor.delete(&gone).unwrap();
-        editor.finish().await.unwrap();
+        let mut transaction = Editor::open(&scratch.path, LITTLE)
+            .await
+            .unwrap()
+            .begin()
+            .await
+            .unwrap();
+        transaction.delete(&gone).unwrap();
+        transaction.commit().await.unwrap();
         let after = scratch.open().await;
         assert_eq!(after.verify(true).await.unwrap().vertices, left.len() as u64);
         assert!(after.metadata().tiles < reader.metadata().tiles * 2 / 3);
         // New points go into the cells that the others left to their neighbours.
-        edited(&scratch, |editor| editor.insert(&with_z(&gone, 1.0)).unwrap())
+        edited(&scratch, |transaction| transaction.insert(&with_z(&gone, 1.0)).unwrap())
             .await
             .unwrap();
         scratch.open().await.verify(true).await.unwrap();
-        edited(&scratch, |editor| editor.delete(&points[3..]).unwrap())
+        edited(&scratch, |transaction| transaction.delete(&points[3..]).unwrap())
             .await
             .unwrap();
         assert_eq!(scratch.open().await.verify(true).await.unwrap().triangles, 1);
-        edited(&scratch, |editor| editor.delete(&points[..1]).unwrap())
+        edited(&scratch, |transaction| transaction.delete(&points[..1]).unwrap())
             .await
             .unwrap();
         assert_eq!(scratch.open().await.verify(true).await.unwrap().vertices, 2);
@@ -263,9 +291,11 @@ fn a_vertex_goes_when_nothing_holds_it_any_more() {
         let scratch = scene.build(8).await.unwrap();
         assert_eq!(scratch.open().await.metadata().constraint_edges, 7);
         let [passed, end, site] = [at(4.0, 4.0), at(8.0, 4.0), at(5.0, 7.0)];
-        edited(&scratch, |editor| editor.delete(&[passed, end, site]).unwrap())
-            .await
-            .unwrap();
+        edited(&scratch, |transaction| {
+            transaction.delete(&[passed, end, site]).unwrap()
+        })
+        .await
+        .unwrap();
         let metadata = scratch.open().await.metadata().clone();
         assert_eq!(
             (metadata.vertices, metadata.ends, metadata.constraint_edges),
@@ -276,14 +306,16 @@ fn a_vertex_goes_when_nothing_holds_it_any_more() {
         }
         assert_eq!(checked(&scratch).await, checked(&scene.build(30).await.unwrap()).await);
         // They are no points any more, but may be again.
-        let error = edited(&scratch, |editor| editor.delete(&[end]).unwrap()).await;
+        let error = edited(&scratch, |transaction| transaction.delete(&[end]).unwrap()).await;
         assert!(matches!(error, Err(EditError::NoPoint { .. })), "{error:?}");
         let again = PointBatch {
             points: vec![end],
             records: vec![0],
             z: Vec::new(),
         };
-        edited(&scratch, |editor| editor.insert(&again).unwrap()).await.unwrap();
+        edited(&scratch, |transaction| transaction.insert(&again).unwrap())
+            .await
+            .unwrap();
         assert_eq!(scratch.open().await.metadata().ends, 1);
         checked(&scratch).await;
         assert_eq!(orient2d(passed, end, at(1.0, 4.0)), Orientation::Collinear);

@@ -5,7 +5,7 @@ use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
-use delaunay_tiles::{BuildOptions, EditError, EditSummary, Editor};
+use delaunay_tiles::{BuildOptions, EditError, EditSummary, Editor, Transaction};
 use distributions::Kind;
 
 use crate::edits::scene::checked;
@@ -21,10 +21,10 @@ fn batch(points: &[Point]) -> PointBatch {
     }
 }
 
-async fn edited(scratch: &Scratch, change: impl FnOnce(&mut Editor)) -> Result<EditSummary, EditError> {
-    let mut editor = Editor::open(&scratch.path, ENOUGH).await?;
+async fn edited(scratch: &Scratch, change: impl FnOnce(&mut Transaction)) -> Result<EditSummary, EditError> {
+    let mut editor = Editor::open(&scratch.path, ENOUGH).await?.begin().await?;
     change(&mut editor);
-    editor.finish().await
+    editor.commit().await
 }
 
 fn inode(scratch: &Scratch) -> u64 {
@@ -77,14 +77,19 @@ fn a_file_that_is_built_anew_keeps_its_readers_its_name_and_its_permissions() {
         assert_eq!((dry.points.deleted, dry.vertices), (100, 800));
         assert_eq!(checked(&scratch).await, before);
 
-        let mut editor = Editor::open(&scratch.path, ENOUGH).await.unwrap();
+        let mut editor = Editor::open(&scratch.path, ENOUGH)
+            .await
+            .unwrap()
+            .begin()
+            .await
+            .unwrap();
         assert!(matches!(
             Editor::open(&scratch.path, ENOUGH).await,
             Err(EditError::Busy(_))
         ));
         editor.prefer_build(true);
         editor.delete(&points[..100]).unwrap();
-        assert_eq!(editor.finish().await.unwrap().vertices, dry.vertices);
+        assert_eq!(editor.commit().await.unwrap().vertices, dry.vertices);
         assert!(fs::symlink_metadata(&scratch.path).unwrap().is_symlink());
         assert_eq!(fs::metadata(&real).unwrap().permissions().mode() & 0o777, 0o640);
         let folder = fs::read_dir(real.parent().unwrap()).unwrap();
@@ -162,5 +167,46 @@ fn tiles_do_not_grow_from_edit_to_edit() {
         let tiles = reader.directory().await.unwrap();
         let largest = tiles.tiles.iter().map(|tile| tile.vertices).max();
         assert!(largest <= Some(75), "{largest:?}");
+    });
+}
+
+#[test]
+fn transactions_of_an_editor_follow_each_other_and_keep_the_lock() {
+    runtime().block_on(async {
+        let points = points_of(Kind::Uniform, 700, 6);
+        let scratch = built(&points[..500], BuildOptions::default().tile_vertices(60)).await.0;
+        let editor = Editor::open(&scratch.path, ENOUGH).await.unwrap();
+        let is_busy = async || matches!(Editor::open(&scratch.path, ENOUGH).await, Err(EditError::Busy(_)));
+        let mut reader = scratch.open().await;
+        let mut vertices = 500;
+        for (number, chunk) in points[500..].chunks(20).enumerate() {
+            // Every other one builds the file anew, so that it is another file.
+            let mut transaction = editor.begin().await.unwrap();
+            transaction.prefer_build(number % 2 == 0);
+            transaction.insert(&batch(chunk)).unwrap();
+            assert!(is_busy().await);
+            if number % 3 == 2 {
+                drop(transaction);
+            } else {
+                transaction.commit().await.unwrap();
+                vertices += chunk.len() as u64;
+            }
+            assert!(is_busy().await);
+            reader.refresh().await.unwrap();
+            assert_eq!(reader.metadata().vertices, vertices);
+            assert_eq!(checked(&scratch).await.vertices.count, vertices);
+        }
+        // A transaction that fails leaves the editor as it was.
+        let mut wrong = editor.begin().await.unwrap();
+        wrong.delete(&[Point::new(7.0, 7.0)]).unwrap();
+        assert!(matches!(wrong.commit().await, Err(EditError::NoPoint { .. })));
+        // The next one waits for the end of the one before, which outlives its editor.
+        let first = editor.begin().await.unwrap();
+        let waiting = tokio::spawn(async move { editor.begin().await.map(|_| ()) });
+        tokio::task::yield_now().await;
+        assert!(!waiting.is_finished());
+        drop(first);
+        waiting.await.unwrap().unwrap();
+        assert!(!is_busy().await);
     });
 }

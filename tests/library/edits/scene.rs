@@ -6,7 +6,7 @@ use std::ops::Range;
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::{Digest, LineKind, LineSource};
-use delaunay_tiles::{BuildError, BuildOptions, Builder, Description, EditError, EditSummary, Editor};
+use delaunay_tiles::{BuildError, BuildOptions, Builder, Description, EditError, EditSummary, Transaction};
 
 use crate::support::{Random, Scratch};
 
@@ -96,7 +96,7 @@ impl Scene {
     }
 
     /// Makes a random change in an editor and here.
-    pub fn change(&mut self, editor: &mut Editor, random: &mut Random, at: impl Fn(&mut Random) -> Point) {
+    pub fn change(&mut self, transaction: &mut Transaction, random: &mut Random, at: impl Fn(&mut Random) -> Point) {
         let z = random.below(9) as f64;
         match (random.below(5), self.any(random)) {
             (2, Some(from)) => {
@@ -104,7 +104,7 @@ impl Scene {
                 if let Some((_, z)) = self.points.remove(&key(from)) {
                     self.points.entry(key(to)).or_insert((to, z));
                 }
-                editor.move_points(&[[from, to]]).unwrap();
+                transaction.move_points(&[[from, to]]).unwrap();
             }
             (3, Some(_)) => {
                 // Sometimes most points go.
@@ -113,16 +113,16 @@ impl Scene {
                 random.shuffle(&mut gone);
                 gone.truncate(1 + random.below(most));
                 self.points.retain(|_, (point, _)| !gone.contains(point));
-                editor.delete(&gone).unwrap();
+                transaction.delete(&gone).unwrap();
             }
             (4, Some(point)) if self.has_z => {
                 self.points.insert(key(point), (point, z));
-                editor.set_z(&self.batch([(point, z)].into_iter())).unwrap();
+                transaction.set_z(&self.batch([(point, z)].into_iter())).unwrap();
             }
             _ => {
                 let point = at(random);
                 self.points.entry(key(point)).or_insert((point, z));
-                editor.insert(&self.batch([(point, z)].into_iter())).unwrap();
+                transaction.insert(&self.batch([(point, z)].into_iter())).unwrap();
             }
         }
     }

@@ -3,7 +3,7 @@
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::store::{KdNode, LineKind};
-use delaunay_tiles::{EditSummary, Editor};
+use delaunay_tiles::{EditSummary, Editor, Transaction};
 use distributions::Kind;
 
 use crate::edits::scene::{Line, Scene, batch_of_line, checked, key, source};
@@ -18,10 +18,15 @@ fn scene_of(points: &[Point]) -> Scene {
     scene
 }
 
-async fn edited(scratch: &Scratch, memory: u64, change: impl FnOnce(&mut Editor)) -> EditSummary {
-    let mut editor = Editor::open(&scratch.path, memory).await.unwrap();
-    change(&mut editor);
-    editor.finish().await.unwrap()
+async fn edited(scratch: &Scratch, memory: u64, change: impl FnOnce(&mut Transaction)) -> EditSummary {
+    let mut transaction = Editor::open(&scratch.path, memory)
+        .await
+        .unwrap()
+        .begin()
+        .await
+        .unwrap();
+    change(&mut transaction);
+    transaction.commit().await.unwrap()
 }
 
 /// Returns the number of vertices of each tile.
@@ -47,10 +52,10 @@ async fn check_growth(kind: Kind, tile_vertices: usize, memory: u64) {
         corners: corners.to_vec(),
         number: 0,
     };
-    edited(&scratch, memory, |editor| {
-        editor.insert(&scene.batch(new.points.values().copied())).unwrap();
-        editor.push(line.kind, 0, &batch_of_line(&corners)).unwrap();
-        editor.add_sources(vec![source(line.kind, 0)]);
+    edited(&scratch, memory, |transaction| {
+        transaction.insert(&scene.batch(new.points.values().copied())).unwrap();
+        transaction.constrain(line.kind, 0, &batch_of_line(&corners)).unwrap();
+        transaction.add_sources(vec![source(line.kind, 0)]);
     })
     .await;
     scene.points.extend(new.points.clone());
@@ -62,7 +67,7 @@ async fn check_growth(kind: Kind, tile_vertices: usize, memory: u64) {
 
     let gone = many.iter().filter(|p| !corners.contains(p));
     let gone: Vec<Point> = gone.copied().take(2900).collect();
-    edited(&scratch, memory, |editor| editor.delete(&gone).unwrap()).await;
+    edited(&scratch, memory, |transaction| transaction.delete(&gone).unwrap()).await;
     scene.points.retain(|_, (point, _)| !gone.contains(point));
     assert_eq!(checked(&scratch).await, checked(&scene.build(500).await.unwrap()).await);
     let small = sizes(&scratch).await;
@@ -104,7 +109,10 @@ fn a_file_that_was_never_larger_than_its_tiles_is_not_cut() {
         // All points move: what comes takes the place of what goes.
         let moves = points.iter().map(|&p| [p, Point::new(p.x + 1e-9, p.y)]);
         let moves: Vec<[Point; 2]> = moves.collect();
-        edited(&scratch, 64 << 20, |editor| editor.move_points(&moves).unwrap()).await;
+        edited(&scratch, 64 << 20, |transaction| {
+            transaction.move_points(&moves).unwrap()
+        })
+        .await;
         assert_eq!(sizes(&scratch).await.len(), before.len());
         let z_of = |p: Point| p.x + p.y;
         scene.points = moves.iter().map(|&[from, to]| (key(to), (to, z_of(from)))).collect();

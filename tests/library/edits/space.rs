@@ -11,7 +11,12 @@ use crate::support::{Random, Scratch, runtime};
 
 /// Moves a few points of the grid a little, or back. Returns the length of the file.
 async fn change(scratch: &Scratch, random: &mut Random) -> u64 {
-    let mut editor = Editor::open(&scratch.path, ENOUGH).await.unwrap();
+    let mut transaction = Editor::open(&scratch.path, ENOUGH)
+        .await
+        .unwrap()
+        .begin()
+        .await
+        .unwrap();
     for _ in 0..1 + random.below(4) {
         let place = Point::new(random.below(30) as f64, random.below(30) as f64);
         let beside = Point::new(place.x + 0.25, place.y + 0.125);
@@ -21,11 +26,11 @@ async fn change(scratch: &Scratch, random: &mut Random) -> u64 {
             records: vec![0],
             z: Vec::new(),
         };
-        editor.insert(&there).unwrap();
-        editor.skip_missing(true);
-        editor.delete(&[pair[random.below(2)]]).unwrap();
+        transaction.insert(&there).unwrap();
+        transaction.skip_missing(true);
+        transaction.delete(&[pair[random.below(2)]]).unwrap();
     }
-    editor.finish().await.unwrap().file_bytes
+    transaction.commit().await.unwrap().file_bytes
 }
 
 async fn compact_length(scratch: &Scratch) -> u64 {

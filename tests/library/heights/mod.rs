@@ -229,10 +229,15 @@ fn edits_keep_the_z_of_all_corners_and_add_that_of_new_vertices() {
             .await
             .unwrap();
         for (ends, number) in rows.chunks(4).zip([0, 4]) {
-            let mut editor = Editor::open(&scratch.path, 64 << 20).await.unwrap();
+            let mut transaction = Editor::open(&scratch.path, 64 << 20)
+                .await
+                .unwrap()
+                .begin()
+                .await
+                .unwrap();
             let batch = lines(ends.to_vec());
-            editor.push(LineKind::BreakLine, number, &batch).unwrap();
-            assert!(editor.finish().await.unwrap().added_vertices >= 8);
+            transaction.constrain(LineKind::BreakLine, number, &batch).unwrap();
+            assert!(transaction.commit().await.unwrap().added_vertices >= 8);
             assert!(check(&scratch.open().await, "edited").await > 1000);
         }
         let reader = scratch.open().await;

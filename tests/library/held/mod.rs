@@ -155,11 +155,16 @@ impl Scene {
         if summary.triangles == 0 {
             return None;
         }
-        let mut editor = Editor::open(&scratch.path, 1 << 20).await.unwrap();
+        let mut transaction = Editor::open(&scratch.path, 1 << 20)
+            .await
+            .unwrap()
+            .begin()
+            .await
+            .unwrap();
         for ((kind, segments), number) in self.lines.iter().zip(0..).skip(built) {
-            editor.push(*kind, number, &batch(segments)).unwrap();
+            transaction.constrain(*kind, number, &batch(segments)).unwrap();
         }
-        editor.finish().await.unwrap();
+        transaction.commit().await.unwrap();
         Some(scratch)
     }
 

@@ -89,14 +89,14 @@ fn changed_bytes_are_found(patient: &Patient) {
 
 /// Makes a wall of a town.
 async fn edit(scratch: &Scratch) -> Result<(), EditError> {
-    let mut editor = Editor::open(&scratch.path, 64 << 20).await?;
+    let mut transaction = Editor::open(&scratch.path, 64 << 20).await?.begin().await?;
     let wall = SegmentBatch {
         ends: vec![[Point::new(4.5, 0.5), Point::new(4.75, 3.0)]],
         lines: vec![0],
         ..SegmentBatch::default()
     };
-    editor.push(LineKind::Wall, editor.first_line(), &wall)?;
-    editor.finish().await.map(|_| ())
+    transaction.constrain(LineKind::Wall, transaction.first_line(), &wall)?;
+    transaction.commit().await.map(|_| ())
 }
 
 /// Returns the digest of a file after an edit, and the numbers of its regions and holes, if

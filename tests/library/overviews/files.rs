@@ -111,10 +111,15 @@ fn a_locked_file_is_refused_and_a_cancelled_one_unchanged() {
     runtime().block_on(async {
         let scratch = small().await;
         let before = fs::read(&scratch.path).unwrap();
-        let editor = Editor::open(&scratch.path, 64 << 20).await.unwrap();
+        let transaction = Editor::open(&scratch.path, 64 << 20)
+            .await
+            .unwrap()
+            .begin()
+            .await
+            .unwrap();
         let refused = make_small(&scratch.path).await.unwrap_err();
         assert!(matches!(refused, OverviewError::Edit(EditError::Busy(_))), "{refused}");
-        drop(editor);
+        drop(transaction);
         let progress = std::sync::Arc::new(OverviewProgress::default());
         progress.cancel();
         let options = OverviewOptions::default().progress(progress);

@@ -84,14 +84,19 @@ async fn vertices(reader: &TileReader) -> Vec<(Point, Option<f64>, u64)> {
 }
 
 async fn add_wall(scratch: &Scratch) {
-    let mut editor = Editor::open(&scratch.path, 64 << 20).await.unwrap();
+    let mut transaction = Editor::open(&scratch.path, 64 << 20)
+        .await
+        .unwrap()
+        .begin()
+        .await
+        .unwrap();
     let wall = SegmentBatch {
         ends: vec![[Point::new(0.4, 0.4), Point::new(0.6, 0.5)]],
         lines: vec![0],
         ..SegmentBatch::default()
     };
-    editor.push(LineKind::Wall, 0, &wall).unwrap();
-    editor.finish().await.unwrap();
+    transaction.constrain(LineKind::Wall, 0, &wall).unwrap();
+    transaction.commit().await.unwrap();
 }
 
 #[test]
@@ -225,14 +230,19 @@ fn an_edit_makes_overviews_stale_until_they_are_renewed() {
 }
 
 async fn add_wall_again(scratch: &Scratch) {
-    let mut editor = Editor::open(&scratch.path, 64 << 20).await.unwrap();
+    let mut transaction = Editor::open(&scratch.path, 64 << 20)
+        .await
+        .unwrap()
+        .begin()
+        .await
+        .unwrap();
     let wall = SegmentBatch {
         ends: vec![[Point::new(0.2, 0.7), Point::new(0.3, 0.8)]],
         lines: vec![0],
         ..SegmentBatch::default()
     };
-    editor.push(LineKind::Wall, 0, &wall).unwrap();
-    editor.finish().await.unwrap();
+    transaction.constrain(LineKind::Wall, 0, &wall).unwrap();
+    transaction.commit().await.unwrap();
 }
 
 #[test]

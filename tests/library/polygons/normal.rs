@@ -171,14 +171,21 @@ async fn build(obstacles: &[Obstacle], options: BuildOptions) -> Result<Scratch,
 
 async fn edit(obstacles: &[Obstacle]) -> Scratch {
     let (scratch, _) = built(&grid(), BuildOptions::default().tile_vertices(9)).await;
-    let mut editor = Editor::open(&scratch.path, 64 << 20).await.unwrap();
+    let mut transaction = Editor::open(&scratch.path, 64 << 20)
+        .await
+        .unwrap()
+        .begin()
+        .await
+        .unwrap();
     let mut first = 0;
     for obstacle in obstacles {
-        editor.push(LineKind::Obstacle, first, &obstacle.batch(first)).unwrap();
+        transaction
+            .constrain(LineKind::Obstacle, first, &obstacle.batch(first))
+            .unwrap();
         first += obstacle.lines();
     }
-    editor.add_sources(line_sources(obstacles));
-    editor.finish().await.unwrap();
+    transaction.add_sources(line_sources(obstacles));
+    transaction.commit().await.unwrap();
     scratch
 }
 

@@ -416,7 +416,8 @@ fn futures_of_builds_edits_and_compaction_are_send() {
         }
         sent(builder.finish()).await.unwrap();
         let editor = sent(Editor::open(&scratch.path, 1 << 30)).await.unwrap();
-        sent(editor.finish()).await.unwrap();
+        let transaction = sent(editor.begin()).await.unwrap();
+        sent(transaction.commit()).await.unwrap();
         let reader = scratch.open().await;
         sent(reader.compact(&scratch.path)).await.unwrap();
         scratch.open().await.verify(true).await.unwrap();

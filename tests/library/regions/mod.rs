@@ -163,7 +163,12 @@ impl Input {
         let segments: usize = self.lines.iter().map(|line| line.segments().count()).sum();
         // So little memory that tiles must leave the cache and come back.
         let memory = (256 << 10) + 400 * segments as u64;
-        let mut editor = Editor::open(&scratch.path, memory).await.unwrap();
+        let mut transaction = Editor::open(&scratch.path, memory)
+            .await
+            .unwrap()
+            .begin()
+            .await
+            .unwrap();
         for (line, number) in self.lines.iter().zip(0..).skip(built) {
             let ends: Vec<[Point; 2]> = line.segments().collect();
             let batch = SegmentBatch {
@@ -171,9 +176,9 @@ impl Input {
                 ends,
                 ..SegmentBatch::default()
             };
-            editor.push(line.kind, number, &batch).unwrap();
+            transaction.constrain(line.kind, number, &batch).unwrap();
         }
-        let edited = editor.finish().await;
+        let edited = transaction.commit().await;
         if self.lines[built..].iter().any(InputLine::is_inverted) {
             assert!(matches!(edited, Err(EditError::Inverted { .. })), "{edited:?}");
             return None;

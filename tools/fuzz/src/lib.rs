@@ -160,11 +160,11 @@ async fn edit(bytes: &[u8]) {
         ..SegmentBatch::default()
     };
     let edited = async {
-        let mut editor = Editor::open(&path, 64 << 20).await?;
-        editor.missing_z(MissingZ::Zero);
-        let first_line = editor.first_line();
-        editor.push(LineKind::Wall, first_line, &fence)?;
-        editor.finish().await
+        let mut transaction = Editor::open(&path, 64 << 20).await?.begin().await?;
+        transaction.missing_z(MissingZ::Zero);
+        let first_line = transaction.first_line();
+        transaction.constrain(LineKind::Wall, first_line, &fence)?;
+        transaction.commit().await
     };
     let edited = edited.await;
     let _ = std::fs::remove_file(&path);

@@ -26,7 +26,7 @@ pub struct Editor {
 }
 
 struct State {
-    editor: delaunay_tiles::Editor,
+    transaction: delaunay_tiles::Transaction,
     /// The number of points that were inserted so far.
     records: u64,
     /// The number of lines that were pushed, of those that come and of those that go.
@@ -47,7 +47,7 @@ impl State {
         systems.iter().try_for_each(|(path, text)| self.take_crs(path, text))
     }
 
-    /// Passes lines to the editor. They are read before, so that an error in them has no effect.
+    /// Passes lines to the transaction. They are read before, so that an error in them has no effect.
     fn take_lines(&mut self, kind: LineKind, lines: Lines, source: SegmentSource) -> Outcome<()> {
         self.take_systems(source.crs_of_files())?;
         let set = LineSet::files(kind, 0, source);
@@ -60,15 +60,15 @@ impl State {
         self.is_broken = true;
         for (first, batch) in batches {
             match lines {
-                Lines::Come => self.editor.push(kind, before + first, &batch)?,
-                Lines::Go => self.editor.remove(kind, before + first, &batch)?,
+                Lines::Come => self.transaction.constrain(kind, before + first, &batch)?,
+                Lines::Go => self.transaction.unconstrain(kind, before + first, &batch)?,
             }
         }
         let mut sources = input.sources();
         self.lines[lines as usize] += sources.iter().map(|source| source.lines).sum::<u64>();
         if let Lines::Come = lines {
             sources.iter_mut().for_each(|source| source.first += before);
-            self.editor.add_sources(sources);
+            self.transaction.add_sources(sources);
         }
         self.is_broken = false;
         Ok(())
@@ -83,7 +83,9 @@ impl State {
         }
         self.take_systems(source.crs_of_files())?;
         self.is_broken = true;
-        batches.iter().try_for_each(|batch| self.editor.insert_sites(batch))?;
+        batches
+            .iter()
+            .try_for_each(|batch| self.transaction.insert_sites(batch))?;
         self.is_broken = false;
         Ok(())
     }
@@ -104,7 +106,7 @@ impl Editor {
         Ok(done?)
     }
 
-    /// Passes lines to the editor. `open` opens them, given whether they are polygons.
+    /// Passes lines to the transaction. `open` opens them, given whether they are polygons.
     fn take_lines(&self, kind: &str, lines: Lines, open: impl FnOnce(bool) -> Outcome<SegmentSource>) -> PyResult<()> {
         let Role::Lines(kind) = Role::named(kind)? else {
             return Err(Failure::value("ponds are made by builds only").into());
@@ -140,19 +142,19 @@ impl Editor {
             }
         };
         let runtime = runtime()?;
-        let open = || runtime.block_on(delaunay_tiles::Editor::open(&file, memory));
-        let mut editor = py.detach(open).map_err(Failure::from)?;
-        editor.missing_z(missing_z);
-        editor.skip_missing(skip_missing);
-        editor.dry_run(dry_run);
+        let open = || runtime.block_on(async { delaunay_tiles::Editor::open(&file, memory).await?.begin().await });
+        let mut transaction = py.detach(open).map_err(Failure::from)?;
+        transaction.missing_z(missing_z);
+        transaction.skip_missing(skip_missing);
+        transaction.dry_run(dry_run);
         let mut state = State {
-            editor,
+            transaction,
             records: 0,
             lines: [0; 2],
             agreement: Agreement::default(),
             is_broken: false,
         };
-        if let Some(crs) = state.editor.crs().map(str::to_owned) {
+        if let Some(crs) = state.transaction.crs().map(str::to_owned) {
             state.take_crs(&file, &crs)?;
         }
         Ok(Self {
@@ -165,25 +167,25 @@ impl Editor {
         self.with(|state| {
             let batch = batch(points.as_array(), state.records);
             state.records += batch.len() as u64;
-            Ok(state.editor.insert(&batch)?)
+            Ok(state.transaction.insert(&batch)?)
         })
     }
 
     /// Deletes the points at rows of x and y.
     fn delete(&self, points: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
-        self.with(|state| Ok(state.editor.delete(&batch(points.as_array(), 0).points)?))
+        self.with(|state| Ok(state.transaction.delete(&batch(points.as_array(), 0).points)?))
     }
 
     /// Moves points from rows of x and y to as many others.
     fn move_points(&self, starts: PyReadonlyArray2<'_, f64>, ends: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
         let [starts, ends] = [starts, ends].map(|points| batch(points.as_array(), 0).points);
         let pairs: Vec<[Point; 2]> = starts.into_iter().zip(ends).map(|(start, end)| [start, end]).collect();
-        self.with(|state| Ok(state.editor.move_points(&pairs)?))
+        self.with(|state| Ok(state.transaction.move_points(&pairs)?))
     }
 
     /// Gives the points at rows of x, y and z this z.
     fn set_z(&self, points: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
-        self.with(|state| Ok(state.editor.set_z(&batch(points.as_array(), 0))?))
+        self.with(|state| Ok(state.transaction.set_z(&batch(points.as_array(), 0))?))
     }
 
     /// Makes the lines of a file constraints, or removes them.
@@ -208,7 +210,7 @@ impl Editor {
     /// Removes lines by their numbers.
     fn remove_lines(&self, numbers: Vec<u64>) -> PyResult<()> {
         self.with(|state| {
-            state.editor.remove_lines(&numbers);
+            state.transaction.remove_lines(&numbers);
             Ok(())
         })
     }
@@ -226,20 +228,20 @@ impl Editor {
     /// Inserts sites at rows of x, y and perhaps z.
     fn insert_sites(&self, points: PyReadonlyArray2<'_, f64>, ids: Option<Vec<String>>) -> PyResult<()> {
         self.with(|state| {
-            let batch = batches::sites(points.as_array(), ids, state.editor.next_site())?;
-            Ok(state.editor.insert_sites(&batch)?)
+            let batch = batches::sites(points.as_array(), ids, state.transaction.next_site())?;
+            Ok(state.transaction.insert_sites(&batch)?)
         })
     }
 
     /// Deletes the sites at rows of x and y.
     fn delete_sites(&self, points: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
-        self.with(|state| Ok(state.editor.delete_sites(&batch(points.as_array(), 0).points)?))
+        self.with(|state| Ok(state.transaction.delete_sites(&batch(points.as_array(), 0).points)?))
     }
 
     /// Makes the changes. Returns the summary as JSON.
     fn finish(&self, py: Python<'_>, name: &str) -> PyResult<String> {
         let State {
-            mut editor,
+            mut transaction,
             records,
             is_broken,
             ..
@@ -248,12 +250,12 @@ impl Editor {
             return Err(Failure::other("an earlier call failed halfway; the file is unchanged").into());
         }
         if records > 0 {
-            editor.add_point_sources(&[(name.to_owned(), records)]);
+            transaction.add_point_sources(&[(name.to_owned(), records)]);
         }
         let stop = Notify::new();
         let finish = async {
             tokio::select! {
-                done = editor.finish() => done,
+                done = transaction.commit() => done,
                 () = stop.notified() => Err(EditError::Cancelled),
             }
         };

@@ -64,16 +64,21 @@ impl Files {
 
     /// Adds a wall to the town, and waits until that is noticed.
     pub async fn edit(&self) {
-        let mut editor = Editor::open(self.path("town.tiles"), 64 << 20).await.unwrap();
+        let mut transaction = Editor::open(self.path("town.tiles"), 64 << 20)
+            .await
+            .unwrap()
+            .begin()
+            .await
+            .unwrap();
         let wall = [Point::new(-1.5, 3.0), Point::new(-1.5, 8.0)];
         let batch = SegmentBatch {
             ends: vec![wall],
             lines: vec![0],
             ..SegmentBatch::default()
         };
-        let first = editor.first_line();
-        editor.push(LineKind::Wall, first, &batch).unwrap();
-        editor.finish().await.unwrap();
+        let first = transaction.first_line();
+        transaction.constrain(LineKind::Wall, first, &batch).unwrap();
+        transaction.commit().await.unwrap();
         tokio::time::sleep(std::time::Duration::from_millis(700)).await;
     }
 

@@ -44,12 +44,12 @@ pub fn run(args: ConstrainArgs) -> anyhow::Result<()> {
 
 async fn constrain(args: &ConstrainArgs, lines: LineInput) -> anyhow::Result<(EditSummary, LineInput)> {
     let file = &args.edit.file;
-    let mut editor = args.edit.open().await?;
-    editor.missing_z(args.missing_z.option());
-    let of_file = editor.crs().map(|crs| (file.clone(), crs.to_owned()));
+    let mut transaction = args.edit.open().await?;
+    transaction.missing_z(args.missing_z.option());
+    let of_file = transaction.crs().map(|crs| (file.clone(), crs.to_owned()));
     args.crs.agree(of_file.iter().chain(lines.crs_of_files()))?;
-    let first_line = editor.first_line();
-    let (editor, lines) = common::on_thread("lines", move || lines.feed_editor(editor)).await?;
+    let first_line = transaction.first_line();
+    let (transaction, lines) = common::on_thread("lines", move || lines.feed_transaction(transaction)).await?;
     if lines.segments() == 0 {
         anyhow::bail!(
             "there are no lines in these files; {} was not changed",
@@ -60,6 +60,6 @@ async fn constrain(args: &ConstrainArgs, lines: LineInput) -> anyhow::Result<(Ed
         Some(line) => lines.name(line),
         None => format!("line {number} of {}", common::shown(file)),
     };
-    let summary = args.edit.finish(editor, |error| line_error(error, name)).await?;
+    let summary = args.edit.finish(transaction, |error| line_error(error, name)).await?;
     Ok((summary, lines))
 }

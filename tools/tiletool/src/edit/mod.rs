@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
-use delaunay_tiles::{EditError, EditSummary, Editor, OpenOptions};
+use delaunay_tiles::{EditError, EditSummary, Editor, OpenOptions, Transaction};
 
 use crate::allocator;
 use crate::common::{self, MemoryArgs};
@@ -38,24 +38,24 @@ pub struct EditArgs {
 
 impl EditArgs {
     /// Opens the file to change it.
-    async fn open(&self) -> anyhow::Result<Editor> {
+    async fn open(&self) -> anyhow::Result<Transaction> {
         // Lists of tiles grow in small steps and would leave free gaps of their sizes in the heap. So
         // as many allocations as possible are mappings of their own.
         allocator::keep_to(0);
-        let mut editor = Editor::open(&self.file, self.memory.bytes()).await?;
-        editor.dry_run(self.dry_run);
-        Ok(editor)
+        let mut transaction = Editor::open(&self.file, self.memory.bytes()).await?.begin().await?;
+        transaction.dry_run(self.dry_run);
+        Ok(transaction)
     }
 
     /// Makes all changes. `name_in` adds names of the input to an error.
     async fn finish(
         &self,
-        editor: Editor,
+        transaction: Transaction,
         name_in: impl FnOnce(EditError) -> anyhow::Error,
     ) -> anyhow::Result<EditSummary> {
         let unchanged = || format!("{} was not changed", common::shown(&self.file));
         let edited = tokio::select! {
-            edited = editor.finish() => edited,
+            edited = transaction.commit() => edited,
             () = common::interrupted() => Err(EditError::Cancelled),
         };
         match edited {

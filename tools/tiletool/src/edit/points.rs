@@ -7,7 +7,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use delaunay_tiles::input::{
     InputOptions, PointBatch, PointSource, SegmentBatch, SegmentSource, SiteBatch, SiteSource,
 };
-use delaunay_tiles::{EditError, Editor, MissingZ};
+use delaunay_tiles::{EditError, MissingZ, Transaction};
 
 use crate::common;
 use crate::crs::CrsArgs;
@@ -160,13 +160,13 @@ pub fn insert(args: InsertArgs) -> anyhow::Result<()> {
     };
     let sites = SiteSource::open(&sites.sites, site_id.as_deref())?;
     let source = PointsAndSites::open(&points, &input.options().missing_z(of_points), sites)?;
-    change(&edit, &crs, source, move |editor, source| {
-        editor.missing_z(missing_z);
-        source.each_batch(|batch| editor.insert(batch))?;
+    change(&edit, &crs, source, move |transaction, source| {
+        transaction.missing_z(missing_z);
+        source.each_batch(|batch| transaction.insert(batch))?;
         if let Some(points) = &source.points {
-            editor.add_point_sources(points.sources());
+            transaction.add_point_sources(points.sources());
         }
-        source.each_batch_of_sites(|batch| editor.insert_sites(batch))
+        source.each_batch_of_sites(|batch| transaction.insert_sites(batch))
     })
 }
 
@@ -174,10 +174,10 @@ pub fn insert(args: InsertArgs) -> anyhow::Result<()> {
 pub fn delete(args: DeleteArgs) -> anyhow::Result<()> {
     let sites = SiteSource::open(&args.sites.sites, None)?;
     let source = PointsAndSites::open(&args.points, &args.input.options(), sites)?;
-    change(&args.edit, &args.crs, source, move |editor, source| {
-        editor.skip_missing(args.missing.skip_missing);
-        source.each_batch(|batch| editor.delete(&batch.points))?;
-        source.each_batch_of_sites(|batch| editor.delete_sites(&batch.points))
+    change(&args.edit, &args.crs, source, move |transaction, source| {
+        transaction.skip_missing(args.missing.skip_missing);
+        source.each_batch(|batch| transaction.delete(&batch.points))?;
+        source.each_batch_of_sites(|batch| transaction.delete_sites(&batch.points))
     })
 }
 
@@ -185,9 +185,9 @@ pub fn delete(args: DeleteArgs) -> anyhow::Result<()> {
 pub fn set_z(args: SetZArgs) -> anyhow::Result<()> {
     let options = args.input.options().missing_z(MissingZ::Error);
     let source = PointsAndSites::open(&args.points, &options, SiteSource::open(&[], None)?)?;
-    change(&args.edit, &args.crs, source, move |editor, source| {
-        editor.skip_missing(args.missing.skip_missing);
-        source.each_batch(|batch| editor.set_z(batch))
+    change(&args.edit, &args.crs, source, move |transaction, source| {
+        transaction.skip_missing(args.missing.skip_missing);
+        source.each_batch(|batch| transaction.set_z(batch))
     })
 }
 
@@ -200,11 +200,11 @@ pub fn move_points(args: MoveArgs) -> anyhow::Result<()> {
         crs,
     } = args;
     let source = SegmentSource::open(&pairs)?;
-    change(&edit, &crs, source, move |editor, source| {
-        editor.skip_missing(missing.skip_missing);
+    change(&edit, &crs, source, move |transaction, source| {
+        transaction.skip_missing(missing.skip_missing);
         let mut batch = SegmentBatch::default();
         while source.next_batch(&mut batch)? {
-            editor.move_points(&batch.ends)?;
+            transaction.move_points(&batch.ends)?;
         }
         Ok(())
     })
@@ -282,19 +282,19 @@ fn change<S: Changes>(
     edit: &EditArgs,
     crs: &CrsArgs,
     mut source: S,
-    feed: impl FnOnce(&mut Editor, &mut S) -> anyhow::Result<()> + Send + 'static,
+    feed: impl FnOnce(&mut Transaction, &mut S) -> anyhow::Result<()> + Send + 'static,
 ) -> anyhow::Result<()> {
     let (summary, notes) = common::block_on(async {
-        let mut editor = edit.open().await?;
-        let of_file = editor.crs().map(|crs| (edit.file.clone(), crs.to_owned()));
+        let mut transaction = edit.open().await?;
+        let of_file = transaction.crs().map(|crs| (edit.file.clone(), crs.to_owned()));
         let of_input = source.crs_of_files();
         crs.agree(of_file.iter().chain(&of_input))?;
-        let (editor, source) = common::on_thread("input", move || {
-            feed(&mut editor, &mut source)?;
-            Ok((editor, source))
+        let (transaction, source) = common::on_thread("input", move || {
+            feed(&mut transaction, &mut source)?;
+            Ok((transaction, source))
         })
         .await?;
-        let summary = edit.finish(editor, anyhow::Error::new).await?;
+        let summary = edit.finish(transaction, anyhow::Error::new).await?;
         Ok((summary, source.notes()))
     })?;
     edit.report(&summary, notes)

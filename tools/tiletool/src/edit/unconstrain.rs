@@ -50,13 +50,13 @@ pub fn run(args: UnconstrainArgs) -> anyhow::Result<()> {
 
 async fn unconstrain(args: &UnconstrainArgs, lines: LineInput) -> anyhow::Result<(EditSummary, LineInput)> {
     let file = &args.edit.file;
-    let mut editor = args.edit.open().await?;
-    editor.skip_missing(args.missing.skip_missing);
-    editor.remove_lines(&args.numbers);
-    let of_file = editor.crs().map(|crs| (file.clone(), crs.to_owned()));
+    let mut transaction = args.edit.open().await?;
+    transaction.skip_missing(args.missing.skip_missing);
+    transaction.remove_lines(&args.numbers);
+    let of_file = transaction.crs().map(|crs| (file.clone(), crs.to_owned()));
     args.crs.agree(of_file.iter().chain(lines.crs_of_files()))?;
-    let (editor, lines) = common::on_thread("lines", move || lines.feed_removal(editor)).await?;
+    let (transaction, lines) = common::on_thread("lines", move || lines.feed_removal(transaction)).await?;
     let name_in = |error: EditError| line_error(error, |line| lines.name(line));
-    let summary = args.edit.finish(editor, name_in).await?;
+    let summary = args.edit.finish(transaction, name_in).await?;
     Ok((summary, lines))
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{FileStamp, PolySource, Reading, SegmentBatch, SegmentSource, SiteBatch, SiteSource};
 use delaunay_tiles::store::{LineKind, LineSource};
-use delaunay_tiles::{Builder, Editor, shown};
+use delaunay_tiles::{Builder, Transaction, shown};
 
 use crate::common;
 use crate::crs::Extents;
@@ -208,23 +208,23 @@ impl LineInput {
         Ok(builder.push_seeds(&self.seeds[seeds..])?)
     }
 
-    /// Passes all lines to an editor.
-    pub fn feed_editor(mut self, mut editor: Editor) -> anyhow::Result<(Editor, Self)> {
+    /// Passes all lines to an transaction.
+    pub fn feed_transaction(mut self, mut transaction: Transaction) -> anyhow::Result<(Transaction, Self)> {
         let mut batch = SegmentBatch::default();
         while let Some((kind, first)) = self.next_batch(&mut batch)? {
-            editor.push(kind, first, &batch)?;
+            transaction.constrain(kind, first, &batch)?;
         }
-        editor.add_sources(self.sources());
-        Ok((editor, self))
+        transaction.add_sources(self.sources());
+        Ok((transaction, self))
     }
 
     /// Passes all lines to an editor, to be removed.
-    pub fn feed_removal(mut self, mut editor: Editor) -> anyhow::Result<(Editor, Self)> {
+    pub fn feed_removal(mut self, mut transaction: Transaction) -> anyhow::Result<(Transaction, Self)> {
         let mut batch = SegmentBatch::default();
         while let Some((kind, first)) = self.next_batch(&mut batch)? {
-            editor.remove(kind, first, &batch)?;
+            transaction.unconstrain(kind, first, &batch)?;
         }
-        Ok((editor, self))
+        Ok((transaction, self))
     }
 
     /// Returns the number of segments that were read.
