@@ -39,6 +39,11 @@ impl Target {
         Err(EditError::Busy(path.to_owned()))
     }
 
+    /// Takes note of the length that the file has now.
+    pub(crate) fn renew(&mut self) {
+        self.file = self.file.renewed();
+    }
+
     /// Opens the file in its current state.
     pub(crate) async fn read(&self) -> Result<TileReader, ReadError> {
         self.open(OpenOptions::default()).await

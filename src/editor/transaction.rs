@@ -49,7 +49,8 @@ pub struct Transaction {
 
 impl Transaction {
     /// Begins a transaction of a file in its current state.
-    pub(super) async fn begin(target: OwnedMutexGuard<Target>, memory: u64) -> Result<Self, EditError> {
+    pub(super) async fn begin(mut target: OwnedMutexGuard<Target>, memory: u64) -> Result<Self, EditError> {
+        target.renew();
         let opened = target.read().await?;
         let (metadata, lists) = (opened.metadata(), opened.lists().await?);
         Ok(Self {

@@ -71,6 +71,11 @@ impl ThreadsFile {
         is_locked_below(&self.file, end)
     }
 
+    /// Returns the same open file with the length that it has now.
+    pub(crate) fn renewed(&self) -> Self {
+        Self::from(Arc::clone(&self.file))
+    }
+
     /// Cuts the file off at a length.
     pub(crate) fn truncate(&self, length: u64) -> io::Result<()> {
         self.file.set_len(length)

@@ -53,7 +53,7 @@ pub(crate) async fn rebuild(target: &mut Target, work: Work, memory: u64) -> Res
     let memory = source.rest(memory, &work);
     let first_end = source.first_end(&work);
     let begun = source.builder(&target.path, first_end, memory).and_then(|mut builder| {
-        let expected = source.metadata().vertices + work.points.all.len() as u64;
+        let expected = source.metadata().vertices.saturating_add(work.points.all.len() as u64);
         push_sample(&mut builder, &source.directory, expected)?;
         Ok(builder)
     });
@@ -213,7 +213,7 @@ impl Source {
         let no_calls = PointCalls::default();
         let mut points = ChangedPoints::of(&self.reader, &no_calls, self.has_z, first_end);
         points.push(&mut builder).await?;
-        let helpers = helpers.points(self.has_z, first_end - Helpers::COUNT);
+        let helpers = helpers.points(self.has_z, first_end.saturating_sub(Helpers::COUNT));
         builder.push(&helpers).await.map_err(edit_error)?;
         let next = self.next_state(Arc::default(), Some(work), is_dry_run);
         builder.finish_next(next).await.map_err(edit_error)?
@@ -225,8 +225,10 @@ impl Source {
         let entries = &self.directory.tiles;
         let is_compressed = entries.first().map(TileEntry::codec) == Some(Codec::Zstandard);
         let metadata = self.metadata();
+        // A hostile file may say anything.
+        let tile_vertices = metadata.tile_vertices as usize;
         let options = BuildOptions::default()
-            .tile_vertices(metadata.tile_vertices as usize)
+            .tile_vertices(tile_vertices.clamp(BuildOptions::MIN_TILE_VERTICES, BuildOptions::MAX_TILE_VERTICES))
             .memory(memory)
             .compress(is_compressed)
             .missing_z(MissingZ::Zero)

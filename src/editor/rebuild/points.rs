@@ -128,8 +128,10 @@ impl<'a> ChangedPoints<'a> {
                 // Nothing else holds the vertex.
                 (Some(None), true) if !tile.is_site(vertex) => continue,
                 _ => {
-                    self.next_end += 1;
-                    self.next_end - 1
+                    let record = self.next_end;
+                    // A hostile file may have used all numbers.
+                    self.next_end = record.saturating_add(1);
+                    record
                 }
             };
             let z = tile.z(vertex).unwrap_or_default();

@@ -30,7 +30,7 @@ impl Builder {
         let mut record = self.next_record.max(first_end.load(Ordering::Relaxed));
         for batch in self.segments.ends(record) {
             let mut batch = batch?;
-            record += batch.records.len() as u64;
+            record = record.saturating_add(batch.records.len() as u64);
             self.given.has_z |= !batch.z.is_empty();
             batch.remove_pairs_at_one_point();
             self.intake.push(&batch, &self.context).await?;
@@ -43,7 +43,7 @@ impl Builder {
             false => self.normalize_polygons()?,
         }
         self.given.first_site = record;
-        self.given.next_record = record + self.sites.count();
+        self.given.next_record = record.saturating_add(self.sites.count());
         self.given.has_z |= self.sites.has_z();
         for batch in self.sites.take_points(record) {
             self.intake.push(&batch, &self.context).await?;
@@ -94,7 +94,7 @@ impl Builder {
         lines.push_subsegments(&mut self.segments)?;
         self.reserve()?;
         for batch in lines.points(*record) {
-            *record += batch.points.len() as u64;
+            *record = record.saturating_add(batch.points.len() as u64);
             self.given.split_points += batch.points.len() as u64;
             self.given.has_z |= !batch.z.is_empty();
             self.intake.push(&batch, &self.context).await?;

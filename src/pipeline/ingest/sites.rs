@@ -89,7 +89,9 @@ impl Sites {
             PointBatch {
                 points: points[start..end].to_vec(),
                 z: z.get(start..end).unwrap_or_default().to_vec(),
-                records: (first_record + start as u64..first_record + end as u64).collect(),
+                records: (start as u64..end as u64)
+                    .map(|at| first_record.saturating_add(at))
+                    .collect(),
             }
         })
     }

@@ -252,10 +252,16 @@ fn commands(kind: u64, random: &mut ChaCha8Rng) -> (Vec<String>, String) {
             // After some edits, the next one overwrites bytes of earlier states.
             let edits = [insert("q.f64"), delete.clone(), insert("q.f64")];
             before.extend(edits.into_iter().take(below(random, 4) as usize));
-            let command = match below(random, 3) {
+            let command = match below(random, 4) {
                 0 => constrain,
                 1 => insert("r.f64"),
-                _ => delete,
+                2 => delete,
+                _ => {
+                    // A file without triangles is built anew.
+                    before.truncate(4);
+                    before.push(format!("delete {OUTPUT} p.f64 --quiet"));
+                    insert("r.f64")
+                }
             };
             (before, command)
         }
