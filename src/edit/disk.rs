@@ -292,9 +292,7 @@ impl Disk {
     /// Returns the codec of a tile, which it keeps. New tiles have that of the first.
     fn codec_of(&self, id: TileId) -> Codec {
         let directory = self.reader.directory();
-        let first = || directory.tile_ids().find_map(|id| directory.entry(id));
-        let entry = directory.entry(id).or_else(first);
-        entry.map_or(Codec::Raw, TileEntry::codec)
+        directory.entry(id).map_or_else(|| directory.codec(), TileEntry::codec)
     }
 
     fn encoded(&self, tile: &EditTile, codec: Codec) -> Encoded {

@@ -21,24 +21,21 @@ const OF_BUILD: f64 = 200_000.0;
 pub(crate) async fn make(
     target: &mut Target,
     before: &Metadata,
-    mut work: Work,
+    work: Work,
     prefers_build: bool,
     memory: u64,
 ) -> Result<EditSummary, EditError> {
     let has_triangles = before.triangles > 0;
+    let work = Arc::new(work);
     if concerns_points_only(before, &work)
         && (prefers_build || !has_triangles || is_build_faster(target, &work).await?)
     {
-        match rebuild(target, work, memory).await {
+        match rebuild(target, Arc::clone(&work), memory).await {
             Ok(summary) => return Ok(summary),
-            Err(NotBuilt::NotBegun(error, unchanged)) => {
-                tracing::debug!(%error, "the file is not built anew");
-                work = *unchanged;
-            }
+            Err(NotBuilt::NotBegun(error)) => tracing::debug!(%error, "the file is not built anew"),
             Err(NotBuilt::Failed(error)) => return Err(error),
         }
     }
-    let work = Arc::new(work);
     match (has_triangles, work.is_empty()) {
         (false, true) => return unchanged(target, memory).await,
         (false, false) => return rebuild_with_helpers(target, work, memory).await,

@@ -30,12 +30,12 @@ use crate::input::MissingZ;
 use crate::io::folder_of;
 use crate::pipeline::next_state::{NextState, NextStateSummary};
 use crate::pipeline::{BuildOptions, Builder};
-use crate::store::{Codec, Directory, Metadata, TileEntry, TileReader};
+use crate::store::{Codec, Directory, Metadata, TileReader};
 
 /// The reason why a file was not built anew.
 pub(crate) enum NotBuilt {
-    /// A build cannot begin, for want of memory, room or permission. Here are the changes again.
-    NotBegun(EditError, Box<Work>),
+    /// A build cannot begin, for want of memory, room or permission.
+    NotBegun(EditError),
     Failed(EditError),
 }
 
@@ -46,7 +46,7 @@ impl From<EditError> for NotBuilt {
 }
 
 /// Builds a file of points anew, with changes of points.
-pub(crate) async fn rebuild(target: &mut Target, work: Work, memory: u64) -> Result<EditSummary, NotBuilt> {
+pub(crate) async fn rebuild(target: &mut Target, work: Arc<Work>, memory: u64) -> Result<EditSummary, NotBuilt> {
     let began = Instant::now();
     let source = Source::open(target, &work, memory).await?;
     work.points.check_z(source.has_z)?;
@@ -57,14 +57,11 @@ pub(crate) async fn rebuild(target: &mut Target, work: Work, memory: u64) -> Res
         push_sample(&mut builder, &source.directory, expected)?;
         Ok(builder)
     });
-    let mut builder = match begun {
-        Ok(builder) => builder,
-        Err(error) => return Err(NotBuilt::NotBegun(error, Box::new(work))),
-    };
+    let mut builder = begun.map_err(NotBuilt::NotBegun)?;
     let mut points = ChangedPoints::of(&source.reader, &work.points, source.has_z, first_end);
     let counts = points.push(&mut builder).await?;
     let is_dry_run = work.is_dry_run;
-    let next = source.next_state(Arc::new(work), None, is_dry_run);
+    let next = source.next_state(work, None, is_dry_run);
     let built = builder.finish_next(next).await.map_err(edit_error)??;
     let summary = source.summary(counts, &built, began);
     put(target, built.locked);
@@ -222,15 +219,13 @@ impl Source {
     /// Returns a builder that makes its next state under a name, within `memory` bytes. Vertices that
     /// are no points have record numbers from `first_end` on.
     fn builder(&self, output: &Path, first_end: u64, memory: u64) -> Result<Builder, EditError> {
-        let entries = &self.directory.tiles;
-        let is_compressed = entries.first().map(TileEntry::codec) == Some(Codec::Zstandard);
         let metadata = self.metadata();
         // A hostile file may say anything.
         let tile_vertices = metadata.tile_vertices as usize;
         let options = BuildOptions::default()
             .tile_vertices(tile_vertices.clamp(BuildOptions::MIN_TILE_VERTICES, BuildOptions::MAX_TILE_VERTICES))
             .memory(memory)
-            .compress(is_compressed)
+            .compress(self.directory.codec() == Codec::Zstandard)
             .missing_z(MissingZ::Zero)
             .exterior_is_hole(metadata.exterior_is_hole);
         let builder = Builder::for_next_state(output, options, first_end);

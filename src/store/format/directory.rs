@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::geometry::Rect;
+use crate::store::format::codec::Codec;
 use crate::store::format::damage::Damage;
 use crate::store::format::entry::TileEntry;
 use crate::store::format::extent::Extent;
@@ -65,6 +66,12 @@ impl Directory {
     #[must_use]
     pub fn entry(&self, id: TileId) -> Option<&TileEntry> {
         self.tiles.get(id.0 as usize).filter(|entry| !entry.is_unused())
+    }
+
+    /// Returns the codec of the first tile, which new ones take over.
+    pub(crate) fn codec(&self) -> Codec {
+        let first = self.tile_ids().find_map(|id| self.entry(id));
+        first.map_or(Codec::Raw, TileEntry::codec)
     }
 
     /// Returns the number of bytes that the directory takes in the file that it was read from.
