@@ -4,7 +4,9 @@
 
 use delaunay_tiles::input::{PointBatch, SegmentBatch};
 use delaunay_tiles::store::LineKind;
-use delaunay_tiles::{BuildOptions, Builder, Editor, OpenOptions, PathOutcome, Point, QueryOptions, TileReader};
+use delaunay_tiles::{
+    BuildOptions, Builder, EditOptions, Editor, OpenOptions, PathOutcome, Point, QueryOptions, TileReader,
+};
 
 type Error = Box<dyn std::error::Error>;
 
@@ -37,7 +39,10 @@ async fn main() -> Result<(), Error> {
 
     // An edit writes behind the end of the file, and one superblock makes it valid at once.
     let wall = [Point::new(50.0, 20.0), Point::new(50.0, 80.0)];
-    let mut transaction = Editor::open(&output, 256 << 20).await?.begin().await?;
+    let mut transaction = Editor::open(&output, EditOptions::default().memory(256 << 20))
+        .await?
+        .begin()
+        .await?;
     let batch = SegmentBatch {
         ends: vec![wall],
         lines: vec![0],

@@ -8,7 +8,9 @@ use std::sync::{Arc, PoisonError, RwLock};
 
 use delaunay_tiles::input::{PointBatch, SegmentBatch};
 use delaunay_tiles::store::{LineKind, LineSource};
-use delaunay_tiles::{BuildOptions, Builder, Editor, OpenOptions, PathOutcome, Point, QueryOptions, TileReader};
+use delaunay_tiles::{
+    BuildOptions, Builder, EditOptions, Editor, OpenOptions, PathOutcome, Point, QueryOptions, TileReader,
+};
 
 type Error = Box<dyn std::error::Error + Send + Sync>;
 
@@ -68,7 +70,10 @@ async fn main() -> Result<(), Error> {
         ..SegmentBatch::default()
     };
     for edit in 0..EDITS {
-        let mut transaction = Editor::open(&file, 256 << 20).await?.begin().await?;
+        let mut transaction = Editor::open(&file, EditOptions::default().memory(256 << 20))
+            .await?
+            .begin()
+            .await?;
         if edit % 2 == 0 {
             transaction.constrain(LineKind::Wall, 0, &fence)?;
             transaction.add_sources(vec![LineSource {

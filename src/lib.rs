@@ -131,7 +131,7 @@
 //! they opened.
 //!
 //! ```
-//! use delaunay_tiles::Editor;
+//! use delaunay_tiles::{EditOptions, Editor};
 //! use delaunay_tiles::input::SegmentBatch;
 //! use delaunay_tiles::store::LineKind;
 //!
@@ -148,7 +148,7 @@
 //! # builder.finish().await?;
 //! let wall = [Point::new(10.0, 0.0), Point::new(10.0, 14.0)];
 //! let walls = SegmentBatch { ends: vec![wall], lines: vec![0], ..SegmentBatch::default() };
-//! let mut transaction = Editor::open(&path, 256 << 20).await?.begin().await?;
+//! let mut transaction = Editor::open(&path, EditOptions::default()).await?.begin().await?;
 //! transaction.constrain(LineKind::Wall, 0, &walls)?;
 //! let summary = transaction.commit().await?;
 //! assert_eq!(summary.constraint_edges, 14);
@@ -263,7 +263,7 @@ pub use constraints::{
     PolygonFaults, PolygonNormalizer, SplitError, SplitLines, VertexWithoutZ, WithoutZ,
 };
 pub use edit::{EditError, EditSummary, LineCounts, PointCounts, SiteCounts};
-pub use editor::{Editor, Transaction};
+pub use editor::{Durability, EditOptions, Editor, Transaction};
 pub use export::{ExportError, ExportOptions};
 pub use geometry::{Point, Rect};
 pub use memory::{MemoryShortage, MemoryUse, default_memory, peak_memory};

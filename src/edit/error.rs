@@ -10,7 +10,7 @@ use crate::constraints::polygons::check::{InvertedPolygons, Overlapping};
 use crate::geometry::Point;
 use crate::memory::MemoryShortage;
 use crate::shown;
-use crate::store::{EdgeSource, Failure, ReadError};
+use crate::store::{EdgeSource, Failure, LogError, ReadError};
 
 /// The reason why a file could not be edited. The file is unchanged.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -29,6 +29,9 @@ pub enum EditError {
         /// The system's error.
         source: Arc<io::Error>,
     },
+    /// The log of the file cannot be used.
+    #[error(transparent)]
+    Log(#[from] LogError),
     /// Another editor has the file locked.
     #[error("{file}: another editor has it locked; try again later", file = shown::path(.0))]
     Busy(PathBuf),

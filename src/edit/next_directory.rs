@@ -45,6 +45,7 @@ pub(crate) fn enter(directory: &mut Directory, work: &Work, totals: EditTotals) 
         next_line: before.next_line.max(new_lines.unwrap_or(0)),
         last_transaction: before
             .last_transaction
+            .saturating_add(work.earlier_transactions)
             .saturating_add(work.changes_what_was_built().into()),
         line_removals: before.line_removals.saturating_add(totals.removes_lines.into()),
         digest: totals.digest,

@@ -123,6 +123,7 @@ fn edit_here(
         hole_triangles: holes.count,
         bytes_appended: file_bytes - length_before,
         file_bytes,
+        pending_transactions: 0,
         seconds: began.elapsed().as_secs_f64(),
     })
 }

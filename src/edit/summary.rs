@@ -99,6 +99,10 @@ pub struct EditSummary {
     pub bytes_appended: u64,
     /// Length of the file in bytes.
     pub file_bytes: u64,
+    /// Number of transactions that are in the log, and not yet in the file, with this one. If it is not
+    /// 0, the file is as it was before: all but the changes of points and the number of vertices is that
+    /// of the file without these transactions.
+    pub pending_transactions: u64,
     /// Duration in seconds.
     pub seconds: f64,
 }

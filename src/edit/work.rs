@@ -43,6 +43,8 @@ pub(crate) struct Work {
     /// Number of record numbers for inserted points, then for the ends of the segments, in order, and
     /// then for changes of sites; 0 if the ends were vertices before.
     pub(crate) new_records: u64,
+    /// Number of transactions that it consists of, besides the last one.
+    pub(crate) earlier_transactions: u64,
     /// Obstacles that are inside out, if their rings cross at vertices only. In that case the edit
     /// fails and the file is unchanged.
     pub(crate) inverted: Option<InvertedPolygons>,

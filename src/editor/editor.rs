@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use tokio::sync::Mutex;
 
-use crate::edit::{EditError, Target};
+use crate::edit::{EditError, EditSummary};
+use crate::editor::locked::LockedFile;
+use crate::editor::options::EditOptions;
 use crate::editor::transaction::Transaction;
 
 /// An editor of a file on disk: points, lines and sites come and go, in transactions.
@@ -18,7 +20,7 @@ use crate::editor::transaction::Transaction;
 ///
 /// ```
 /// use delaunay_tiles::input::PointBatch;
-/// use delaunay_tiles::{BuildOptions, Builder, Editor, Point};
+/// use delaunay_tiles::{BuildOptions, Builder, EditOptions, Editor, Point};
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// # let folder = tempfile::tempdir()?;
@@ -30,7 +32,7 @@ use crate::editor::transaction::Transaction;
 /// builder.push(&grid).await?;
 /// builder.finish().await?;
 ///
-/// let editor = Editor::open(&path, 64 << 20).await?;
+/// let editor = Editor::open(&path, EditOptions::default()).await?;
 /// let mut transaction = editor.begin().await?;
 /// transaction.delete(&[Point::new(0.0, 0.0), Point::new(4.0, 4.0)])?;
 /// transaction.move_points(&[[Point::new(9.0, 9.0), Point::new(20.0, 20.0)]])?;
@@ -41,22 +43,19 @@ use crate::editor::transaction::Transaction;
 /// # }
 /// ```
 pub struct Editor {
-    target: Arc<Mutex<Target>>,
-    memory: u64,
+    file: Arc<Mutex<LockedFile>>,
 }
 
 impl Editor {
-    /// Opens a file to edit it, each transaction within `memory` bytes of memory.
+    /// Opens a file to edit it. If there are transactions in its log, it makes their changes first.
     ///
     /// # Errors
-    /// Returns an error if the file cannot be opened, or if another editor has it locked.
-    pub async fn open(path: impl AsRef<Path>, memory: u64) -> Result<Self, EditError> {
-        let target = Target::lock(path.as_ref())?;
-        // Whether it is a tile file is to be known at once.
-        target.read().await?;
+    /// Returns an error if the file cannot be opened, if another editor has it locked, if its log cannot
+    /// be read, or if the changes in it cannot be made.
+    pub async fn open(path: impl AsRef<Path>, options: EditOptions) -> Result<Self, EditError> {
+        let file = LockedFile::open(path.as_ref(), &options).await?;
         Ok(Self {
-            target: Arc::new(Mutex::new(target)),
-            memory,
+            file: Arc::new(Mutex::new(file)),
         })
     }
 
@@ -66,7 +65,16 @@ impl Editor {
     /// # Errors
     /// Returns an error if the file cannot be read.
     pub async fn begin(&self) -> Result<Transaction, EditError> {
-        let target = Arc::clone(&self.target).lock_owned().await;
-        Transaction::begin(target, self.memory).await
+        let file = Arc::clone(&self.file).lock_owned().await;
+        Transaction::begin(file).await
+    }
+
+    /// Makes the changes in the file that are in its log ([`Durability::Log`](crate::Durability::Log)).
+    /// Returns `None` if there are none.
+    ///
+    /// # Errors
+    /// Returns an error if the system fails. The changes stay in the log.
+    pub async fn checkpoint(&self) -> Result<Option<EditSummary>, EditError> {
+        self.file.lock().await.checkpoint().await
     }
 }

@@ -5,8 +5,10 @@
 //!
 //! ```text
 //!   editor ──▶ transaction ──▶ ways ──┬──▶ the tiles that they touch are changed (edit)
-//!                intake               └──▶ all tiles are built anew (rebuild) ──▶ and edited, if need be
-//!                drape, pieces
+//!      │         intake          ▲    └──▶ all tiles are built anew (rebuild) ──▶ and edited, if need be
+//!      ▼         drape, pieces   │ checkpoint
+//!   locked ──▶ pending ──▶ log of the file
+//!                logged, look_up
 //! ```
 //!
 //! Both ways lead to the same triangles. Building is faster if much is changed, and it needs no
@@ -16,10 +18,16 @@ mod drape;
 #[allow(clippy::module_inception)]
 mod editor;
 mod intake;
+mod locked;
+mod logged;
+mod look_up;
+mod options;
+mod pending;
 mod pieces;
 mod rebuild;
 mod transaction;
 mod ways;
 
 pub use editor::Editor;
+pub use options::{Durability, EditOptions};
 pub use transaction::Transaction;

@@ -10,8 +10,8 @@ use crate::constraints::without_z::NO_Z;
 use crate::edit::{EditError, EditSummary, GoneLines, PointCall, PointCalls, SiteCall, SiteCalls, Target, Work};
 use crate::editor::drape::drape;
 use crate::editor::intake::LineIntake;
+use crate::editor::locked::LockedFile;
 use crate::editor::pieces::{normalized, normalized_pieces};
-use crate::editor::ways::make;
 use crate::geometry::Point;
 use crate::input::{MissingZ, PointBatch, SegmentBatch, SiteBatch};
 use crate::memory::EditShares;
@@ -23,7 +23,8 @@ use crate::store::{LineKind, LineSource, Metadata, Source};
 /// The calls that change points act in their order. Lines that are removed are those that the file
 /// had before, and they go before others come. [`Editor`](crate::Editor) has an example.
 pub struct Transaction {
-    target: OwnedMutexGuard<Target>,
+    file: OwnedMutexGuard<LockedFile>,
+    /// The metadata of the file, with the changes that are in its log.
     before: Metadata,
     memory: u64,
     /// The number of the first new line, which is the number of lines before the edit.
@@ -49,25 +50,24 @@ pub struct Transaction {
 
 impl Transaction {
     /// Begins a transaction of a file in its current state.
-    pub(super) async fn begin(mut target: OwnedMutexGuard<Target>, memory: u64) -> Result<Self, EditError> {
-        target.renew();
-        let opened = target.read().await?;
-        let (metadata, lists) = (opened.metadata(), opened.lists().await?);
+    pub(super) async fn begin(mut file: OwnedMutexGuard<LockedFile>) -> Result<Self, EditError> {
+        let (before, number, crs) = file.state().await?;
+        let path = &file.target.path;
         Ok(Self {
-            first_line: metadata.next_line,
-            crs: lists.crs.clone(),
-            next_record: metadata.next_record,
-            next_site: metadata.next_site,
+            first_line: before.next_line,
+            crs,
+            next_record: before.next_record,
+            next_site: before.next_site,
             is_dry_run: false,
             prefers_build: false,
             points: PointCalls::default(),
-            number: lists.lines.last().map_or(0, |last| last.edit).saturating_add(1),
-            lines: LineIntake::new(&target.path, metadata.next_line),
-            gone: LineIntake::new(&target.path, 0),
+            number,
+            lines: LineIntake::new(path, before.next_line),
+            gone: LineIntake::new(path, 0),
             gone_numbers: BTreeSet::new(),
-            before: metadata.clone(),
-            target,
-            memory,
+            memory: file.memory,
+            before,
+            file,
             sources: Vec::new(),
             z: Vec::new(),
             sites: SiteCalls::default(),
@@ -319,18 +319,25 @@ impl Transaction {
     /// if a ring does not close, if a polygon is inside out, if an obstacle covers a place
     /// more than once and its rings cross; or if the system fails.
     pub async fn commit(self) -> Result<EditSummary, EditError> {
+        let is_small = self.may_be_logged();
         let Self {
-            mut target,
+            mut file,
             before,
             memory,
             mut z,
             missing_z,
-            points,
+            mut points,
             mut sites,
             is_dry_run,
             prefers_build,
             ..
         } = self;
+        if is_small {
+            points = match file.log(points).await? {
+                Ok(summary) => return Ok(summary),
+                Err(points) => points,
+            };
+        }
         let lines = self.lines.finish()?;
         let gone = self.gone.finish()?;
         let gone = GoneLines {
@@ -343,8 +350,8 @@ impl Transaction {
         if missing_z == MissingZ::Drape {
             let memory = EditShares::for_draping(memory);
             let ends: Vec<Point> = lines.segments.iter().flat_map(|segment| segment.ends).collect();
-            drape(&target, &ends, &mut z, memory).await?;
-            drape_sites(&target, &mut sites, memory).await?;
+            drape(&file.target, &ends, &mut z, memory).await?;
+            drape_sites(&file.target, &mut sites, memory).await?;
         }
         z.shrink_to_fit();
         let pieces = |normalizer| normalized_pieces(&lines.segments, normalizer);
@@ -354,6 +361,7 @@ impl Transaction {
             sites,
             gone,
             pieces: lines.normalizer.map(pieces),
+            earlier_transactions: 0,
             segments: lines.segments,
             z,
             missing_z,
@@ -365,7 +373,15 @@ impl Transaction {
             is_dry_run,
             threads: thread::available_parallelism().map_or(1, NonZero::get),
         };
-        make(&mut target, &before, work, prefers_build, memory).await
+        file.make(before, work, prefers_build).await
+    }
+
+    /// Returns whether points are all that it changes.
+    fn may_be_logged(&self) -> bool {
+        let lines = [&self.lines, &self.gone].iter().any(|lines| !lines.segments.is_empty());
+        let others = lines || !self.gone_numbers.is_empty() || !self.sites.all.is_empty() || !self.sources.is_empty();
+        let is_plain = self.points.sources.is_empty() && !self.is_dry_run && !self.prefers_build;
+        is_plain && !others && !self.points.all.is_empty()
     }
 }
 

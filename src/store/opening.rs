@@ -104,7 +104,7 @@ impl TileReader {
     ///
     /// ```
     /// use delaunay_tiles::input::PointBatch;
-    /// use delaunay_tiles::{BuildOptions, Builder, Editor, OpenOptions, Point, TileReader};
+    /// use delaunay_tiles::{BuildOptions, Builder, EditOptions, Editor, OpenOptions, Point, TileReader};
     ///
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// # let folder = tempfile::tempdir()?;
@@ -115,7 +115,7 @@ impl TileReader {
     /// # builder.push(&PointBatch { records: (0..100).collect(), points, z: vec![] }).await?;
     /// # builder.finish().await?;
     /// let mut reader = TileReader::open(&path, OpenOptions::default()).await?;
-    /// let mut transaction = Editor::open(&path, 64 << 20).await?.begin().await?;
+    /// let mut transaction = Editor::open(&path, EditOptions::default().memory(64 << 20)).await?.begin().await?;
     /// transaction.delete(&[Point::new(0.0, 0.0)])?;
     /// transaction.commit().await?;
     /// assert_eq!(reader.metadata().vertices, 100);

@@ -7,7 +7,7 @@ use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::query::Location;
 use delaunay_tiles::store::{Cache, CacheStatistics, LineKind, OpenOptions, ReadError, TileId, TileReader, VertexId};
-use delaunay_tiles::{BuildOptions, Editor};
+use delaunay_tiles::{BuildOptions, EditOptions, Editor};
 use distributions::Kind;
 use futures::future::{FutureExt, join_all};
 use futures::stream::TryStreamExt;
@@ -243,7 +243,7 @@ fn generations_of_a_file_share_the_cached_tiles_that_did_not_change_and_no_other
         for id in ids(&old).await {
             tiles.push((id, old.entry(id).await.unwrap(), old.tile(id).await.unwrap()));
         }
-        let mut transaction = Editor::open(&scratch.path, 1 << 30)
+        let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(1 << 30))
             .await
             .unwrap()
             .begin()

@@ -35,6 +35,14 @@ impl PointCall {
         point
     }
 
+    /// Returns the z that it gives, which may be missing.
+    pub(crate) fn z(self) -> Option<f64> {
+        match self {
+            Self::Insert(_, z, _) | Self::SetZ(_, z) => Some(z),
+            Self::Delete(_) | Self::Move(_) => None,
+        }
+    }
+
     fn is_move(self) -> bool {
         matches!(self, Self::Move(_))
     }
@@ -64,6 +72,13 @@ impl PointCalls {
         self.all.push(call);
     }
 
+    /// Adds those of the next transaction.
+    pub(crate) fn append(&mut self, mut next: Self) {
+        self.records = self.records.saturating_add(next.records);
+        self.has_moves |= next.has_moves;
+        self.all.append(&mut next.all);
+    }
+
     /// Returns whether calls may concern positions in several tiles.
     pub(crate) fn has_moves(&self) -> bool {
         self.has_moves
@@ -90,10 +105,9 @@ impl PointCalls {
 
     /// Returns the positions to which z may be given, and z.
     fn given(&self) -> impl Iterator<Item = (Point, f64)> {
-        self.all.iter().filter_map(|call| match *call {
-            PointCall::Insert(point, z, _) | PointCall::SetZ(point, z) => Some((point, z)),
-            PointCall::Delete(_) | PointCall::Move(_) => None,
-        })
+        self.all
+            .iter()
+            .filter_map(|call| call.z().map(|z| (call.position(), z)))
     }
 
     /// Checks that points have z if the file has, and only then.

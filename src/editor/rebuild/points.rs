@@ -3,8 +3,9 @@
 use futures::TryStreamExt;
 
 use crate::edit::{Attributes, CallInTile, EditError, Missing, PointCalls, PointCounts, Positions};
+use crate::editor::look_up::look_up;
 use crate::editor::rebuild::error::edit_error;
-use crate::geometry::{Point, VertexIndex};
+use crate::geometry::Point;
 use crate::input::PointBatch;
 use crate::pipeline::Builder;
 use crate::pipeline::draping::sample;
@@ -154,23 +155,6 @@ impl<'a> ChangedPoints<'a> {
         batch.records.push(record);
         if self.has_z {
             batch.z.push(z);
-        }
-    }
-}
-
-/// Finds out what lies at the positions that calls name, in a tile.
-fn look_up(tile: &Tile, positions: &mut Positions) {
-    if positions.all.is_empty() {
-        return;
-    }
-    for vertex in tile.vertex_indices().filter(|&vertex| tile.is_input_point(vertex)) {
-        let attributes = |vertex: VertexIndex| Attributes {
-            z: tile.z(vertex).unwrap_or_default(),
-            record: tile.record(vertex),
-        };
-        if let Some(position) = positions.at(tile.point(vertex)) {
-            position.before = Some(attributes(vertex));
-            position.now = position.before;
         }
     }
 }

@@ -25,7 +25,7 @@ use crate::pipeline::records::{GENERATION, TileState};
 use crate::pipeline::summary::{BuildSummary, LevelSummary, Waits, phases};
 use crate::store::{
     CompactError, Directory, Extent, InForce, KdTree, Lists, Metadata, OpenOptions, ReadError, TablePlace, TileEntry,
-    TileReader, hull_edges, polygon_lines_in_order,
+    TileReader, hull_edges, polygon_lines_in_order, remove_log,
 };
 
 /// Deferred segments: the file is compacted if more than 1/`UNUSED_SHARE` of it was rewritten to
@@ -135,7 +135,12 @@ impl Assembly {
         if !self.options.force && self.output.exists() {
             return Err(BuildError::OutputExists(self.output.clone()));
         }
-        self.folder.publish(!self.options.is_draft)
+        self.folder.publish(!self.options.is_draft)?;
+        // If there is one, it belongs to a file that had the name before.
+        if let Err(error) = remove_log(&self.output) {
+            tracing::warn!(%error, "cannot remove the log of an earlier file");
+        }
+        Ok(())
     }
 
     /// Returns the summary of a build.
@@ -191,6 +196,7 @@ impl Assembly {
     /// length of the file.
     async fn insert(&self, path: &Path, segments: Vec<Segment>, metadata: &mut Metadata) -> Result<u64, BuildError> {
         let work = Work {
+            earlier_transactions: 0,
             points: PointCalls::default(),
             sites: SiteCalls::default(),
             gone: GoneLines::default(),

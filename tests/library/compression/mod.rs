@@ -8,7 +8,7 @@ use crate::support::{Random, Scratch, batches, build_batches, open_bytes, points
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::store::{Codec, Digest, Extent, LineKind, LineSource, TileReader};
-use delaunay_tiles::{BuildOptions, Builder, Editor};
+use delaunay_tiles::{BuildOptions, Builder, EditOptions, Editor};
 use distributions::Kind;
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
@@ -128,7 +128,7 @@ fn edits_and_compaction_of_a_compressed_file_keep_it_compressed() {
         let compressed = built(&points, &[], &[], options.compress(true)).await;
         let before = check_equal(&raw, &compressed).await;
         for scratch in [&raw, &compressed] {
-            let mut transaction = Editor::open(&scratch.path, 64 << 20)
+            let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(64 << 20))
                 .await
                 .unwrap()
                 .begin()

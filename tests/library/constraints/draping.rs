@@ -6,7 +6,7 @@ use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::{LineKind, TileReader};
 use delaunay_tiles::{
-    BuildError, BuildOptions, BuildSummary, Builder, Crossings, EditError, Editor, MissingZ, WithoutZ,
+    BuildError, BuildOptions, BuildSummary, Builder, Crossings, EditError, EditOptions, Editor, MissingZ, WithoutZ,
 };
 use futures::TryStreamExt;
 
@@ -283,7 +283,7 @@ fn an_edit_drapes_ends_on_the_triangulation_before_it() {
                 [end(&mut random, x), p(x + 0.021, 0.47)]
             })
             .collect();
-        let mut transaction = Editor::open(&scratch.path, ENOUGH)
+        let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(ENOUGH))
             .await
             .unwrap()
             .begin()
@@ -302,7 +302,7 @@ fn an_edit_drapes_ends_on_the_triangulation_before_it() {
             assert_eq!(all[&[end.x, end.y].map(f64::to_bits)].0, expected, "{end:?}");
         }
         // Refused on request, and nothing changes.
-        let mut transaction = Editor::open(&scratch.path, ENOUGH)
+        let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(ENOUGH))
             .await
             .unwrap()
             .begin()

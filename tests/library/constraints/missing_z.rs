@@ -7,7 +7,7 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::LineKind;
 use delaunay_tiles::{
-    BuildError, BuildOptions, BuildSummary, Builder, Crossings, Duplicates, EditError, Editor, MissingZ,
+    BuildError, BuildOptions, BuildSummary, Builder, Crossings, Duplicates, EditError, EditOptions, Editor, MissingZ,
     VertexWithoutZ, WithoutZ,
 };
 use futures::TryStreamExt;
@@ -218,7 +218,7 @@ fn an_edit_gives_zero_to_vertices_without_z_only_on_request() {
         input.build(&scratch, BuildOptions::default()).await.unwrap();
         let before = scratch.open().await.recompute_digest().await.unwrap();
         let edit = async |missing_z| {
-            let mut transaction = Editor::open(&scratch.path, ENOUGH)
+            let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(ENOUGH))
                 .await
                 .unwrap()
                 .begin()

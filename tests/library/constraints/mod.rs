@@ -19,7 +19,7 @@ use delaunay_tiles::geometry::{Orientation, Point, orient2d};
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::mesh::{Constrained, EngineKind, Inserter, Triangulation};
 use delaunay_tiles::store::{Digest, EdgeSource, LineKind};
-use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, ConstraintError, Editor};
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, ConstraintError, EditOptions, Editor};
 use distributions::{Kind, LongSegments, Pslg};
 use proptest::prelude::*;
 
@@ -155,7 +155,7 @@ impl Input {
             }
             // So little memory that tiles must leave the cache and come back.
             let memory = (512 << 10) + 400 * later.len() as u64;
-            let mut transaction = Editor::open(&scratch.path, memory)
+            let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(memory))
                 .await
                 .unwrap()
                 .begin()

@@ -117,7 +117,7 @@ fn an_edit_does_not_walk_the_whole_star_of_a_hub_for_each_line() {
         let scratch = Scratch::new();
         let options = BuildOptions::default().tile_vertices(1000);
         let tiles = start.build(&scratch, options).await.unwrap().tiles;
-        let mut transaction = Editor::open(&scratch.path, 64 << 20)
+        let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(64 << 20))
             .await
             .unwrap()
             .begin()

@@ -9,7 +9,7 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{MissingZ, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::EdgeSource;
 use delaunay_tiles::store::{LineBatch, LineKind, LinePart};
-use delaunay_tiles::{BuildOptions, Builder, Crossings, EditError, EditSummary, Editor, Transaction};
+use delaunay_tiles::{BuildOptions, Builder, Crossings, EditError, EditOptions, EditSummary, Editor, Transaction};
 
 use crate::edits::scene::{
     Line, Scene, batch_of_line, batch_of_sites, checked, checked_outcome, key, random_line, random_scene, random_site,
@@ -32,7 +32,7 @@ async fn check_sequence(seed: u64, kinds: Range<usize>) -> u64 {
     for _ in 0..1 + random.below(4) {
         let before = checked(&scratch).await;
         let former = scene.clone();
-        let mut transaction = Editor::open(&scratch.path, LITTLE)
+        let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(LITTLE))
             .await
             .unwrap()
             .begin()
@@ -214,7 +214,10 @@ async fn town() -> (Scene, Scratch) {
 }
 
 async fn removed(scratch: &Scratch, change: impl FnOnce(&mut Transaction)) -> Result<EditSummary, EditError> {
-    let mut transaction = Editor::open(&scratch.path, 16 << 20).await?.begin().await?;
+    let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(16 << 20))
+        .await?
+        .begin()
+        .await?;
     change(&mut transaction);
     transaction.commit().await
 }
@@ -252,7 +255,7 @@ fn a_line_that_is_not_there_is_an_error_unless_it_is_to_be_skipped() {
         );
         for wrong in [f64::NAN, 1e300] {
             let batch = batch_of_line(&[Point::new(0.0, 0.0), Point::new(wrong, 1.0)]);
-            let mut transaction = Editor::open(&scratch.path, 16 << 20)
+            let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(16 << 20))
                 .await
                 .unwrap()
                 .begin()
@@ -280,7 +283,7 @@ fn a_line_that_is_not_there_is_an_error_unless_it_is_to_be_skipped() {
             lines: vec![0],
             ..SegmentBatch::default()
         };
-        let mut transaction = Editor::open(&scratch.path, 16 << 20)
+        let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(16 << 20))
             .await
             .unwrap()
             .begin()
@@ -386,7 +389,7 @@ fn sites_come_and_go_with_their_vertices() {
             matches!(error, Err(EditError::NoSite { point, count: 2 }) if point == nowhere),
             "{error:?}"
         );
-        let mut transaction = Editor::open(&scratch.path, 1 << 20)
+        let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(1 << 20))
             .await
             .unwrap()
             .begin()

@@ -3,6 +3,7 @@
 //! `constraints` and `regions` promise that edits give the triangles of a build.
 
 mod lines;
+mod log;
 mod points;
 mod rebuilds;
 mod scene;
@@ -15,7 +16,7 @@ use crate::support::{Scratch, built, open_bytes, runtime};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::store::{Digest, LineKind, LineSource};
-use delaunay_tiles::{BuildOptions, EditError, Editor};
+use delaunay_tiles::{BuildOptions, EditError, EditOptions, Editor};
 
 const ENOUGH: u64 = 64 << 20;
 
@@ -42,7 +43,10 @@ fn segment(from: (f64, f64), to: (f64, f64)) -> SegmentBatch {
 
 /// Inserts segments, each as a line of its own.
 async fn edit(scratch: &Scratch, memory: u64, segments: &[SegmentBatch]) -> Result<(), EditError> {
-    let mut transaction = Editor::open(&scratch.path, memory).await?.begin().await?;
+    let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(memory))
+        .await?
+        .begin()
+        .await?;
     for (batch, number) in segments.iter().zip(0..) {
         transaction.constrain(LineKind::Wall, number, batch)?;
     }
@@ -255,13 +259,15 @@ fn refused_edits_change_nothing() {
         drop(lock);
         // New lines get the numbers after those in the file, so these must not change during an
         // edit.
-        let first = Editor::open(&scratch.path, ENOUGH)
+        let first = Editor::open(&scratch.path, EditOptions::default().memory(ENOUGH))
             .await
             .unwrap()
             .begin()
             .await
             .unwrap();
-        let second = Editor::open(&scratch.path, ENOUGH).await.err();
+        let second = Editor::open(&scratch.path, EditOptions::default().memory(ENOUGH))
+            .await
+            .err();
         assert!(matches!(second, Some(EditError::Busy(_))), "{second:?}");
         drop(first);
         edit(&scratch, ENOUGH, &[segment((0.0, 0.0), (0.0, 1.0))])
@@ -296,7 +302,7 @@ fn an_edit_reads_and_writes_only_tiles_near_its_lines() {
             (LineKind::Obstacle, square.clone()),
             (LineKind::BreakLine, segment((10.0, 190.5), (12.5, 191.0))),
         ] {
-            let mut transaction = Editor::open(&scratch.path, ENOUGH)
+            let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(ENOUGH))
                 .await
                 .unwrap()
                 .begin()

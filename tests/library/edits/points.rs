@@ -8,7 +8,7 @@ use std::ops::Range;
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
 use delaunay_tiles::input::{MissingZ, PointBatch, SiteId};
 use delaunay_tiles::store::LineKind;
-use delaunay_tiles::{BuildOptions, EditError, EditSummary, Editor, PointCounts, Transaction};
+use delaunay_tiles::{BuildOptions, EditError, EditOptions, EditSummary, Editor, PointCounts, Transaction};
 
 use crate::edits::scene::{Line, Scene, checked, checked_outcome, key, random_scene};
 use crate::support::{Random, Scratch, built, points_of, runtime};
@@ -25,7 +25,7 @@ async fn check_sequence(seed: u64, kinds: Range<usize>) -> u64 {
     for _ in 0..1 + random.below(4) {
         let before = checked(&scratch).await;
         let former = scene.clone();
-        let mut transaction = Editor::open(&scratch.path, LITTLE)
+        let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(LITTLE))
             .await
             .unwrap()
             .begin()
@@ -85,7 +85,10 @@ fn with_z(points: &[Point], z: f64) -> PointBatch {
 }
 
 async fn edited(scratch: &Scratch, change: impl FnOnce(&mut Transaction)) -> Result<EditSummary, EditError> {
-    let mut transaction = Editor::open(&scratch.path, 16 << 20).await?.begin().await?;
+    let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(16 << 20))
+        .await?
+        .begin()
+        .await?;
     change(&mut transaction);
     transaction.commit().await
 }
@@ -178,7 +181,7 @@ fn a_mistake_changes_nothing_unless_it_is_to_be_skipped() {
             assert_eq!(error.await.unwrap().points, PointCounts::default());
         }
         let infinite = with_z(&[nowhere], f64::INFINITY);
-        let error = Editor::open(&scratch.path, 1 << 20)
+        let error = Editor::open(&scratch.path, EditOptions::default().memory(1 << 20))
             .await
             .unwrap()
             .begin()
@@ -188,7 +191,7 @@ fn a_mistake_changes_nothing_unless_it_is_to_be_skipped() {
         assert!(matches!(error, Err(EditError::InvalidZ { .. })), "{error:?}");
         assert_eq!(fs::read(&scratch.path).unwrap(), before);
         let many = vec![nowhere; 100_000];
-        let error = Editor::open(&scratch.path, 1 << 20)
+        let error = Editor::open(&scratch.path, EditOptions::default().memory(1 << 20))
             .await
             .unwrap()
             .begin()
@@ -243,7 +246,7 @@ fn the_last_points_may_go_and_tiles_with_them() {
         let left: Vec<Point> = points.iter().copied().filter(|p| p.x < 0.5).collect();
         let gone: Vec<Point> = points.iter().copied().filter(|p| p.x >= 0.5).collect();
         // So little memory that emptied tiles leave the cache.
-        let mut transaction = Editor::open(&scratch.path, LITTLE)
+        let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(LITTLE))
             .await
             .unwrap()
             .begin()

@@ -5,7 +5,7 @@ use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
-use delaunay_tiles::{BuildOptions, EditError, EditSummary, Editor, Transaction};
+use delaunay_tiles::{BuildOptions, EditError, EditOptions, EditSummary, Editor, Transaction};
 use distributions::Kind;
 
 use crate::edits::scene::checked;
@@ -22,7 +22,10 @@ fn batch(points: &[Point]) -> PointBatch {
 }
 
 async fn edited(scratch: &Scratch, change: impl FnOnce(&mut Transaction)) -> Result<EditSummary, EditError> {
-    let mut editor = Editor::open(&scratch.path, ENOUGH).await?.begin().await?;
+    let mut editor = Editor::open(&scratch.path, EditOptions::default().memory(ENOUGH))
+        .await?
+        .begin()
+        .await?;
     change(&mut editor);
     editor.commit().await
 }
@@ -77,14 +80,14 @@ fn a_file_that_is_built_anew_keeps_its_readers_its_name_and_its_permissions() {
         assert_eq!((dry.points.deleted, dry.vertices), (100, 800));
         assert_eq!(checked(&scratch).await, before);
 
-        let mut editor = Editor::open(&scratch.path, ENOUGH)
+        let mut editor = Editor::open(&scratch.path, EditOptions::default().memory(ENOUGH))
             .await
             .unwrap()
             .begin()
             .await
             .unwrap();
         assert!(matches!(
-            Editor::open(&scratch.path, ENOUGH).await,
+            Editor::open(&scratch.path, EditOptions::default().memory(ENOUGH)).await,
             Err(EditError::Busy(_))
         ));
         editor.prefer_build(true);
@@ -175,8 +178,15 @@ fn transactions_of_an_editor_follow_each_other_and_keep_the_lock() {
     runtime().block_on(async {
         let points = points_of(Kind::Uniform, 700, 6);
         let scratch = built(&points[..500], BuildOptions::default().tile_vertices(60)).await.0;
-        let editor = Editor::open(&scratch.path, ENOUGH).await.unwrap();
-        let is_busy = async || matches!(Editor::open(&scratch.path, ENOUGH).await, Err(EditError::Busy(_)));
+        let editor = Editor::open(&scratch.path, EditOptions::default().memory(ENOUGH))
+            .await
+            .unwrap();
+        let is_busy = async || {
+            matches!(
+                Editor::open(&scratch.path, EditOptions::default().memory(ENOUGH)).await,
+                Err(EditError::Busy(_))
+            )
+        };
         let mut reader = scratch.open().await;
         let mut vertices = 500;
         for (number, chunk) in points[500..].chunks(20).enumerate() {

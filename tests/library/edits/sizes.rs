@@ -3,7 +3,7 @@
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::store::{KdNode, LineKind};
-use delaunay_tiles::{EditSummary, Editor, Transaction};
+use delaunay_tiles::{EditOptions, EditSummary, Editor, Transaction};
 use distributions::Kind;
 
 use crate::edits::scene::{Line, Scene, batch_of_line, checked, key, source};
@@ -19,7 +19,7 @@ fn scene_of(points: &[Point]) -> Scene {
 }
 
 async fn edited(scratch: &Scratch, memory: u64, change: impl FnOnce(&mut Transaction)) -> EditSummary {
-    let mut transaction = Editor::open(&scratch.path, memory)
+    let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(memory))
         .await
         .unwrap()
         .begin()

@@ -1,17 +1,17 @@
 //! The promise: a file that is changed again and again does not grow without end, and nobody who
 //! reads an earlier state of it is disturbed.
 
-use delaunay_tiles::Editor;
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::store::TileReader;
+use delaunay_tiles::{EditOptions, Editor};
 
 use crate::edits::{ENOUGH, digest, grid};
 use crate::support::{Random, Scratch, runtime};
 
 /// Moves a few points of the grid a little, or back. Returns the length of the file.
 async fn change(scratch: &Scratch, random: &mut Random) -> u64 {
-    let mut transaction = Editor::open(&scratch.path, ENOUGH)
+    let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(ENOUGH))
         .await
         .unwrap()
         .begin()

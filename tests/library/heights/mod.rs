@@ -9,7 +9,7 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::query::Location;
 use delaunay_tiles::store::{LineKind, OpenOptions, TileReader};
-use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Editor, Phase};
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, EditOptions, Editor, Phase};
 use distributions::{Kind, LongSegments};
 use futures::TryStreamExt;
 
@@ -229,7 +229,7 @@ fn edits_keep_the_z_of_all_corners_and_add_that_of_new_vertices() {
             .await
             .unwrap();
         for (ends, number) in rows.chunks(4).zip([0, 4]) {
-            let mut transaction = Editor::open(&scratch.path, 64 << 20)
+            let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(64 << 20))
                 .await
                 .unwrap()
                 .begin()

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use delaunay_tiles::geometry::{Orientation, Point, orient2d, segments_cross};
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::{LineKind, LinePart, PointOrigin, TileReader};
-use delaunay_tiles::{BuildOptions, Builder, Crossings, Editor};
+use delaunay_tiles::{BuildOptions, Builder, Crossings, EditOptions, Editor};
 use futures::TryStreamExt;
 
 use crate::support::{Random, Scratch, distinct, runtime_for, verify_lines};
@@ -155,7 +155,7 @@ impl Scene {
         if summary.triangles == 0 {
             return None;
         }
-        let mut transaction = Editor::open(&scratch.path, 1 << 20)
+        let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(1 << 20))
             .await
             .unwrap()
             .begin()

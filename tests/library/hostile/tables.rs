@@ -6,7 +6,7 @@ use std::fs;
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::store::{Digest, LineKind, TileReader};
-use delaunay_tiles::{EditError, Editor};
+use delaunay_tiles::{EditError, EditOptions, Editor};
 use futures::stream::TryStreamExt;
 
 use super::digest::fix_digest;
@@ -89,7 +89,10 @@ fn changed_bytes_are_found(patient: &Patient) {
 
 /// Makes a wall of a town.
 async fn edit(scratch: &Scratch) -> Result<(), EditError> {
-    let mut transaction = Editor::open(&scratch.path, 64 << 20).await?.begin().await?;
+    let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(64 << 20))
+        .await?
+        .begin()
+        .await?;
     let wall = SegmentBatch {
         ends: vec![[Point::new(4.5, 0.5), Point::new(4.75, 3.0)]],
         lines: vec![0],

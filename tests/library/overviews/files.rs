@@ -4,7 +4,7 @@ use std::fs;
 
 use delaunay_tiles::overviews::{OverviewError, OverviewOptions, OverviewProgress, make};
 use delaunay_tiles::store::OpenOptions;
-use delaunay_tiles::{EditError, Editor, TileReader, overviews};
+use delaunay_tiles::{EditError, EditOptions, Editor, TileReader, overviews};
 use distributions::Kind;
 use futures::TryStreamExt;
 
@@ -111,7 +111,7 @@ fn a_locked_file_is_refused_and_a_cancelled_one_unchanged() {
     runtime().block_on(async {
         let scratch = small().await;
         let before = fs::read(&scratch.path).unwrap();
-        let transaction = Editor::open(&scratch.path, 64 << 20)
+        let transaction = Editor::open(&scratch.path, EditOptions::default().memory(64 << 20))
             .await
             .unwrap()
             .begin()

@@ -11,7 +11,7 @@ use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{PointBatch, SegmentBatch};
 use delaunay_tiles::overviews::{OverviewError, OverviewOptions, OverviewSummary, make};
 use delaunay_tiles::store::{Digest, LineKind};
-use delaunay_tiles::{BuildOptions, Editor, TileReader, overviews};
+use delaunay_tiles::{BuildOptions, EditOptions, Editor, TileReader, overviews};
 use distributions::Kind;
 use futures::TryStreamExt;
 
@@ -84,7 +84,7 @@ async fn vertices(reader: &TileReader) -> Vec<(Point, Option<f64>, u64)> {
 }
 
 async fn add_wall(scratch: &Scratch) {
-    let mut transaction = Editor::open(&scratch.path, 64 << 20)
+    let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(64 << 20))
         .await
         .unwrap()
         .begin()
@@ -230,7 +230,7 @@ fn an_edit_makes_overviews_stale_until_they_are_renewed() {
 }
 
 async fn add_wall_again(scratch: &Scratch) {
-    let mut transaction = Editor::open(&scratch.path, 64 << 20)
+    let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(64 << 20))
         .await
         .unwrap()
         .begin()

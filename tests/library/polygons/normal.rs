@@ -9,7 +9,7 @@ use delaunay_tiles::input::SegmentBatch;
 use delaunay_tiles::store::{
     EdgeSource, LineBatch, LineKind, LinePart, LineSource, OpenOptions, TileReader, VerifyError,
 };
-use delaunay_tiles::{BuildError, BuildOptions, Builder, Crossings, Description, Editor, PolygonCheck};
+use delaunay_tiles::{BuildError, BuildOptions, Builder, Crossings, Description, EditOptions, Editor, PolygonCheck};
 use futures::TryStreamExt;
 
 use super::rings::winding;
@@ -171,7 +171,7 @@ async fn build(obstacles: &[Obstacle], options: BuildOptions) -> Result<Scratch,
 
 async fn edit(obstacles: &[Obstacle]) -> Scratch {
     let (scratch, _) = built(&grid(), BuildOptions::default().tile_vertices(9)).await;
-    let mut transaction = Editor::open(&scratch.path, 64 << 20)
+    let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(64 << 20))
         .await
         .unwrap()
         .begin()

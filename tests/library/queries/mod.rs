@@ -10,7 +10,7 @@ use crate::support::{Random, Scratch, batches, build_batches, built, points_of, 
 use delaunay_tiles::geometry::{Orientation, Point, Rect, orient2d};
 use delaunay_tiles::query::{Location, TriangleRef};
 use delaunay_tiles::store::{Cache, OpenOptions, TileId, TileReader, Vertex, VertexId};
-use delaunay_tiles::{BuildOptions, Builder, Editor};
+use delaunay_tiles::{BuildOptions, Builder, EditOptions, Editor};
 use distributions::Kind;
 use futures::future::FutureExt;
 use futures::stream::TryStreamExt;
@@ -415,7 +415,9 @@ fn futures_of_builds_edits_and_compaction_are_send() {
             sent(builder.push(&batch)).await.unwrap();
         }
         sent(builder.finish()).await.unwrap();
-        let editor = sent(Editor::open(&scratch.path, 1 << 30)).await.unwrap();
+        let editor = sent(Editor::open(&scratch.path, EditOptions::default().memory(1 << 30)))
+            .await
+            .unwrap();
         let transaction = sent(editor.begin()).await.unwrap();
         sent(transaction.commit()).await.unwrap();
         let reader = scratch.open().await;

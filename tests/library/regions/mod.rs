@@ -11,7 +11,9 @@ use crate::support::{Random, Scratch, batches, runtime, runtime_for, verify_line
 use delaunay_tiles::geometry::{Orientation, Point, area_sign, orient2d};
 use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::{EdgeSource, LineKind, LinePart, TileReader, VerifyError};
-use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Crossings, EditError, EditSummary, Editor};
+use delaunay_tiles::{
+    BuildError, BuildOptions, BuildSummary, Builder, Crossings, EditError, EditOptions, EditSummary, Editor,
+};
 use futures::TryStreamExt;
 use proptest::prelude::*;
 
@@ -163,7 +165,7 @@ impl Input {
         let segments: usize = self.lines.iter().map(|line| line.segments().count()).sum();
         // So little memory that tiles must leave the cache and come back.
         let memory = (256 << 10) + 400 * segments as u64;
-        let mut transaction = Editor::open(&scratch.path, memory)
+        let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(memory))
             .await
             .unwrap()
             .begin()

@@ -24,7 +24,7 @@ use delaunay_tiles::query::baselines::{Method, Stretch};
 use delaunay_tiles::query::{BulkOptions, Mode, QueryOptions};
 use delaunay_tiles::store::{LineKind, OpenOptions, TileReader};
 use delaunay_tiles::terrain::{Clip, Surface};
-use delaunay_tiles::{BuildOptions, Builder, Editor, MissingZ};
+use delaunay_tiles::{BuildOptions, Builder, EditOptions, Editor, MissingZ};
 use futures::{StreamExt, TryStreamExt};
 use surgery::Patient;
 
@@ -160,7 +160,10 @@ async fn edit(bytes: &[u8]) {
         ..SegmentBatch::default()
     };
     let edited = async {
-        let mut transaction = Editor::open(&path, 64 << 20).await?.begin().await?;
+        let mut transaction = Editor::open(&path, EditOptions::default().memory(64 << 20))
+            .await?
+            .begin()
+            .await?;
         transaction.missing_z(MissingZ::Zero);
         let first_line = transaction.first_line();
         transaction.constrain(LineKind::Wall, first_line, &fence)?;

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use delaunay_tiles::crs::{Agreement, Crs};
 use delaunay_tiles::input::{MissingZ, PointBatch, SegmentBatch, SegmentSource, SiteBatch, SiteSource};
 use delaunay_tiles::store::LineKind;
-use delaunay_tiles::{EditError, Point};
+use delaunay_tiles::{EditError, EditOptions, Point};
 use numpy::PyReadonlyArray2;
 use numpy::ndarray::ArrayView2;
 use pyo3::exceptions::PyRuntimeError;
@@ -142,7 +142,9 @@ impl Editor {
             }
         };
         let runtime = runtime()?;
-        let open = || runtime.block_on(async { delaunay_tiles::Editor::open(&file, memory).await?.begin().await });
+        let options = EditOptions::default().memory(memory);
+        let editor = delaunay_tiles::Editor::open(&file, options);
+        let open = || runtime.block_on(async { editor.await?.begin().await });
         let mut transaction = py.detach(open).map_err(Failure::from)?;
         transaction.missing_z(missing_z);
         transaction.skip_missing(skip_missing);

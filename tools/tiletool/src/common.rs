@@ -15,7 +15,7 @@ use delaunay_tiles::default_memory;
 use delaunay_tiles::input::Format;
 use delaunay_tiles::io::start_thread;
 use delaunay_tiles::shown;
-use delaunay_tiles::store::{OpenOptions, ReadError, TileReader};
+use delaunay_tiles::store::{OpenOptions, ReadError, TileReader, pending_transactions};
 use serde::Serialize;
 use tokio::runtime::Builder;
 use tokio::signal::unix::{SignalKind, signal};
@@ -107,12 +107,35 @@ impl MemoryArgs {
 pub async fn open(path: &Path, options: OpenOptions) -> anyhow::Result<TileReader> {
     match path.to_str().filter(|path| path.contains("://")) {
         Some(url) => open_url(url, options).await,
-        None => TileReader::open(path, options).await.map_err(|error| match error {
-            ReadError::Invalid { .. } if Format::from_path(path).is_some() => {
-                anyhow!("{error}; to make one: tiletool build {} -o FILE.tiles", shown(path))
-            }
-            error => error.into(),
-        }),
+        None => {
+            let reader = open_file(path, options).await?;
+            say_what_is_pending(path, &reader).await;
+            Ok(reader)
+        }
+    }
+}
+
+/// Opens a tile file on disk, whatever is in its log.
+pub async fn open_file(path: &Path, options: OpenOptions) -> anyhow::Result<TileReader> {
+    TileReader::open(path, options).await.map_err(|error| match error {
+        ReadError::Invalid { .. } if Format::from_path(path).is_some() => {
+            anyhow!("{error}; to make one: tiletool build {} -o FILE.tiles", shown(path))
+        }
+        error => error.into(),
+    })
+}
+
+/// Says that there are transactions in the log of a file, which are not in the file.
+async fn say_what_is_pending(path: &Path, reader: &TileReader) {
+    let file = shown(path);
+    match pending_transactions(path, reader).await {
+        Ok(0) => {}
+        Ok(pending) => say(format_args!(
+            "note: {} of the log of {file} {} not in it yet: tiletool checkpoint {file}",
+            counted(pending, "transaction", "transactions"),
+            if pending == 1 { "is" } else { "are" },
+        )),
+        Err(error) => say(format_args!("note: {:#}", anyhow::Error::new(error))),
     }
 }
 

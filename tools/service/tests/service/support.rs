@@ -9,7 +9,7 @@ use bytes::Bytes;
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::pipeline::Description;
 use delaunay_tiles::store::LineKind;
-use delaunay_tiles::{BuildOptions, Builder, Cache, Editor, OpenOptions, Point, TileReader};
+use delaunay_tiles::{BuildOptions, Builder, Cache, EditOptions, Editor, OpenOptions, Point, TileReader};
 use delaunay_tiles_service::{Catalog, Options, Service, router};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -64,7 +64,7 @@ impl Files {
 
     /// Adds a wall to the town, and waits until that is noticed.
     pub async fn edit(&self) {
-        let mut transaction = Editor::open(self.path("town.tiles"), 64 << 20)
+        let mut transaction = Editor::open(self.path("town.tiles"), EditOptions::default().memory(64 << 20))
             .await
             .unwrap()
             .begin()

@@ -3,6 +3,7 @@
 //!
 //! In: a file and files of changes. Out: the file in its next state, or as it was; and a summary.
 
+pub mod checkpoint;
 pub mod constrain;
 pub mod points;
 mod report;
@@ -12,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
-use delaunay_tiles::{EditError, EditSummary, Editor, OpenOptions, Transaction};
+use delaunay_tiles::{EditError, EditOptions, EditSummary, Editor, OpenOptions, Transaction};
 
 use crate::allocator;
 use crate::common::{self, MemoryArgs};
@@ -42,7 +43,10 @@ impl EditArgs {
         // Lists of tiles grow in small steps and would leave free gaps of their sizes in the heap. So
         // as many allocations as possible are mappings of their own.
         allocator::keep_to(0);
-        let mut transaction = Editor::open(&self.file, self.memory.bytes()).await?.begin().await?;
+        let mut transaction = Editor::open(&self.file, EditOptions::default().memory(self.memory.bytes()))
+            .await?
+            .begin()
+            .await?;
         transaction.dry_run(self.dry_run);
         Ok(transaction)
     }
