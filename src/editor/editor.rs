@@ -53,7 +53,7 @@ impl Editor {
     /// Returns an error if the file cannot be opened, if another editor has it locked, if its log cannot
     /// be read, or if the changes in it cannot be made.
     pub async fn open(path: impl AsRef<Path>, options: EditOptions) -> Result<Self, EditError> {
-        let file = LockedFile::open(path.as_ref(), &options).await?;
+        let file = LockedFile::open(path.as_ref(), options).await?;
         Ok(Self {
             file: Arc::new(Mutex::new(file)),
         })

@@ -4,6 +4,8 @@ use std::num::NonZero;
 use std::path::Path;
 use std::thread;
 
+use futures::future::FutureExt;
+
 use crate::edit::{EditError, EditSummary, PointCalls, Target, Work};
 use crate::editor::options::{Durability, EditOptions};
 use crate::editor::pending::{LoggedChanges, Pending};
@@ -23,22 +25,25 @@ pub(super) struct LockedFile {
 
 impl LockedFile {
     /// Locks a file, and makes the changes that are in its log.
-    pub(super) async fn open(path: &Path, options: &EditOptions) -> Result<Self, EditError> {
-        let target = Target::lock(path)?;
-        // Whether it is a tile file is to be known at once.
-        let reader = target.read().await?;
-        let last = reader.metadata().last_transaction;
-        let logged = Log::open(&target.path, reader.file_id(), last).await?;
-        let mut this = Self {
-            target,
-            memory: options.memory,
-            durability: options.durability,
-            pending: None,
-            unmade: logged.map(LoggedChanges::of).transpose()?,
-        };
-        drop(reader);
-        this.checkpoint().await?;
-        Ok(this)
+    pub(super) fn open(path: &Path, options: EditOptions) -> impl Future<Output = Result<Self, EditError>> + Send {
+        async move {
+            let target = Target::lock(path)?;
+            // Whether it is a tile file is to be known at once.
+            let reader = target.read().await?;
+            let last = reader.metadata().last_transaction;
+            let logged = Log::open(&target.path, reader.file_id(), last).await?;
+            let mut this = Self {
+                target,
+                memory: options.memory,
+                durability: options.durability,
+                pending: None,
+                unmade: logged.map(LoggedChanges::of).transpose()?,
+            };
+            drop(reader);
+            this.checkpoint().await?;
+            Ok(this)
+        }
+        .boxed()
     }
 
     /// Returns what a transaction must know of the file: the metadata with the pending changes, the
@@ -92,29 +97,32 @@ impl LockedFile {
     }
 
     /// Makes the changes that are in the log. Returns `None` if there are none.
-    pub(super) async fn checkpoint(&mut self) -> Result<Option<EditSummary>, EditError> {
-        if let Some(pending) = self.pending.take() {
-            self.unmade = pending.finish();
-        }
-        let Some(unmade) = &self.unmade else { return Ok(None) };
-        self.target.renew();
-        let before = self.target.read().await?.metadata().clone();
-        let made = match unmade.transactions {
-            0 => None,
-            transactions => {
-                let work = Work {
-                    new_records: unmade.calls.records,
-                    earlier_transactions: transactions - 1,
-                    points: unmade.calls.clone(),
-                    threads: thread::available_parallelism().map_or(1, NonZero::get),
-                    ..Work::default()
-                };
-                Some(make(&mut self.target, &before, work, false, self.memory).await?)
+    pub(super) fn checkpoint(&mut self) -> impl Future<Output = Result<Option<EditSummary>, EditError>> + Send {
+        async move {
+            if let Some(pending) = self.pending.take() {
+                self.unmade = pending.finish();
             }
-        };
-        if let Some(LoggedChanges { log, .. }) = self.unmade.take() {
-            log.remove().await?;
+            let Some(unmade) = &self.unmade else { return Ok(None) };
+            self.target.renew();
+            let before = self.target.read().await?.metadata().clone();
+            let made = match unmade.transactions {
+                0 => None,
+                transactions => {
+                    let work = Work {
+                        new_records: unmade.calls.records,
+                        earlier_transactions: transactions - 1,
+                        points: unmade.calls.clone(),
+                        threads: thread::available_parallelism().map_or(1, NonZero::get),
+                        ..Work::default()
+                    };
+                    Some(make(&mut self.target, &before, work, false, self.memory).await?)
+                }
+            };
+            if let Some(LoggedChanges { log, .. }) = self.unmade.take() {
+                log.remove().await?;
+            }
+            Ok(made)
         }
-        Ok(made)
+        .boxed()
     }
 }

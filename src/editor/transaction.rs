@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::num::NonZero;
 use std::thread;
 
+use futures::future::FutureExt;
 use tokio::sync::OwnedMutexGuard;
 
 use crate::constraints::without_z::NO_Z;
@@ -50,29 +51,32 @@ pub struct Transaction {
 
 impl Transaction {
     /// Begins a transaction of a file in its current state.
-    pub(super) async fn begin(mut file: OwnedMutexGuard<LockedFile>) -> Result<Self, EditError> {
-        let (before, number, crs) = file.state().await?;
-        let path = &file.target.path;
-        Ok(Self {
-            first_line: before.next_line,
-            crs,
-            next_record: before.next_record,
-            next_site: before.next_site,
-            is_dry_run: false,
-            prefers_build: false,
-            points: PointCalls::default(),
-            number,
-            lines: LineIntake::new(path, before.next_line),
-            gone: LineIntake::new(path, 0),
-            gone_numbers: BTreeSet::new(),
-            memory: file.memory,
-            before,
-            file,
-            sources: Vec::new(),
-            z: Vec::new(),
-            sites: SiteCalls::default(),
-            missing_z: MissingZ::default(),
-        })
+    pub(super) fn begin(mut file: OwnedMutexGuard<LockedFile>) -> impl Future<Output = Result<Self, EditError>> + Send {
+        async move {
+            let (before, number, crs) = file.state().await?;
+            let path = &file.target.path;
+            Ok(Self {
+                first_line: before.next_line,
+                crs,
+                next_record: before.next_record,
+                next_site: before.next_site,
+                is_dry_run: false,
+                prefers_build: false,
+                points: PointCalls::default(),
+                number,
+                lines: LineIntake::new(path, before.next_line),
+                gone: LineIntake::new(path, 0),
+                gone_numbers: BTreeSet::new(),
+                memory: file.memory,
+                before,
+                file,
+                sources: Vec::new(),
+                z: Vec::new(),
+                sites: SiteCalls::default(),
+                missing_z: MissingZ::default(),
+            })
+        }
+        .boxed()
     }
 
     /// Sets what to do with ends of lines that become vertices and have no z, in a file whose
@@ -318,62 +322,65 @@ impl Transaction {
     /// constraint, if a line to remove is not there, or if the file's lines were split where they cross;
     /// if a ring does not close, if a polygon is inside out, if an obstacle covers a place
     /// more than once and its rings cross; or if the system fails.
-    pub async fn commit(self) -> Result<EditSummary, EditError> {
-        let is_small = self.may_be_logged();
-        let Self {
-            mut file,
-            before,
-            memory,
-            mut z,
-            missing_z,
-            mut points,
-            mut sites,
-            is_dry_run,
-            prefers_build,
-            ..
-        } = self;
-        if is_small {
-            points = match file.log(points).await? {
-                Ok(summary) => return Ok(summary),
-                Err(points) => points,
+    pub fn commit(self) -> impl Future<Output = Result<EditSummary, EditError>> + Send {
+        async move {
+            let is_small = self.may_be_logged();
+            let Self {
+                mut file,
+                before,
+                memory,
+                mut z,
+                missing_z,
+                mut points,
+                mut sites,
+                is_dry_run,
+                prefers_build,
+                ..
+            } = self;
+            if is_small {
+                points = match file.log(points).await? {
+                    Ok(summary) => return Ok(summary),
+                    Err(points) => points,
+                };
+            }
+            let lines = self.lines.finish()?;
+            let gone = self.gone.finish()?;
+            let gone = GoneLines {
+                segments: normalized(gone.segments, gone.normalizer),
+                polygon_lines: gone.polygon_lines,
+                numbers: self.gone_numbers,
+                memory,
+                skip_missing: points.skip_missing,
             };
+            if missing_z == MissingZ::Drape {
+                let memory = EditShares::for_draping(memory);
+                let ends: Vec<Point> = lines.segments.iter().flat_map(|segment| segment.ends).collect();
+                drape(&file.target, &ends, &mut z, memory).await?;
+                drape_sites(&file.target, &mut sites, memory).await?;
+            }
+            z.shrink_to_fit();
+            let pieces = |normalizer| normalized_pieces(&lines.segments, normalizer);
+            let work = Work {
+                new_records: points.records + 2 * lines.segments.len() as u64 + sites.all.len() as u64,
+                points,
+                sites,
+                gone,
+                pieces: lines.normalizer.map(pieces),
+                earlier_transactions: 0,
+                segments: lines.segments,
+                z,
+                missing_z,
+                lines: self.sources,
+                polygon_lines: lines.polygon_lines,
+                inverted: lines.faults.inverted_if_uncrossed,
+                overlapping: lines.faults.overlapping_if_uncrossed,
+                is_draft: false,
+                is_dry_run,
+                threads: thread::available_parallelism().map_or(1, NonZero::get),
+            };
+            file.make(before, work, prefers_build).await
         }
-        let lines = self.lines.finish()?;
-        let gone = self.gone.finish()?;
-        let gone = GoneLines {
-            segments: normalized(gone.segments, gone.normalizer),
-            polygon_lines: gone.polygon_lines,
-            numbers: self.gone_numbers,
-            memory,
-            skip_missing: points.skip_missing,
-        };
-        if missing_z == MissingZ::Drape {
-            let memory = EditShares::for_draping(memory);
-            let ends: Vec<Point> = lines.segments.iter().flat_map(|segment| segment.ends).collect();
-            drape(&file.target, &ends, &mut z, memory).await?;
-            drape_sites(&file.target, &mut sites, memory).await?;
-        }
-        z.shrink_to_fit();
-        let pieces = |normalizer| normalized_pieces(&lines.segments, normalizer);
-        let work = Work {
-            new_records: points.records + 2 * lines.segments.len() as u64 + sites.all.len() as u64,
-            points,
-            sites,
-            gone,
-            pieces: lines.normalizer.map(pieces),
-            earlier_transactions: 0,
-            segments: lines.segments,
-            z,
-            missing_z,
-            lines: self.sources,
-            polygon_lines: lines.polygon_lines,
-            inverted: lines.faults.inverted_if_uncrossed,
-            overlapping: lines.faults.overlapping_if_uncrossed,
-            is_draft: false,
-            is_dry_run,
-            threads: thread::available_parallelism().map_or(1, NonZero::get),
-        };
-        file.make(before, work, prefers_build).await
+        .boxed()
     }
 
     /// Returns whether points are all that it changes.

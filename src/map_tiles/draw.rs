@@ -1,5 +1,7 @@
 //! Draws a map tile: from the levels, the samples and the tiles of the file to bytes.
 
+use futures::future::FutureExt;
+
 use crate::map_tiles::budget::Budget;
 use crate::map_tiles::coord::{GridKind, TileCoord};
 use crate::map_tiles::drawn::{DrawError, DrawLimits, Drawn};
@@ -20,26 +22,29 @@ impl MapSource {
     /// # Errors
     /// If the file has no tiles in the grid or no such layer, if it cannot be read, or if the
     /// drawing takes more than the limits allow.
-    pub async fn draw(
+    pub fn draw(
         &self,
         grid: GridKind,
         layer: Layer,
         at: TileCoord,
         limits: DrawLimits,
-    ) -> Result<Drawn, DrawError> {
-        let grid = self.grid(grid)?;
-        if !self.layers().contains(&layer) {
-            return Err(DrawError::NoLayer(layer));
+    ) -> impl Future<Output = Result<Drawn, DrawError>> + Send {
+        async move {
+            let grid = self.grid(grid)?;
+            if !self.layers().contains(&layer) {
+                return Err(DrawError::NoLayer(layer));
+            }
+            if !fractions_of(at, 0.0).intersects(grid.extent()) {
+                return Ok(Drawn::NOTHING);
+            }
+            limits.check()?;
+            match layer {
+                Layer::Terrarium => self.draw_terrarium(grid, at, limits, 0).await,
+                Layer::Shade => self.draw_shade(grid, at, limits).await,
+                Layer::Mesh => self.draw_mesh(grid, at, limits).await,
+            }
         }
-        if !fractions_of(at, 0.0).intersects(grid.extent()) {
-            return Ok(Drawn::NOTHING);
-        }
-        limits.check()?;
-        match layer {
-            Layer::Terrarium => self.draw_terrarium(grid, at, limits, 0).await,
-            Layer::Shade => self.draw_shade(grid, at, limits).await,
-            Layer::Mesh => self.draw_mesh(grid, at, limits).await,
-        }
+        .boxed()
     }
 
     /// Draws a map tile of [`Layer::Terrarium`] whose pixels are all opaque: without a surface, they

@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use futures::future::FutureExt;
+
 use crate::geometry::{Point, Rect};
 use crate::map_tiles::coord::{GridKind, TileCoord};
 use crate::map_tiles::drawn::{DrawError, DrawLimits};
@@ -43,21 +45,29 @@ impl MapSource {
     ///
     /// # Errors
     /// If the file has no tiles in the grid or no such layer, or if the directory cannot be read.
-    pub async fn facts(&self, grid: GridKind, layer: Layer, limits: DrawLimits) -> Result<LayerFacts, DrawError> {
-        let tiles = self.grid(grid)?;
-        if !self.layers().contains(&layer) {
-            return Err(DrawError::NoLayer(layer));
+    pub fn facts(
+        &self,
+        grid: GridKind,
+        layer: Layer,
+        limits: DrawLimits,
+    ) -> impl Future<Output = Result<LayerFacts, DrawError>> + Send {
+        async move {
+            let tiles = self.grid(grid)?;
+            if !self.layers().contains(&layer) {
+                return Err(DrawError::NoLayer(layer));
+            }
+            let min_zoom = self.min_zoom(grid, layer, limits).await?;
+            Ok(LayerFacts {
+                grid,
+                layer,
+                bounds: tiles.bounds(),
+                lon_lat_bounds: tiles.lon_lat_bounds(),
+                min_zoom,
+                max_zoom: tiles.max_zoom().max(min_zoom),
+                vector_layers: layer.vector_layers(),
+            })
         }
-        let min_zoom = self.min_zoom(grid, layer, limits).await?;
-        Ok(LayerFacts {
-            grid,
-            layer,
-            bounds: tiles.bounds(),
-            lon_lat_bounds: tiles.lon_lat_bounds(),
-            min_zoom,
-            max_zoom: tiles.max_zoom().max(min_zoom),
-            vector_layers: layer.vector_layers(),
-        })
+        .boxed()
     }
 
     /// Returns the first zoom from which on no tile is out of budget.

@@ -1,5 +1,7 @@
 //! Whether the file has anything in a map tile, without drawing it.
 
+use futures::future::FutureExt;
+
 use crate::map_tiles::coord::{GridKind, TileCoord};
 use crate::map_tiles::drawn::DrawError;
 use crate::map_tiles::grid::fractions_of;
@@ -15,18 +17,26 @@ impl MapSource {
     ///
     /// # Errors
     /// If the file has no tiles in the grid, or if the directory cannot be read.
-    pub async fn may_have(&self, grid: GridKind, layer: Layer, at: TileCoord) -> Result<bool, DrawError> {
-        let grid = self.grid(grid)?;
-        if !fractions_of(at, 0.0).intersects(grid.extent()) {
-            return Ok(false);
+    pub fn may_have(
+        &self,
+        grid: GridKind,
+        layer: Layer,
+        at: TileCoord,
+    ) -> impl Future<Output = Result<bool, DrawError>> + Send {
+        async move {
+            let grid = self.grid(grid)?;
+            if !fractions_of(at, 0.0).intersects(grid.extent()) {
+                return Ok(false);
+            }
+            // The cells of the layer `mesh` cover all of the bounds. Of overviews, no triangle is outside of
+            // the file's.
+            if layer == Layer::Mesh {
+                let rect = Window::new(grid, at, BUFFER).rect();
+                return Ok(rect.intersects(self.reader().metadata().bounds));
+            }
+            let rect = Window::new(grid, at, REACH).rect();
+            Ok(!self.level(FILE).tiles_in(rect, 0).await?.is_empty())
         }
-        // The cells of the layer `mesh` cover all of the bounds. Of overviews, no triangle is outside of
-        // the file's.
-        if layer == Layer::Mesh {
-            let rect = Window::new(grid, at, BUFFER).rect();
-            return Ok(rect.intersects(self.reader().metadata().bounds));
-        }
-        let rect = Window::new(grid, at, REACH).rect();
-        Ok(!self.level(FILE).tiles_in(rect, 0).await?.is_empty())
+        .boxed()
     }
 }

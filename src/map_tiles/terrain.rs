@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use futures::future::FutureExt;
+
 use crate::geometry::{Point, Rect};
 use crate::map_tiles::budget::Budget;
 use crate::map_tiles::coord::{GridKind, TerrainCoord};
@@ -114,58 +116,65 @@ impl MapSource {
     ///
     /// # Errors
     /// As [`draw`](Self::draw).
-    pub async fn terrain(&self, at: TerrainCoord, limits: DrawLimits) -> Result<Drawn, DrawError> {
-        let earth = self.earth()?;
-        if at.z() > 0 && !at.bounds().intersects(earth.bounds) {
-            return Ok(Drawn::NOTHING);
+    pub fn terrain(
+        &self,
+        at: TerrainCoord,
+        limits: DrawLimits,
+    ) -> impl Future<Output = Result<Drawn, DrawError>> + Send {
+        async move {
+            let earth = self.earth()?;
+            if at.z() > 0 && !at.bounds().intersects(earth.bounds) {
+                return Ok(Drawn::NOTHING);
+            }
+            limits.check()?;
+            let mut budget = Budget::new(limits);
+            let level = self.level_for(at.side() * earth.degree * EDGE);
+            let tiles = match budget.try_claim(self.level(level), earth.rect_of(at)).await? {
+                Ok(tiles) => tiles,
+                // Nothing of the file would be seen.
+                Err(_) if earth.is_tiny(at) => Vec::new(),
+                Err(needed) => {
+                    return Err(DrawError::OutOfBudget {
+                        needed,
+                        allowed: limits.max_tiles,
+                    });
+                }
+            };
+            let is_blank = tiles.is_empty();
+            let mut vertices = Vec::new();
+            let of = {
+                let earth = earth.clone();
+                move |tile: &Tile| earth.vertices_in(tile, at)
+            };
+            self.of_tiles(level, tiles, limits, of, |mut part| vertices.append(&mut part))
+                .await?;
+            let (vertices, places) = spawn(move || places(vertices)).await?;
+            let heights = match is_blank {
+                true => vec![f64::NAN; places.len()],
+                false => {
+                    let points = spawn({
+                        let places = places.clone();
+                        move || earth.points(at, &places)
+                    });
+                    self.heights_at(level, points.await?).await?
+                }
+            };
+            limits.check()?;
+            let unit = self.units().z;
+            let range = self.heights().map_or([0.0; 2], |range| range.all.map(|z| z * unit));
+            let sampled = places
+                .into_iter()
+                .zip(heights)
+                .map(|(place, z)| MeshVertex { place, z });
+            let mut all: Vec<MeshVertex> = vertices.into_iter().chain(sampled).collect();
+            all.iter_mut().for_each(|vertex| vertex.z *= unit);
+            let bytes = spawn(move || encode(at, all, range)).await?;
+            Ok(Drawn {
+                bytes,
+                tiles: budget.used(),
+            })
         }
-        limits.check()?;
-        let mut budget = Budget::new(limits);
-        let level = self.level_for(at.side() * earth.degree * EDGE);
-        let tiles = match budget.try_claim(self.level(level), earth.rect_of(at)).await? {
-            Ok(tiles) => tiles,
-            // Nothing of the file would be seen.
-            Err(_) if earth.is_tiny(at) => Vec::new(),
-            Err(needed) => {
-                return Err(DrawError::OutOfBudget {
-                    needed,
-                    allowed: limits.max_tiles,
-                });
-            }
-        };
-        let is_blank = tiles.is_empty();
-        let mut vertices = Vec::new();
-        let of = {
-            let earth = earth.clone();
-            move |tile: &Tile| earth.vertices_in(tile, at)
-        };
-        self.of_tiles(level, tiles, limits, of, |mut part| vertices.append(&mut part))
-            .await?;
-        let (vertices, places) = spawn(move || places(vertices)).await?;
-        let heights = match is_blank {
-            true => vec![f64::NAN; places.len()],
-            false => {
-                let points = spawn({
-                    let places = places.clone();
-                    move || earth.points(at, &places)
-                });
-                self.heights_at(level, points.await?).await?
-            }
-        };
-        limits.check()?;
-        let unit = self.units().z;
-        let range = self.heights().map_or([0.0; 2], |range| range.all.map(|z| z * unit));
-        let sampled = places
-            .into_iter()
-            .zip(heights)
-            .map(|(place, z)| MeshVertex { place, z });
-        let mut all: Vec<MeshVertex> = vertices.into_iter().chain(sampled).collect();
-        all.iter_mut().for_each(|vertex| vertex.z *= unit);
-        let bytes = spawn(move || encode(at, all, range)).await?;
-        Ok(Drawn {
-            bytes,
-            tiles: budget.used(),
-        })
+        .boxed()
     }
 
     /// Returns how the file is on Earth.

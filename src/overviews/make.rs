@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use futures::future::FutureExt;
+
 use crate::edit::Target;
 use crate::io::ThreadsFile;
 use crate::overviews::error::OverviewError;
@@ -44,38 +46,48 @@ pub struct OverviewSummary {
 /// Returns an error if the file cannot be opened, is damaged, or is locked by another editor, if there is
 /// too little memory or room on the disk, or if it is cancelled. The file is then as it was.
 pub async fn make(path: impl AsRef<Path>, options: OverviewOptions) -> Result<OverviewSummary, OverviewError> {
-    let began = Instant::now();
-    let target = Target::lock(path.as_ref())?;
-    // Also if there is nothing to do: whoever was killed may have published.
-    let folder = clear(path.as_ref())?;
-    let before = target.read().await?;
-    let length = before.file_length();
-    let summary = |is_new, overviews, file_bytes| OverviewSummary {
-        is_new,
-        overviews,
-        file_bytes: [length, file_bytes],
-        seconds: began.elapsed().as_secs_f64(),
-    };
-    let is_fresh = !before.overviews().is_empty() && !options.again;
-    let has_none = before.overviews().is_empty() && before.stale_overviews().is_empty();
-    let build = build_options(&before).await?;
-    let needs_none = before.metadata().triangles == 0 || before.metadata().vertices <= build.tile_vertices as u64;
-    if is_fresh || (needs_none && has_none) {
-        return Ok(summary(false, before.overviews().to_vec(), length));
+    make_in(path.as_ref(), options).await
+}
+
+fn make_in(
+    path: &Path,
+    options: OverviewOptions,
+) -> impl Future<Output = Result<OverviewSummary, OverviewError>> + Send {
+    async move {
+        let began = Instant::now();
+        let target = Target::lock(path)?;
+        // Also if there is nothing to do: whoever was killed may have published.
+        let folder = clear(path)?;
+        let before = target.read().await?;
+        let length = before.file_length();
+        let summary = |is_new, overviews, file_bytes| OverviewSummary {
+            is_new,
+            overviews,
+            file_bytes: [length, file_bytes],
+            seconds: began.elapsed().as_secs_f64(),
+        };
+        let is_fresh = !before.overviews().is_empty() && !options.again;
+        let has_none = before.overviews().is_empty() && before.stale_overviews().is_empty();
+        let build = build_options(&before).await?;
+        let needs_none = before.metadata().triangles == 0 || before.metadata().vertices <= build.tile_vertices as u64;
+        if is_fresh || (needs_none && has_none) {
+            return Ok(summary(false, before.overviews().to_vec(), length));
+        }
+        drop(before);
+        let work = Work::new(folder, &options, build)?;
+        // Passes read each tile once, so none is kept.
+        let open = OpenOptions::default().memory(work.shares.pass()).cache(&Cache::new(0));
+        let base = target.open(open).await?;
+        let paths = build_levels(&base, &work).await?;
+        if paths.is_empty() && has_none {
+            return Ok(summary(false, Vec::new(), length));
+        }
+        let levels = measured(&base, &paths, &work).await?;
+        work.check()?;
+        let (file_bytes, overviews) = publish(&target, &base, &levels).await?;
+        Ok(summary(true, overviews, file_bytes))
     }
-    drop(before);
-    let work = Work::new(folder, &options, build)?;
-    // Passes read each tile once, so none is kept.
-    let open = OpenOptions::default().memory(work.shares.pass()).cache(&Cache::new(0));
-    let base = target.open(open).await?;
-    let paths = build_levels(&base, &work).await?;
-    if paths.is_empty() && has_none {
-        return Ok(summary(false, Vec::new(), length));
-    }
-    let levels = measured(&base, &paths, &work).await?;
-    work.check()?;
-    let (file_bytes, overviews) = publish(&target, &base, &levels).await?;
-    Ok(summary(true, overviews, file_bytes))
+    .boxed()
 }
 
 /// Opens levels and measures their errors.

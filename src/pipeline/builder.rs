@@ -5,6 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::time::Instant;
 
+use futures::future::FutureExt;
+
 use crate::constraints::polygons::arrivals::Arrivals;
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::geometry::Point;
@@ -183,9 +185,12 @@ impl Builder {
     /// Returns an error if a point is [not valid](crate::geometry::Point::is_valid), a z is not
     /// finite, the batch's arrays differ in length, points cannot be spilled, or the build was
     /// cancelled.
-    pub async fn push(&mut self, batch: &PointBatch) -> Result<(), BuildError> {
-        let pushed = self.try_push(batch).await;
-        self.keep_after(pushed)
+    pub fn push<'a>(&'a mut self, batch: &'a PointBatch) -> impl Future<Output = Result<(), BuildError>> + Send + 'a {
+        async move {
+            let pushed = self.try_push(batch).await;
+            self.keep_after(pushed)
+        }
+        .boxed()
     }
 
     async fn try_push(&mut self, batch: &PointBatch) -> Result<(), BuildError> {
@@ -331,9 +336,12 @@ impl Builder {
     /// Returns an error if something cannot be written, segments cross, vertices have no z when
     /// others have ([`MissingZ`](crate::input::MissingZ)), points are duplicates and that is an
     /// error, there is too little memory or room on the disk, or the build was cancelled.
-    pub async fn finish(mut self) -> Result<BuildSummary, BuildError> {
-        let built = self.build().await;
-        self.keep_after(built)
+    pub fn finish(mut self) -> impl Future<Output = Result<BuildSummary, BuildError>> + Send {
+        async move {
+            let built = self.build().await;
+            self.keep_after(built)
+        }
+        .boxed()
     }
 
     async fn build(&mut self) -> Result<BuildSummary, BuildError> {

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bytes::Bytes;
+use futures::future::FutureExt;
 use futures::stream;
 use futures::stream::{StreamExt, TryStreamExt};
 
@@ -84,41 +85,48 @@ impl TileReader {
     /// Returns an error if the file cannot be read or is damaged, or if the output cannot be
     /// written.
     pub async fn compact(&self, output: impl AsRef<Path>) -> Result<u64, CompactError> {
-        let output = output.as_ref();
-        let cannot = Cannot(output);
-        let partial = OutputFile::create(output).map_err(cannot.to("write it"))?;
-        let file = partial.file().try_clone().map_err(cannot.to("write"))?;
-        let file = ThreadsFile::from(Arc::new(file));
-        let (tiles, overviews) = (self.metadata().tiles, self.overviews().len());
-        let mut writer = TileWriter::new(file.clone(), front_end_of_copy(tiles.into(), overviews));
-        let mut directory = self.copy_tiles(&mut writer, &cannot).await?;
-        for (level, &entry) in self.overview_entries().places.iter().enumerate() {
-            let overview = self.overview(level).await?;
-            let offset = writer.length().next_multiple_of(BLOCK);
-            let copied = overview.copy_overview(file.clone(), offset, &cannot).await?;
-            writer
-                .pass_over(offset + copied.file_length)
-                .await
-                .map_err(cannot.to("write"))?;
-            directory.overviews.push(OverviewEntry {
-                offset,
-                crc: copied.crc(),
-                overview: Overview {
-                    bytes: copied.file_length,
-                    ..entry.overview
-                },
-                ..entry
-            });
+        self.compact_to(output.as_ref().to_owned()).await
+    }
+
+    fn compact_to(&self, output: PathBuf) -> impl Future<Output = Result<u64, CompactError>> + Send {
+        async move {
+            let output = &*output;
+            let cannot = Cannot(output);
+            let partial = OutputFile::create(output).map_err(cannot.to("write it"))?;
+            let file = partial.file().try_clone().map_err(cannot.to("write"))?;
+            let file = ThreadsFile::from(Arc::new(file));
+            let (tiles, overviews) = (self.metadata().tiles, self.overviews().len());
+            let mut writer = TileWriter::new(file.clone(), front_end_of_copy(tiles.into(), overviews));
+            let mut directory = self.copy_tiles(&mut writer, &cannot).await?;
+            for (level, &entry) in self.overview_entries().places.iter().enumerate() {
+                let overview = self.overview(level).await?;
+                let offset = writer.length().next_multiple_of(BLOCK);
+                let copied = overview.copy_overview(file.clone(), offset, &cannot).await?;
+                writer
+                    .pass_over(offset + copied.file_length)
+                    .await
+                    .map_err(cannot.to("write"))?;
+                directory.overviews.push(OverviewEntry {
+                    offset,
+                    crc: copied.crc(),
+                    overview: Overview {
+                        bytes: copied.file_length,
+                        ..entry.overview
+                    },
+                    ..entry
+                });
+            }
+            let finished = writer.finish_copy(&directory, self.in_force()).await;
+            let length = finished.map_err(cannot.to("write"))?.file_length;
+            if let Ok(before) = std::fs::metadata(output) {
+                // Keep the permissions of the replaced file; a new partial file is readable by its
+                // owner only.
+                let _ = partial.file().set_permissions(before.permissions());
+            }
+            partial.publish().map_err(cannot.to("replace it"))?;
+            Ok(length)
         }
-        let finished = writer.finish_copy(&directory, self.in_force()).await;
-        let length = finished.map_err(cannot.to("write"))?.file_length;
-        if let Ok(before) = std::fs::metadata(output) {
-            // Keep the permissions of the replaced file; a new partial file is readable by its
-            // owner only.
-            let _ = partial.file().set_permissions(before.permissions());
-        }
-        partial.publish().map_err(cannot.to("replace it"))?;
-        Ok(length)
+        .boxed()
     }
 
     /// Copies an overview to `offset` in the copy of its file. Returns its superblock.

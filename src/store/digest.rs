@@ -1,5 +1,6 @@
 //! Computes the [digest](Digest) of a file from its tiles.
 
+use futures::future::FutureExt;
 use futures::stream::TryStreamExt;
 
 use crate::store::error::ReadError;
@@ -49,13 +50,16 @@ impl TileReader {
     ///
     /// Returns an error if a tile cannot be read, or does not fit into the memory that the reader
     /// may use.
-    pub async fn recompute_digest(&self) -> Result<Digest, ReadError> {
-        let passes = self.for_passes().await?;
-        let digests = passes.for_each_tile(Needs::default(), |tile| Digest::of_tile(&tile))?;
-        let sum = |mut sum: Digest, digest| async move {
-            sum += digest;
-            Ok(sum)
-        };
-        digests.try_fold(Digest::default(), sum).await
+    pub fn recompute_digest(&self) -> impl Future<Output = Result<Digest, ReadError>> + Send {
+        async move {
+            let passes = self.for_passes().await?;
+            let digests = passes.for_each_tile(Needs::default(), |tile| Digest::of_tile(&tile))?;
+            let sum = |mut sum: Digest, digest| async move {
+                sum += digest;
+                Ok(sum)
+            };
+            digests.try_fold(Digest::default(), sum).await
+        }
+        .boxed()
     }
 }

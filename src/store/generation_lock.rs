@@ -8,19 +8,23 @@
 use crate::io::ReadAt;
 use crate::store::format::limits::FIRST_EXTENT;
 use crate::store::format::superblock::Superblock;
+use futures::future::FutureExt;
 
 /// Locks the generation of a file that is in force. Returns false if another one is in force by now:
 /// then the file must be opened again. A file that cannot be locked, or is no tile file, is read
 /// without a lock.
-pub(super) async fn lock_generation(source: &dyn ReadAt) -> bool {
-    let Some(superblock) = in_force(source).await else {
-        return true;
-    };
-    if let Err(error) = source.lock_shared(superblock.generation) {
-        tracing::debug!(%error, "cannot lock the state that is read");
-        return true;
+pub(super) fn lock_generation(source: &dyn ReadAt) -> impl Future<Output = bool> + Send {
+    async move {
+        let Some(superblock) = in_force(source).await else {
+            return true;
+        };
+        if let Err(error) = source.lock_shared(superblock.generation) {
+            tracing::debug!(%error, "cannot lock the state that is read");
+            return true;
+        }
+        in_force(source).await == Some(superblock)
     }
-    in_force(source).await == Some(superblock)
+    .boxed()
 }
 
 async fn in_force(source: &dyn ReadAt) -> Option<Superblock> {

@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use futures::future::FutureExt;
+
 use crate::io::{Backend, ReadAt};
 use crate::memory::FileShares;
 use crate::store::cache::Cache;
@@ -71,24 +73,27 @@ impl TileReader {
         Self::open_from(Arc::new(source), name.into(), options, Origin::Given).await
     }
 
-    async fn open_from(
+    fn open_from(
         source: Arc<dyn ReadAt>,
         name: Arc<str>,
         options: OpenOptions,
         origin: Origin,
-    ) -> Result<Self, ReadError> {
-        let cache = options.cache;
-        let cache = cache.unwrap_or_else(|| Cache::new(FileShares(options.memory).cache()));
-        let pages = Pages::open(source, name, cache).await?;
-        tracing::debug!(
-            file = &*pages.name,
-            backend = pages.source.backend(),
-            note = pages.source.note(),
-            tiles = pages.root.metadata.tiles,
-            "opened"
-        );
-        let overviews = Overviews::of(&pages.root.overviews, pages.in_force.superblock.generation);
-        Ok(Self::of(pages, options.memory, overviews, origin))
+    ) -> impl Future<Output = Result<Self, ReadError>> + Send {
+        async move {
+            let cache = options.cache;
+            let cache = cache.unwrap_or_else(|| Cache::new(FileShares(options.memory).cache()));
+            let pages = Pages::open(source, name, cache).await?;
+            tracing::debug!(
+                file = &*pages.name,
+                backend = pages.source.backend(),
+                note = pages.source.note(),
+                tiles = pages.root.metadata.tiles,
+                "opened"
+            );
+            let overviews = Overviews::of(&pages.root.overviews, pages.in_force.superblock.generation);
+            Ok(Self::of(pages, options.memory, overviews, origin))
+        }
+        .boxed()
     }
 
     /// Opens the file again if an edit has changed it since it was opened, and returns whether it

@@ -3,6 +3,7 @@
 use crate::store::error::ReadError;
 use crate::store::format::overview::{Overview, OverviewEntry};
 use crate::store::reader::TileReader;
+use futures::future::FutureExt;
 
 impl TileReader {
     /// Returns the overviews of the file, from the finest to the coarsest. Each is the Delaunay
@@ -31,23 +32,26 @@ impl TileReader {
     /// # Panics
     ///
     /// If there is no such overview.
-    pub async fn overview(&self, level: usize) -> Result<TileReader, ReadError> {
-        let OverviewEntry {
-            offset, crc, overview, ..
-        } = self.overview_entries().places[level];
-        let name = format!("{}, overview {}", self.name(), level + 1);
-        let opened = self.open_section(offset..offset + overview.bytes, &name).await?;
-        let found = opened.in_force().superblock;
-        let is_as_said = found.crc() == crc
-            && found.file_length == overview.bytes
-            && opened.metadata().vertices == overview.vertices
-            && opened.metadata().has_z == self.metadata().has_z;
-        match is_as_said {
-            true => Ok(opened),
-            false => Err(ReadError::Invalid {
-                file: name.into(),
-                reason: "it is not the overview that the directory of the file describes".to_owned(),
-            }),
+    pub fn overview(&self, level: usize) -> impl Future<Output = Result<TileReader, ReadError>> + Send {
+        async move {
+            let OverviewEntry {
+                offset, crc, overview, ..
+            } = self.overview_entries().places[level];
+            let name = format!("{}, overview {}", self.name(), level + 1);
+            let opened = self.open_section(offset..offset + overview.bytes, &name).await?;
+            let found = opened.in_force().superblock;
+            let is_as_said = found.crc() == crc
+                && found.file_length == overview.bytes
+                && opened.metadata().vertices == overview.vertices
+                && opened.metadata().has_z == self.metadata().has_z;
+            match is_as_said {
+                true => Ok(opened),
+                false => Err(ReadError::Invalid {
+                    file: name.into(),
+                    reason: "it is not the overview that the directory of the file describes".to_owned(),
+                }),
+            }
         }
+        .boxed()
     }
 }

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use futures::future;
+use futures::future::{BoxFuture, FutureExt};
 use tokio::sync::OnceCell;
 
 use crate::io::{FIRST_READ, ReadAt};
@@ -23,7 +24,7 @@ use crate::store::format::ids::TileId;
 use crate::store::format::limits::{BLOCK, FIRST_EXTENT};
 use crate::store::format::lists::{CRS, LIST_NAMES, Lists, OfLists, SOURCES, Source, decode_crs, decode_sources};
 use crate::store::format::overview::check_apart;
-use crate::store::format::page::Page;
+use crate::store::format::page::{Page, PageRef};
 use crate::store::format::page_list::PageList;
 use crate::store::format::root::Root;
 use crate::store::format::superblock::{InForce, Superblock};
@@ -109,12 +110,20 @@ impl Pages {
 
     /// Returns the list of pages at a place in the root.
     pub(super) async fn page_list(&self, place: usize) -> Result<Arc<PageList>, ReadError> {
-        let list = self.page_lists[place].get_or_try_init(|| async {
+        match self.page_lists[place].get() {
+            Some(list) => Ok(Arc::clone(list)),
+            None => self.read_page_list(place).await,
+        }
+    }
+
+    fn read_page_list(&self, place: usize) -> BoxFuture<'_, Result<Arc<PageList>, ReadError>> {
+        let load = move || async move {
             let bytes = self.read("a list of pages", self.root.page_lists[place].extent).await?;
             let list = PageList::decode(&bytes, place, &self.root, self.file_length());
             list.map(Arc::new).map_err(|damage| self.damaged(damage))
-        });
-        Ok(Arc::clone(list.await?))
+        };
+        let list = self.page_lists[place].get_or_try_init(load);
+        list.map(|list| list.cloned()).boxed()
     }
 
     /// Returns the page with this number.
@@ -126,17 +135,27 @@ impl Pages {
 
     /// Returns the page at a place in a list of pages.
     async fn page_in(self: &Arc<Self>, list: &PageList, of_list: usize, place: usize) -> Result<Arc<Page>, ReadError> {
-        let load = || {
-            let (this, page) = (Arc::clone(self), list.pages[place]);
-            let next = list.next_tile(place, self.root.next_tile(of_list));
-            async move {
-                let bytes = this.read("a page of the directory", page.extent).await?;
-                let frame = this.root.frame(this.file_length());
-                let page = Page::decode(&bytes, &page, next, &frame);
-                page.map(Arc::new).map_err(|damage| this.damaged(damage))
+        let page = list.pages[place];
+        match self.cache.page(self.key(page.extent)) {
+            Some(page) => Ok(page),
+            None => {
+                let next = list.next_tile(place, self.root.next_tile(of_list));
+                self.load_page(page, next).await
             }
+        }
+    }
+
+    /// Returns a page, and loads it into the cache if need be. The tiles of the next one are numbered
+    /// from `next` on.
+    fn load_page(self: &Arc<Self>, page: PageRef, next: u32) -> BoxFuture<'_, Result<Arc<Page>, ReadError>> {
+        let this = Arc::clone(self);
+        let load = move || async move {
+            let bytes = this.read("a page of the directory", page.extent).await?;
+            let frame = this.root.frame(this.file_length());
+            let page = Page::decode(&bytes, &page, next, &frame);
+            page.map(Arc::new).map_err(|damage| this.damaged(damage))
         };
-        self.cache.page(self.key(list.pages[place].extent), load).await
+        self.cache.load_page(self.key(page.extent), load).boxed()
     }
 
     fn key(&self, extent: Extent) -> PageKey {

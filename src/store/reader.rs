@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 use futures::future;
+use futures::future::FutureExt;
 
 use crate::io::{ReadAt, Section, blocking};
 
@@ -98,8 +99,8 @@ impl TileReader {
     /// # Errors
     ///
     /// Returns an error if a list cannot be read or is damaged.
-    pub async fn lists(&self) -> Result<Arc<Lists>, ReadError> {
-        self.inner.pages.lists().await
+    pub fn lists(&self) -> impl Future<Output = Result<Arc<Lists>, ReadError>> + Send {
+        async move { self.inner.pages.lists().await }.boxed()
     }
 
     /// Returns the coordinate reference system, as [`Lists::crs`] has it, without reading the other
@@ -132,12 +133,15 @@ impl TileReader {
     ///
     /// Returns an error if a part of the directory cannot be read or is damaged, or if the
     /// directory needs more memory than the reader may use.
-    pub async fn directory(&self) -> Result<Arc<Directory>, ReadError> {
-        let needed = DIRECTORY_BYTES * u64::from(self.inner.pages.root.next_tile);
-        if self.memory().is_some_and(|memory| needed > memory) {
-            return Err(self.too_little_memory(needed));
+    pub fn directory(&self) -> impl Future<Output = Result<Arc<Directory>, ReadError>> + Send {
+        async move {
+            let needed = DIRECTORY_BYTES * u64::from(self.inner.pages.root.next_tile);
+            if self.memory().is_some_and(|memory| needed > memory) {
+                return Err(self.too_little_memory(needed));
+            }
+            Ok(Arc::new(self.inner.pages.whole().await?))
         }
-        Ok(Arc::new(self.inner.pages.whole().await?))
+        .boxed()
     }
 
     /// Returns the entry of a tile in the directory.
@@ -221,9 +225,18 @@ impl TileReader {
 
     /// Returns the tile of an entry.
     pub(crate) async fn tile_of_entry(&self, id: TileId, entry: &TileEntry) -> Result<Arc<Tile>, ReadError> {
-        let load = || Arc::clone(&self.inner).load(id, *entry);
         let cache = &self.inner.pages.cache;
-        cache.get_or_load(self.inner.key(id, entry), load).await
+        match cache.get(self.inner.key(id, entry)) {
+            Some(tile) => Ok(tile),
+            None => Ok(self.load_pinned(id, *entry).await?.tile()),
+        }
+    }
+
+    /// Returns a tile that stays in the cache until the result is dropped, and loads it if need be.
+    fn load_pinned(&self, id: TileId, entry: TileEntry) -> impl Future<Output = Result<PinnedTile, ReadError>> + Send {
+        let key = self.inner.key(id, &entry);
+        let load = move || Arc::clone(&self.inner).load(id, entry);
+        self.inner.pages.cache.pin_or_load(key, load).boxed()
     }
 
     /// Returns whether a tile is in the cache.
@@ -252,9 +265,7 @@ impl TileReader {
     /// Returns the errors of [`tile`](Self::tile).
     pub async fn pin(&self, id: TileId) -> Result<PinnedTile, ReadError> {
         let entry = self.entry(id).await?;
-        let inner = Arc::clone(&self.inner);
-        let key = self.inner.key(id, &entry);
-        self.inner.pages.cache.pin_or_load(key, || inner.load(id, entry)).await
+        self.load_pinned(id, entry).await
     }
 
     /// Starts to load a tile in a task of its own, which continues while the consumer computes. The

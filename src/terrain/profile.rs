@@ -10,6 +10,7 @@
 
 use std::collections::HashMap;
 
+use futures::future::FutureExt;
 use futures::stream::{self, StreamExt, TryStreamExt};
 
 use super::chord::{Link, Mark, Station, chord};
@@ -285,23 +286,30 @@ impl TileReader {
     /// # })
     /// # }
     /// ```
-    pub async fn profile(&self, line: &[Point], surface: Surface) -> Result<Profile, TerrainError> {
-        if !self.metadata().has_z {
-            return Err(TerrainError::no_z(self));
+    pub fn profile<'a>(
+        &'a self,
+        line: &'a [Point],
+        surface: Surface,
+    ) -> impl Future<Output = Result<Profile, TerrainError>> + Send + 'a {
+        async move {
+            if !self.metadata().has_z {
+                return Err(TerrainError::no_z(self));
+            }
+            let line = Line::new(line)?;
+            let surface = FileSurface::for_few_tiles(self, surface).await?;
+            let ids = self.tiles_where(|bounds| line.meets(bounds)).await?;
+            let mut tiles = stream::iter(ids).map(|id| self.tile(id)).buffered(AHEAD);
+            let mut links = Links::default();
+            while let Some(tile) = tiles.try_next().await? {
+                let walked = line.walk(&tile, &surface.in_tile(&tile), &mut links);
+                walked.map_err(|reason| self.damaged(tile.id(), reason))?;
+            }
+            Ok(Profile {
+                length: line.distances[line.distances.len() - 1],
+                parts: links.into_parts(&line),
+            })
         }
-        let line = Line::new(line)?;
-        let surface = FileSurface::for_few_tiles(self, surface).await?;
-        let ids = self.tiles_where(|bounds| line.meets(bounds)).await?;
-        let mut tiles = stream::iter(ids).map(|id| self.tile(id)).buffered(AHEAD);
-        let mut links = Links::default();
-        while let Some(tile) = tiles.try_next().await? {
-            let walked = line.walk(&tile, &surface.in_tile(&tile), &mut links);
-            walked.map_err(|reason| self.damaged(tile.id(), reason))?;
-        }
-        Ok(Profile {
-            length: line.distances[line.distances.len() - 1],
-            parts: links.into_parts(&line),
-        })
+        .boxed()
     }
 
     /// Returns the number of tiles that the profile along a line reads, without reading them.

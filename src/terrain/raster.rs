@@ -6,6 +6,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use futures::future::FutureExt;
 use futures::stream::StreamExt;
 
 use super::cells::Cells;
@@ -324,22 +325,25 @@ impl TileReader {
     /// # })
     /// # }
     /// ```
-    pub async fn raster(
-        &self,
-        options: &RasterOptions,
+    pub fn raster<'a>(
+        &'a self,
+        options: &'a RasterOptions,
         columns: Range<u32>,
         rows: Range<u32>,
-    ) -> Result<Vec<f64>, TerrainError> {
-        let grid = options.grid;
-        assert!(
-            columns.end <= grid.columns() && rows.end <= grid.rows(),
-            "{columns:?} and {rows:?}"
-        );
-        let raster = Raster::new(self.for_passes().await?, options.clone(), || {}).await?;
-        // The copy.
-        let bytes = columns.len() as u64 * rows.len() as u64 * size_of::<f64>() as u64;
-        let block = raster.block(columns, rows, bytes, || {}).await?;
-        let rows = 0..block.rows();
-        Ok(rows.flat_map(|row| block.row(row, 0..block.columns())).collect())
+    ) -> impl Future<Output = Result<Vec<f64>, TerrainError>> + Send + 'a {
+        async move {
+            let grid = options.grid;
+            assert!(
+                columns.end <= grid.columns() && rows.end <= grid.rows(),
+                "{columns:?} and {rows:?}"
+            );
+            let raster = Raster::new(self.for_passes().await?, options.clone(), || {}).await?;
+            // The copy.
+            let bytes = columns.len() as u64 * rows.len() as u64 * size_of::<f64>() as u64;
+            let block = raster.block(columns, rows, bytes, || {}).await?;
+            let rows = 0..block.rows();
+            Ok(rows.flat_map(|row| block.row(row, 0..block.columns())).collect())
+        }
+        .boxed()
     }
 }

@@ -7,6 +7,7 @@
 
 use std::sync::Arc;
 
+use futures::future::FutureExt;
 use futures::stream::StreamExt;
 
 use super::clip::{Clip, Side};
@@ -201,38 +202,46 @@ impl TileReader {
     /// # })
     /// # }
     /// ```
-    pub async fn volume(&self, level: f64, surface: Surface, clip: Option<Arc<Clip>>) -> Result<Volume, TerrainError> {
-        if !self.metadata().has_z {
-            return Err(TerrainError::no_z(self));
+    pub fn volume(
+        &self,
+        level: f64,
+        surface: Surface,
+        clip: Option<Arc<Clip>>,
+    ) -> impl Future<Output = Result<Volume, TerrainError>> + Send {
+        async move {
+            if !self.metadata().has_z {
+                return Err(TerrainError::no_z(self));
+            }
+            let reader = self.for_passes().await?;
+            let surface = FileSurface::of(&reader, surface, || {}).await?;
+            let directory = reader.directory();
+            let meets = |id: &TileId| {
+                let bounds = directory.tiles[id.0 as usize].bounds;
+                clip.as_ref().is_none_or(|clip| clip.bounds().intersects(bounds))
+            };
+            let tiles = directory.tile_ids().filter(meets).map(|id| (id, ())).collect();
+            let of_clip = Needs {
+                // The polygons are the caller's, and beside the memory of the reader.
+                fixed: 0,
+                // All edges may be in one triangle.
+                per_thread: clip.as_ref().map_or(0, |clip| PER_EDGE * clip.edge_count()),
+                per_vertex: 0,
+            };
+            let plan = reader.plan(of_clip.and(surface.needs()))?;
+            let mut passes = reader.for_some_tiles(tiles, plan, move |tile, ()| {
+                let sums = Sums::of(&tile, level, &surface.in_tile(&tile), clip.as_deref());
+                (tile.id(), sums.map(Box::new))
+            });
+            let mut total = Sums::default();
+            while let Some(done) = passes.next().await {
+                let (id, sums) = done?;
+                total.merge(*sums.map_err(|reason| reader.damaged(id, reason))?);
+            }
+            total.total().ok_or_else(|| TerrainError::TooLarge {
+                file: self.name().to_owned(),
+            })
         }
-        let reader = self.for_passes().await?;
-        let surface = FileSurface::of(&reader, surface, || {}).await?;
-        let directory = reader.directory();
-        let meets = |id: &TileId| {
-            let bounds = directory.tiles[id.0 as usize].bounds;
-            clip.as_ref().is_none_or(|clip| clip.bounds().intersects(bounds))
-        };
-        let tiles = directory.tile_ids().filter(meets).map(|id| (id, ())).collect();
-        let of_clip = Needs {
-            // The polygons are the caller's, and beside the memory of the reader.
-            fixed: 0,
-            // All edges may be in one triangle.
-            per_thread: clip.as_ref().map_or(0, |clip| PER_EDGE * clip.edge_count()),
-            per_vertex: 0,
-        };
-        let plan = reader.plan(of_clip.and(surface.needs()))?;
-        let mut passes = reader.for_some_tiles(tiles, plan, move |tile, ()| {
-            let sums = Sums::of(&tile, level, &surface.in_tile(&tile), clip.as_deref());
-            (tile.id(), sums.map(Box::new))
-        });
-        let mut total = Sums::default();
-        while let Some(done) = passes.next().await {
-            let (id, sums) = done?;
-            total.merge(*sums.map_err(|reason| reader.damaged(id, reason))?);
-        }
-        total.total().ok_or_else(|| TerrainError::TooLarge {
-            file: self.name().to_owned(),
-        })
+        .boxed()
     }
 }
 

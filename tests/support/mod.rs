@@ -2,6 +2,7 @@
 //! reference.
 #![allow(dead_code, reason = "each test uses its part")]
 
+pub mod cases;
 pub mod faults;
 pub mod flat;
 pub mod oracle;

@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use futures::future::FutureExt;
 use futures::stream::Stream;
 
 use foldhash::HashSet;
@@ -163,29 +164,32 @@ impl TileReader {
     /// [`BreakLines`](QueryError::BreakLines) if the file has break lines, and
     /// [`InsideObstacle`](QueryError::InsideObstacle) if an end is in an obstacle; otherwise as
     /// [`shortest_path`](Self::shortest_path).
-    pub async fn cdt_distance(
+    pub fn cdt_distance(
         &self,
         from: Point,
         to: Point,
         options: QueryOptions,
-    ) -> Result<Option<CdtPath>, QueryError> {
-        let mut tiles = Tiles::new(self, &options);
-        let to = QueryPoint::find_free(&mut tiles, to).await?;
-        let from = QueryPoint::find_free(&mut tiles, from).await?;
-        let (mut run, end) = EdgeRun::towards(tiles, from, &to, 1.0).await?;
-        run.refuse_break_lines()?;
-        let Some(node) = run.find(end).await? else {
-            return Ok(None);
-        };
-        let mut way = run.search.way(node);
-        if let [only] = way[..] {
-            way.push(only);
+    ) -> impl Future<Output = Result<Option<CdtPath>, QueryError>> + Send {
+        async move {
+            let mut tiles = Tiles::new(self, &options);
+            let to = QueryPoint::find_free(&mut tiles, to).await?;
+            let from = QueryPoint::find_free(&mut tiles, from).await?;
+            let (mut run, end) = EdgeRun::towards(tiles, from, &to, 1.0).await?;
+            run.refuse_break_lines()?;
+            let Some(node) = run.find(end).await? else {
+                return Ok(None);
+            };
+            let mut way = run.search.way(node);
+            if let [only] = way[..] {
+                way.push(only);
+            }
+            Ok(Some(CdtPath {
+                distance: Distance::of_legs(run.node(node).length, way.len() - 1),
+                points: way.iter().map(|node| node.point).collect(),
+                vertices: way.iter().map(|node| node.vertex.vertex()).collect(),
+            }))
         }
-        Ok(Some(CdtPath {
-            distance: Distance::of_legs(run.node(node).length, way.len() - 1),
-            points: way.iter().map(|node| node.point).collect(),
-            vertices: way.iter().map(|node| node.vertex.vertex()).collect(),
-        }))
+        .boxed()
     }
 
     /// Returns all vertices that can be reached from `from`, in each of their sectors, by [CDT

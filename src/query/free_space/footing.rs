@@ -4,6 +4,7 @@ use super::query_point::QueryPoint;
 use crate::geometry::Point;
 use crate::query::request::{QueryError, QueryOptions, Tiles};
 use crate::store::TileReader;
+use futures::future::FutureExt;
 
 /// Whether a point is free, that is, not in an obstacle.
 ///
@@ -28,13 +29,20 @@ impl TileReader {
     ///
     /// # Errors
     /// As [`shortest_path`](Self::shortest_path).
-    pub async fn footing(&self, at: Point, options: QueryOptions) -> Result<Footing, QueryError> {
-        let mut tiles = Tiles::new(self, &options);
-        let query_point = QueryPoint::find(&mut tiles, at).await?;
-        if query_point.is_free {
-            return Ok(Footing::Free);
+    pub fn footing(
+        &self,
+        at: Point,
+        options: QueryOptions,
+    ) -> impl Future<Output = Result<Footing, QueryError>> + Send {
+        async move {
+            let mut tiles = Tiles::new(self, &options);
+            let query_point = QueryPoint::find(&mut tiles, at).await?;
+            if query_point.is_free {
+                return Ok(Footing::Free);
+            }
+            let nearest_free = query_point.nearest_free(&mut tiles).await?;
+            Ok(Footing::InsideObstacle { nearest_free })
         }
-        let nearest_free = query_point.nearest_free(&mut tiles).await?;
-        Ok(Footing::InsideObstacle { nearest_free })
+        .boxed()
     }
 }

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use futures::future::{BoxFuture, FutureExt};
+
 use super::batch::{At, BulkOptions, Outcome, Question, ask};
 use super::locate::triangles_at;
 use super::place::Place;
@@ -64,7 +66,11 @@ impl TileReader {
         points: impl Into<Arc<[Point]>>,
         options: BulkOptions,
     ) -> Result<Vec<Place>, ReadError> {
-        ask(self, points.into(), options, Where, Place::Outside).await
+        self.locate_all(points.into(), options).await
+    }
+
+    fn locate_all(&self, points: Arc<[Point]>, options: BulkOptions) -> BoxFuture<'_, Result<Vec<Place>, ReadError>> {
+        ask(self, points, options, Where, Place::Outside).boxed()
     }
 }
 

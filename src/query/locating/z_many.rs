@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use futures::future::FutureExt;
+
 use super::at_spot::{Found, Rest, find, find_rest};
 use super::batch::{At, BulkOptions, Outcome, Question, ask};
 use super::walk::Spot;
@@ -56,35 +58,46 @@ impl TileReader {
         surface: Surface,
         options: BulkOptions,
     ) -> Result<Vec<f64>, ReadError> {
-        let points: Arc<[Point]> = points.into();
-        let metadata = self.metadata();
-        if !metadata.has_z {
-            return Ok(vec![f64::NAN; points.len()]);
-        }
-        let on = |surface: FileSurface, points: Arc<[Point]>| {
-            let all_count = metadata.triangles == 0;
-            ask(self, points, options, Height { surface, all_count }, f64::NAN)
-        };
-        let least = FileSurface::without_peeling(surface, metadata);
-        let mut z = on(least, Arc::clone(&points)).await?;
-        if surface.peels(metadata).is_none() {
-            return Ok(z);
-        }
-        // The points that are in a triangle that is too long, which may not be peeled.
-        let mut open: Vec<usize> = (0..z.len()).filter(|&i| z[i].is_nan()).collect();
-        let of = |open: &[usize]| open.iter().map(|&i| points[i]).collect::<Arc<[Point]>>();
-        let most = FileSurface::without_peeling(surface.max_edge(None), metadata);
-        let inside = on(most, of(&open)).await?;
-        let mut inside = inside.iter().map(|z| !z.is_nan());
-        open.retain(|_| inside.next().unwrap_or(false));
-        if !open.is_empty() {
-            let surface = FileSurface::for_few_tiles(self, surface).await?;
-            let found = on(surface, of(&open)).await?;
-            for (i, found) in open.into_iter().zip(found) {
-                z[i] = found;
+        self.surface_z_of_all(points.into(), surface, options).await
+    }
+
+    fn surface_z_of_all(
+        &self,
+        points: Arc<[Point]>,
+        surface: Surface,
+        options: BulkOptions,
+    ) -> impl Future<Output = Result<Vec<f64>, ReadError>> + Send {
+        async move {
+            let metadata = self.metadata();
+            if !metadata.has_z {
+                return Ok(vec![f64::NAN; points.len()]);
             }
+            let on = |surface: FileSurface, points: Arc<[Point]>| {
+                let all_count = metadata.triangles == 0;
+                ask(self, points, options, Height { surface, all_count }, f64::NAN)
+            };
+            let least = FileSurface::without_peeling(surface, metadata);
+            let mut z = on(least, Arc::clone(&points)).await?;
+            if surface.peels(metadata).is_none() {
+                return Ok(z);
+            }
+            // The points that are in a triangle that is too long, which may not be peeled.
+            let mut open: Vec<usize> = (0..z.len()).filter(|&i| z[i].is_nan()).collect();
+            let of = |open: &[usize]| open.iter().map(|&i| points[i]).collect::<Arc<[Point]>>();
+            let most = FileSurface::without_peeling(surface.max_edge(None), metadata);
+            let inside = on(most, of(&open)).await?;
+            let mut inside = inside.iter().map(|z| !z.is_nan());
+            open.retain(|_| inside.next().unwrap_or(false));
+            if !open.is_empty() {
+                let surface = FileSurface::for_few_tiles(self, surface).await?;
+                let found = on(surface, of(&open)).await?;
+                for (i, found) in open.into_iter().zip(found) {
+                    z[i] = found;
+                }
+            }
+            Ok(z)
         }
-        Ok(z)
+        .boxed()
     }
 }
 

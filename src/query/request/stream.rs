@@ -3,7 +3,7 @@
 use std::pin::Pin;
 
 use futures::stream;
-use futures::stream::Stream;
+use futures::stream::{Stream, StreamExt};
 
 use super::error::QueryError;
 
@@ -44,5 +44,5 @@ where
             }
         }
     };
-    Box::pin(stream::unfold(StreamState::New(Box::pin(start)), step))
+    stream::unfold(StreamState::New(Box::pin(start)), step).boxed()
 }

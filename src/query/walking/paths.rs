@@ -1,5 +1,6 @@
 //! Shortest paths.
 
+use futures::future::FutureExt;
 use futures::stream::Stream;
 
 use super::fast;
@@ -20,13 +21,13 @@ impl TileReader {
     /// # Errors
     /// If a tile cannot be read, an end is not a valid point, the file has no triangles, or a limit
     /// of the options is reached.
-    pub async fn shortest_path(
+    pub fn shortest_path(
         &self,
         from: Point,
         to: Point,
         options: QueryOptions,
-    ) -> Result<PathOutcome, QueryError> {
-        Ok(self.path_counted(from, to, options).await?.0)
+    ) -> impl Future<Output = Result<PathOutcome, QueryError>> + Send {
+        async move { Ok(self.path_counted(from, to, options).await?.0) }.boxed()
     }
 
     /// Returns a shortest path between two points, and the number of tiles used.

@@ -146,16 +146,13 @@ impl Cache {
         self.shelf.with(|inner| inner.state.statistics())
     }
 
-    /// Returns the tile from the cache, or loads it with `load`. An error is passed to every caller
-    /// that waits for the load, and is not cached.
-    pub(crate) async fn get_or_load<F>(&self, key: TileKey, load: impl FnOnce() -> F) -> Result<Arc<Tile>, ReadError>
-    where
-        F: Future<Output = Result<Arc<Tile>, ReadError>> + Send + 'static,
-    {
-        self.shelf.get_or_load(key, load).await
+    /// Returns the tile if it is in the cache.
+    pub(crate) fn get(&self, key: TileKey) -> Option<Arc<Tile>> {
+        self.shelf.with(|inner| inner.state.get(&key))
     }
 
-    /// Returns the tile like [`get_or_load`](Self::get_or_load), and pins it.
+    /// Returns the tile from the cache, or loads it with `load`, and pins it. An error is passed to
+    /// every caller that waits for the load, and is not cached.
     pub(crate) async fn pin_or_load<F>(&self, key: TileKey, load: impl FnOnce() -> F) -> Result<PinnedTile, ReadError>
     where
         F: Future<Output = Result<Arc<Tile>, ReadError>> + Send + 'static,
@@ -171,8 +168,13 @@ impl Cache {
         }
     }
 
+    /// Returns a page of a directory if it is in the cache.
+    pub(crate) fn page(&self, key: PageKey) -> Option<Arc<Page>> {
+        self.pages.with(|inner| inner.state.get(&key))
+    }
+
     /// Returns a page of a directory from the cache, or loads it with `load`.
-    pub(crate) async fn page<F>(&self, key: PageKey, load: impl FnOnce() -> F) -> Result<Arc<Page>, ReadError>
+    pub(crate) async fn load_page<F>(&self, key: PageKey, load: impl FnOnce() -> F) -> Result<Arc<Page>, ReadError>
     where
         F: Future<Output = Result<Arc<Page>, ReadError>> + Send + 'static,
     {

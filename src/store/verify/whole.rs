@@ -4,6 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
+use futures::future::FutureExt;
 use futures::stream::StreamExt;
 
 use crate::geometry::{Rect, TriangleId};
@@ -32,8 +33,8 @@ impl TileReader {
     ///
     /// Returns the first fault, or an error if a tile does not fit into the memory that the reader
     /// may use.
-    pub async fn verify(&self, deep: bool) -> Result<VerifyReport, VerifyError> {
-        self.for_passes().await?.verify(deep).await
+    pub fn verify(&self, deep: bool) -> impl Future<Output = Result<VerifyReport, VerifyError>> + Send {
+        async move { self.for_passes().await?.verify(deep).await }.boxed()
     }
 }
 

@@ -13,6 +13,7 @@ mod steiner;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
+use crate::support::cases::cases;
 use crate::support::test_data::data;
 use crate::support::{Random, Scratch, batches, distinct, points_of, runtime, runtime_for, verify_lines};
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
@@ -305,7 +306,7 @@ fn pslgs_of_the_thesis_equal_the_in_core_triangulation() {
         (Kind::LineSingularity, 0.5),
         (Kind::Uniform, 0.9),
     ] {
-        let pslg = Pslg::new(kind, 3000, alpha, 3).unwrap();
+        let pslg = Pslg::new(kind, cases(3000) as u64, alpha, 3).unwrap();
         let points = pslg.points().map(|[x, y]| Point::new(x, y)).collect();
         check(Input::between(kind.name(), points, pslg.segments()), &WAYS);
     }
@@ -359,7 +360,7 @@ fn stars_spirals_combs_and_nested_polygons_equal_the_in_core_triangulation() {
 #[test]
 fn segments_on_grids_equal_the_in_core_triangulation() {
     let mut random = Random(11);
-    for round in 0..12 {
+    for round in (0..12).step_by(12 / cases(12)) {
         let size = 8 + 2 * round;
         let point = |random: &mut Random| Point::new(random.below(size) as f64, random.below(size) as f64);
         let points = (0..size * size / 2).map(|_| point(&mut random)).collect();
@@ -414,7 +415,7 @@ fn builds_larger_than_memory_equal_the_in_core_triangulation() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(150) as u32, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
     fn small_grids_in_small_tiles_equal_the_in_core_triangulation(

@@ -14,6 +14,7 @@ use delaunay_tiles::{BuildOptions, Durability, EditError, EditOptions, EditSumma
 
 use crate::edits::scene::{checked, checked_outcome, random_scene};
 use crate::edits::{digest, grid, grid_in_tiles_of};
+use crate::support::cases::cases;
 use crate::support::{Random, Scratch, built, points_of, runtime};
 
 fn options() -> EditOptions {
@@ -111,11 +112,11 @@ async fn check_sequence(seed: u64, kinds: Range<usize>) -> u64 {
 fn logged_transactions_give_what_a_build_gives() {
     runtime().block_on(async {
         let mut logged = 0;
-        for seed in 0..120 {
+        for seed in 0..cases(240) as u64 {
             logged += check_sequence(seed, 0..3).await;
         }
-        assert!(logged > 400, "{logged}");
-        for seed in 0..30 {
+        assert!(logged > 3 * cases(240) as u64, "{logged}");
+        for seed in 0..cases(80) as u64 {
             check_sequence(seed, 3..7).await;
         }
     });

@@ -10,6 +10,7 @@ use delaunay_tiles::store::{LineKind, LinePart, PointOrigin, TileReader};
 use delaunay_tiles::{BuildOptions, Builder, Crossings, EditOptions, Editor};
 use futures::TryStreamExt;
 
+use crate::support::cases::cases;
 use crate::support::{Random, Scratch, distinct, runtime_for, verify_lines};
 
 type Segment = [Point; 2];
@@ -310,7 +311,7 @@ fn options((tile_vertices, merge_vertices, threads, memory): (usize, usize, usiz
 #[test]
 fn files_say_what_holds_their_vertices_and_edges_however_they_are_built() {
     let (mut edges, mut passed, mut edited, mut on_line) = (0, 0, 0, 0);
-    for seed in 0..60 {
+    for seed in 0..cases(60) as u64 {
         let mut random = Random(1000 + seed);
         let mut scene = Scene::random(&mut random, 5 + seed as usize % 12, &ALL);
         if seed % 10 == 0 {
@@ -354,7 +355,7 @@ fn files_say_what_holds_their_vertices_and_edges_however_they_are_built() {
         }
     }
     assert!(
-        edges > 500 && passed > 100 && edited > 50 && on_line > 2,
+        edges > cases(500) && passed > cases(100) && edited > cases(50) && on_line > 0,
         "{edges} {passed} {edited} {on_line}"
     );
 }
@@ -363,7 +364,7 @@ fn files_say_what_holds_their_vertices_and_edges_however_they_are_built() {
 #[test]
 fn split_lines_begin_and_end_at_the_ends_of_their_segments_only() {
     let mut crossings = 0;
-    for seed in 0..24 {
+    for seed in 0..cases(48) as u64 {
         let mut random = Random(seed);
         let at = |random: &mut Random| Point::new(random.below(64) as f64 / 4.0, random.below(64) as f64 / 4.0);
         let segments = |random: &mut Random| -> Vec<Segment> {
@@ -406,7 +407,7 @@ fn split_lines_begin_and_end_at_the_ends_of_their_segments_only() {
             });
         }
     }
-    assert!(crossings > 100, "{crossings}");
+    assert!(crossings > cases(200) as u64, "{crossings}");
 }
 
 /// Makes obstacles of several rings that touch and overlap, but do not cross.
@@ -437,7 +438,7 @@ fn overlapping(random: &mut Random, size: usize) -> Scene {
 #[test]
 fn where_rings_of_an_obstacle_overlap_each_of_their_segments_holds_its_ends() {
     let (mut replaced, mut passed) = (0, 0);
-    for seed in 0..40 {
+    for seed in 0..cases(40) as u64 {
         let mut random = Random(500 + seed);
         let scene = overlapping(&mut random, 4 + seed as usize % 4);
         let turned = scene.turned(&mut random);
@@ -496,5 +497,5 @@ fn where_rings_of_an_obstacle_overlap_each_of_their_segments_holds_its_ends() {
             );
         }
     }
-    assert!(replaced > 100 && passed > 50, "{replaced} {passed}");
+    assert!(replaced > cases(100) && passed > cases(50), "{replaced} {passed}");
 }

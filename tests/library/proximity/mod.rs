@@ -13,6 +13,7 @@ mod scene;
 mod truth;
 
 use self::scene::{Scene, at, block, line, open, wall};
+use crate::support::cases::cases;
 use crate::support::oracle::{Oracle, Walk};
 use crate::support::{Random, runtime};
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
@@ -226,7 +227,7 @@ fn distances_in_scenes_by_hand_agree_with_the_oracle() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(80) as u32, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
     fn distances_among_blocks_and_walls_on_grids_agree_with_the_oracle(mut scene in scene::blocks_and_walls(1..8, &scene::KINDS)) {

@@ -7,6 +7,7 @@ mod reference;
 use std::collections::HashMap;
 
 use self::reference::{Expected, key};
+use crate::support::cases::cases;
 use crate::support::{Random, Scratch, batches, runtime, runtime_for, verify_lines};
 use delaunay_tiles::geometry::{Orientation, Point, area_sign, orient2d};
 use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
@@ -566,7 +567,7 @@ fn regions_of_builds_larger_than_memory_equal_those_in_core() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 120, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(120) as u32, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
     fn regions_of_random_rectangles_equal_those_in_core(

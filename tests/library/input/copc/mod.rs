@@ -6,6 +6,7 @@ mod cloud;
 use crate::input::copc::cloud::{CENTRE, Cloud, HALF, Placed, SPACING, entry, meets};
 use crate::input::hostile::Random;
 use crate::input::{Read, assert_says, data, drain, file, stream};
+use crate::support::cases::cases;
 use delaunay_tiles::geometry::Rect;
 use delaunay_tiles::input::{InputError, InputOptions, PointSource};
 
@@ -316,7 +317,7 @@ fn damaged_octrees_give_points_or_an_error() {
     for length in (0..size).step_by(1 + size / 200).chain(size - 40..size) {
         check(&cloud.bytes[..length]);
     }
-    for round in 0..800 {
+    for round in 0..cases(800) {
         let mut bytes = cloud.bytes.clone();
         for _ in 0..=random.below(2) {
             let at = match round % 4 {

@@ -1,6 +1,9 @@
 //! Helpers that the tests of the tool share: they run the tool in a folder and return its output.
 #![allow(dead_code, reason = "each test uses some of the helpers")]
 
+#[path = "../../../../tests/support/cases.rs"]
+pub mod cases;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};

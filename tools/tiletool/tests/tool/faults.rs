@@ -10,11 +10,14 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
+use crate::support::cases::cases;
 use crate::support::{errors, faults, run, tiletool};
 
 /// Maximum number of runs for each kind of fault. If there are more calls, they are sampled at
-/// equal steps.
-const MAX_RUNS: u64 = 40;
+/// equal steps, for each kind from another one on.
+fn max_runs() -> u64 {
+    cases(40) as u64
+}
 
 const WAYS: [&str; 6] = ["eio", "enospc", "eintr", "short", "torn", "delay"];
 
@@ -67,10 +70,10 @@ impl Trial {
         let (output, calls, _) = self.once(0, "eio");
         assert!(output.status.success(), "{}", errors(&output));
         assert!(calls > 5, "{}: {calls} calls", self.args);
-        for way in WAYS {
-            let step = calls.div_ceil(MAX_RUNS).max(1) as usize;
+        for (way, first) in WAYS.into_iter().zip(0..) {
+            let step = calls.div_ceil(max_runs()).max(1) as usize;
             // The last calls matter most, so sampling starts there.
-            for at in (1..=calls).rev().step_by(step) {
+            for at in (1..=calls).rev().skip(first % step).step_by(step) {
                 prepare(self.path());
                 let (output, _, is_done) = self.once(at, way);
                 let context = format!("{}, call {at} of {calls}, {way}: {}", self.args, errors(&output));
