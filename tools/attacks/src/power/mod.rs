@@ -12,8 +12,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, ensure};
+use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::io::MemoryFile;
 use delaunay_tiles::store::{OpenOptions, TileReader};
+use delaunay_tiles::{Durability, EditOptions, Editor, Point};
 use rand_chacha::ChaCha8Rng;
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -24,8 +26,9 @@ use disk::{Disk, Record, Tree, records};
 const CUTS: usize = 300;
 const RERUNS: usize = 4;
 
-/// The file that the commands write.
+/// The file that the commands write, and its log.
 const OUTPUT: &str = "x.tiles";
+const LOG: &str = "x.tiles.log";
 
 /// A command, and the folder in which it runs.
 struct Scene {
@@ -96,6 +99,9 @@ impl Scene {
         let kind = below(random, 5);
         let (before, args) = commands(kind, random);
         before.iter().try_for_each(|args| run(args).map(drop))?;
+        if args.starts_with("checkpoint") {
+            log_changes(&root.join(OUTPUT), random)?;
+        }
         let old = fs::read(root.join(OUTPUT))?;
         Ok(Self {
             digests: [run(&format!("digest --recompute {OUTPUT}"))?, String::new()],
@@ -192,26 +198,25 @@ impl Scene {
             }
             output.status.success()
         };
-        // A second edit adds lines to those in the file, and the digest counts lines.
-        if !(is_resumed || self.is_edit && is_new) {
+        // A second edit adds lines to those in the file, and the digest counts lines. A second checkpoint
+        // must find nothing to do.
+        let is_repeatable = !self.is_edit || self.args.starts_with("checkpoint");
+        if !(is_resumed || is_new && !is_repeatable) {
             context.run(&self.root, &self.args)?;
         }
         let digest = context.run(&self.root, &format!("digest --recompute {OUTPUT}"))?;
         ensure!(digest == self.digests[1], "the command made another file: {digest}");
         context.run(&self.root, &format!("verify --deep {OUTPUT}"))?;
-        if !(self.is_edit && is_new) {
-            let found = names(&self.root)?;
-            ensure!(
-                found == self.names,
-                "files stay behind: {found:?}, not {:?}",
-                self.names
-            );
+        if is_repeatable || !is_new {
+            let (found, mut expected) = (names(&self.root)?, self.names.clone());
+            expected.retain(|name| name != Path::new(LOG));
+            ensure!(found == expected, "files stay behind: {found:?}, not {expected:?}");
         }
         Ok(blocks)
     }
 
     fn is_input(&self, path: &Path) -> bool {
-        path != Path::new(OUTPUT) && self.names.iter().any(|name| name == path)
+        ![OUTPUT, LOG].map(Path::new).contains(&path) && self.names.iter().any(|name| name == path)
     }
 }
 
@@ -252,10 +257,11 @@ fn commands(kind: u64, random: &mut ChaCha8Rng) -> (Vec<String>, String) {
             // After some edits, the next one overwrites bytes of earlier states.
             let edits = [insert("q.f64"), delete.clone(), insert("q.f64")];
             before.extend(edits.into_iter().take(below(random, 4) as usize));
-            let command = match below(random, 4) {
+            let command = match below(random, 6) {
                 0 => constrain,
                 1 => insert("r.f64"),
                 2 => delete,
+                3 | 4 => format!("checkpoint {OUTPUT}"),
                 _ => {
                     // A file without triangles is built anew.
                     before.truncate(4);
@@ -270,6 +276,30 @@ fn commands(kind: u64, random: &mut ChaCha8Rng) -> (Vec<String>, String) {
             format!("compact {OUTPUT}"),
         ),
     }
+}
+
+/// Puts some transactions into the log of a file.
+fn log_changes(file: &Path, random: &mut ChaCha8Rng) -> anyhow::Result<()> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let at = |random: &mut ChaCha8Rng| below(random, 1 << 20) as f64 / f64::from(1 << 20);
+    runtime.block_on(async {
+        let options = EditOptions::default().memory(16 << 20).durability(Durability::Log);
+        let editor = Editor::open(file, options).await?;
+        for _ in 0..1 + below(random, 20) {
+            let points: Vec<Point> = (0..1 + below(random, 9))
+                .map(|_| Point::new(at(random), at(random)))
+                .collect();
+            let mut transaction = editor.begin().await?;
+            transaction.insert(&PointBatch {
+                records: (0..points.len() as u64).collect(),
+                points,
+                z: Vec::new(),
+            })?;
+            let summary = transaction.commit().await?;
+            ensure!(summary.pending_transactions > 0, "the transaction is not in the log");
+        }
+        Ok(())
+    })
 }
 
 /// Returns the names in a folder, sorted.

@@ -10,6 +10,9 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
+use delaunay_tiles::input::PointBatch;
+use delaunay_tiles::{Durability, EditOptions, Editor, Point};
+
 use crate::support::cases::cases;
 use crate::support::{errors, faults, run, tiletool};
 
@@ -243,6 +246,52 @@ fn io_faults_in_an_edit_that_leaves_no_triangles_leave_the_old_or_the_new_file()
         &["build row.csv apex.csv --segments street.csv -o old.tiles --quiet"],
         &["build row.csv --segments street.csv -o new.tiles --quiet"],
     );
+}
+
+/// What was acknowledged is in the log until it is in the file.
+#[test]
+fn io_faults_in_a_checkpoint_leave_the_log_or_the_new_file() {
+    let logged = [Point::new(1.5, 5.25), Point::new(70.0, -3.0)];
+    let mut trial = Trial::new("checkpoint now.tiles", |folder| {
+        write_town(folder);
+        fs::write(folder.join("more.csv"), "1.5,5.25\n70,-3\n").unwrap();
+        run(folder, "build points.csv -o old.tiles --tile-vertices 200 --quiet");
+        run(
+            folder,
+            "build points.csv more.csv -o new.tiles --tile-vertices 200 --quiet",
+        );
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .unwrap();
+        runtime.block_on(async {
+            let options = EditOptions::default().durability(Durability::Log);
+            let editor = Editor::open(folder.join("old.tiles"), options).await.unwrap();
+            for point in logged {
+                let mut transaction = editor.begin().await.unwrap();
+                let one = PointBatch {
+                    records: vec![0],
+                    points: vec![point],
+                    z: vec![],
+                };
+                transaction.insert(&one).unwrap();
+                transaction.commit().await.unwrap();
+            }
+        });
+    });
+    let renew = |folder: &Path| {
+        renew_now(folder);
+        fs::copy(folder.join("old.tiles.log"), folder.join("now.tiles.log")).unwrap();
+    };
+    trial.all(renew, |folder, _, succeeded, context| {
+        let is_new = is_like(folder, "now.tiles", "new.tiles");
+        let is_old = is_like(folder, "now.tiles", "old.tiles");
+        assert!(is_new || !succeeded && is_old, "{context}");
+        run(folder, "checkpoint now.tiles");
+        assert!(is_like(folder, "now.tiles", "new.tiles"), "{context}");
+        assert!(!folder.join("now.tiles.log").exists(), "{context}");
+        run(folder, "verify --deep now.tiles");
+    });
 }
 
 #[test]
