@@ -143,7 +143,10 @@ impl Disk {
     pub(crate) async fn survey(&self, id: TileId) -> Result<TileSurvey, EditError> {
         let stored = self.read(id).await?;
         let seeds = Arc::clone(&self.seeds);
-        let survey = move || TileSurvey::of(&EditTile::of(&stored), &TileParts::stored(&stored), &seeds);
+        let survey = move || {
+            let tile = EditTile::of(&stored);
+            TileSurvey::of(&tile, &tile.in_order(), &TileParts::stored(&stored), &seeds)
+        };
         self.workers.run(survey).await
     }
 
@@ -296,9 +299,10 @@ impl Disk {
     }
 
     fn encoded(&self, tile: &EditTile, codec: Codec) -> Encoded {
-        let parts = TileParts::of(tile);
-        let survey = TileSurvey::of(tile, &parts, &self.seeds);
-        let drafts = tile.drafts(&parts, survey.triangles);
+        let order = tile.in_order();
+        let parts = TileParts::of(tile, &order);
+        let survey = TileSurvey::of(tile, &order, &parts, &self.seeds);
+        let drafts = tile.drafts(&order, &parts, survey.triangles);
         let core = drafts.core.encode(tile.id, self.generation, &self.buffers);
         let border = drafts.border.encode(tile.id, self.generation, &self.buffers);
         Encoded {

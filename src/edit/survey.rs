@@ -5,8 +5,8 @@ use foldhash::{HashMap, HashMapExt, HashSet, HashSetExt};
 
 use crate::collections::union_find::UnionFind;
 use crate::constraints::seeds::Seeds;
-use crate::edit::tile::EditTile;
 use crate::edit::tile::parts::TileParts;
+use crate::edit::tile::{EditTile, TriangleOrder};
 use crate::geometry::{HalfEdge, Point, TriangleId};
 use crate::mesh::{Topology, Twin};
 use crate::store::{ComponentRecord, DigestSum, EdgeSource, TileId, VertexId, component_table, triangle_hash};
@@ -103,18 +103,15 @@ impl Surveys {
 }
 
 impl TileSurvey {
-    pub(crate) fn of(tile: &EditTile, parts: &TileParts, seeds: &Seeds) -> Self {
-        let (order, core_count) = tile.in_order();
+    pub(crate) fn of(tile: &EditTile, order: &TriangleOrder, parts: &TileParts, seeds: &Seeds) -> Self {
         let mut records = vec![ComponentRecord::default(); parts.count() as usize];
-        for &triangle in &order {
-            describe(
-                tile,
-                triangle,
-                seeds,
-                &mut records[parts.of_triangle(triangle) as usize],
-            );
+        let core = order.core.iter().map(|&triangle| (triangle, true));
+        let of_border = order.border.iter().map(|&triangle| (triangle, tile.owns(triangle)));
+        for (triangle, is_owned) in core.chain(of_border) {
+            let record = &mut records[parts.of_triangle(triangle) as usize];
+            describe(tile, triangle, is_owned, seeds, record);
         }
-        let border = &order[core_count..];
+        let border = &order.border;
         let neighbours: HashSet<TileId> = border
             .iter()
             .flat_map(|&triangle| tile.triangle(HalfEdge::new(triangle, 0)).0)
@@ -133,10 +130,10 @@ impl TileSurvey {
                 true => Vec::new(),
                 false => component_table::encode(tile.id, &records),
             },
-            linked: linked(tile, parts, &order),
+            linked: linked(tile, parts, order),
             shared: border.iter().map(|&triangle| shared(tile, parts, triangle)).collect(),
             neighbours: neighbours.into_iter().collect(),
-            changes: changes(tile, parts, &order),
+            changes: changes(tile, parts, &records),
         }
     }
 
@@ -150,11 +147,10 @@ impl TileSurvey {
     }
 }
 
-/// Adds what a triangle says of its component.
-fn describe(tile: &EditTile, triangle: TriangleId, seeds: &Seeds, record: &mut ComponentRecord) {
-    let (corners, _) = tile.triangle(HalfEdge::new(triangle, 0));
-    let points = corners.map(|vertex| vertex.point);
-    if tile.owns(triangle) {
+/// Adds what a triangle, which may belong to the tile, says of its component.
+fn describe(tile: &EditTile, triangle: TriangleId, is_owned: bool, seeds: &Seeds, record: &mut ComponentRecord) {
+    let points = tile.corner_points(triangle);
+    if is_owned {
         record.triangles.add_hash(triangle_hash(points));
     }
     record.is_seeded |= !seeds.is_empty() && seeds.any_in(points);
@@ -168,9 +164,12 @@ fn describe(tile: &EditTile, triangle: TriangleId, seeds: &Seeds, record: &mut C
 
 /// Returns the parts that are connected within a tile, each with the first one that it is connected
 /// with. There are such parts if they are the components that a build gave to a core.
-fn linked(tile: &EditTile, parts: &TileParts, order: &[TriangleId]) -> Vec<[u32; 2]> {
+fn linked(tile: &EditTile, parts: &TileParts, order: &TriangleOrder) -> Vec<[u32; 2]> {
+    if parts.count() < 2 {
+        return Vec::new();
+    }
     let mut sets = UnionFind::new(parts.count());
-    let half_edges = order.iter().flat_map(|&triangle| HalfEdge::of_triangle(triangle));
+    let half_edges = order.all().flat_map(HalfEdge::of_triangle);
     for half_edge in half_edges.filter(|&half_edge| !tile.is_constraint(half_edge)) {
         let Twin::HalfEdge(twin) = tile.twin(half_edge) else {
             continue;
@@ -200,14 +199,14 @@ fn shared(tile: &EditTile, parts: &TileParts, triangle: TriangleId) -> SharedTri
     )
 }
 
-/// Returns the changes of depth across the constraints of a tile and at the hull.
-fn changes(tile: &EditTile, parts: &TileParts, order: &[TriangleId]) -> Vec<(DepthChange, Option<EdgeSource>)> {
+/// Returns the changes of depth across the constraints of a tile and at the hull. `records` are those
+/// of its parts.
+fn changes(tile: &EditTile, parts: &TileParts, records: &[ComponentRecord]) -> Vec<(DepthChange, Option<EdgeSource>)> {
     let part = |half_edge: HalfEdge| parts.of_triangle(half_edge.triangle());
-    let half_edges = order.iter().flat_map(|&triangle| HalfEdge::of_triangle(triangle));
-    let open = half_edges.filter(|&half_edge| tile.twin(half_edge) == Twin::Hull && !tile.is_constraint(half_edge));
+    let open = records.iter().zip(0..).filter(|(record, _)| record.is_open);
     // Without a constraint in between, the region is as deep as the outside.
-    let open = open.map(|half_edge| {
-        let sides = [Some(part(half_edge)), None];
+    let open = open.map(|(_, part)| {
+        let sides = [Some(part), None];
         (DepthChange { sides, change: 0 }, None)
     });
     let constraints = tile.owned_constraints().map(|(half_edge, sources)| {

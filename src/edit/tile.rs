@@ -59,6 +59,19 @@ pub(crate) struct EditTile {
     source_count: usize,
 }
 
+/// The positions of the triangles of a tile, in the order in which they are written.
+pub(crate) struct TriangleOrder {
+    /// Those whose corners are all the tile's own. They belong to it.
+    pub(crate) core: Vec<TriangleId>,
+    pub(crate) border: Vec<TriangleId>,
+}
+
+impl TriangleOrder {
+    pub(crate) fn all(&self) -> impl Iterator<Item = TriangleId> {
+        self.core.iter().chain(&self.border).copied()
+    }
+}
+
 /// A vertex to be added to a tile.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NewVertex {
@@ -177,6 +190,15 @@ impl EditTile {
         }
     }
 
+    /// Returns the points of the corners of a triangle.
+    pub(crate) fn corner_points(&self, triangle: TriangleId) -> [Point; 3] {
+        let own = &self.points;
+        self.triangles[triangle.index()].map(|corner| match own.get(corner.index()) {
+            Some(&point) => point,
+            None => self.foreign[corner.index() - own.len()].point,
+        })
+    }
+
     /// Returns the vertex that a half-edge starts from.
     pub(crate) fn origin_vertex(&self, half_edge: HalfEdge) -> EditVertex {
         self.vertex(self.origin(half_edge))
@@ -267,19 +289,18 @@ impl EditTile {
         own
     }
 
-    /// Returns the positions of its triangles, those whose corners are all its own first, and the
-    /// number of these.
-    pub(crate) fn in_order(&self) -> (Vec<TriangleId>, usize) {
+    /// Returns its triangles in the order in which they are written.
+    pub(crate) fn in_order(&self) -> TriangleOrder {
         let own = self.points.len() as u32;
-        let all = self
-            .triangle_ids()
-            .zip(&self.triangles)
-            .filter(|(_, corners)| **corners != GONE);
-        let (core, border): (Vec<_>, Vec<_>) =
-            all.partition(|(_, corners)| corners.iter().all(|&corner| corner.0 < own));
-        let core_count = core.len();
-        let triangles = core.into_iter().chain(border).map(|(triangle, _)| triangle);
-        (triangles.collect(), core_count)
+        let (mut core, mut border) = (Vec::with_capacity(self.triangles.len()), Vec::new());
+        for (triangle, corners) in self.triangle_ids().zip(&self.triangles) {
+            if corners.iter().all(|&corner| corner.0 < own) {
+                core.push(triangle);
+            } else if *corners != GONE {
+                border.push(triangle);
+            }
+        }
+        TriangleOrder { core, border }
     }
 
     /// Returns whether the triangle at a position was removed.

@@ -28,7 +28,7 @@ pub(crate) async fn make(
     let has_triangles = before.triangles > 0;
     let work = Arc::new(work);
     if concerns_points_only(before, &work)
-        && (prefers_build || !has_triangles || is_build_faster(target, &work).await?)
+        && (prefers_build || !has_triangles || is_build_faster(target, before, &work).await?)
     {
         match rebuild(target, Arc::clone(&work), memory).await {
             Ok(summary) => return Ok(summary),
@@ -55,13 +55,19 @@ fn concerns_points_only(before: &Metadata, work: &Work) -> bool {
 }
 
 /// Returns whether it is faster to build all tiles than to edit those that points touch.
-async fn is_build_faster(target: &Target, work: &Work) -> Result<bool, EditError> {
+async fn is_build_faster(target: &Target, before: &Metadata, work: &Work) -> Result<bool, EditError> {
+    let of_build = before.vertices as f64 + OF_BUILD;
+    let calls = work.points.all.len() as f64;
+    // Few changes cannot touch so many tiles. Then the directory need not be read.
+    let largest = 1.5 * f64::from(before.tile_vertices);
+    if calls * (2.0 * OF_TOUCHED * largest + OF_CHANGE) <= of_build {
+        return Ok(false);
+    }
     let reader = target.read().await?;
     let directory = reader.directory().await?;
     let positions = work.points.all.iter().flat_map(|call| call.positions()).flatten();
     let tiles: HashSet<TileId> = positions.filter_map(|point| directory.tree.tile_at(point)).collect();
     let touched = tiles.iter().filter_map(|&id| directory.entry(id));
     let touched: u64 = touched.map(|tile| u64::from(tile.vertices)).sum();
-    let of_edit = OF_TOUCHED * touched as f64 + OF_CHANGE * work.points.all.len() as f64;
-    Ok(of_edit > reader.metadata().vertices as f64 + OF_BUILD)
+    Ok(OF_TOUCHED * touched as f64 + OF_CHANGE * calls > of_build)
 }

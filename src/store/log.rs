@@ -1,7 +1,7 @@
 //! The log of a tile file: transactions that are on the medium, and not yet in the file.
 //!
 //! It lies beside the file, as `NAME.log`. What a transaction contains is not known here.
-//! `schema/FORMAT.md` specifies the bytes around it.
+//! `schema/LOG.md` specifies its bytes.
 //!
 //! ```text
 //!   head │ number, length, checksum │ transaction │ number, length, checksum │ transaction │ …

@@ -91,7 +91,7 @@ type Samples = Shelf<u32, Sample, Trouble>;
 type Loaded = Result<Arc<Sample>, Trouble>;
 
 /// Runs `test` under `schedules` random schedules and a quarter as many PCT schedules.
-fn explore<F: Future<Output = ()>>(schedules: usize, test: impl Fn() -> F + Send + Sync + 'static) {
+pub fn explore<F: Future<Output = ()>>(schedules: usize, test: impl Fn() -> F + Send + Sync + 'static) {
     let test = Arc::new(move || block_on(test()));
     let random = Arc::clone(&test);
     Runner::new(RandomScheduler::new_from_seed(1, schedules), Config::new()).run(move || random());

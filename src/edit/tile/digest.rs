@@ -1,6 +1,6 @@
 //! The digest of a tile during an edit.
 
-use crate::edit::tile::EditTile;
+use crate::edit::tile::{EditTile, TriangleOrder};
 use crate::mesh::Topology;
 use crate::store::{Digest, DigestSum, triangle_hash};
 
@@ -36,10 +36,10 @@ impl EditTile {
     /// Returns the number of the triangles that belong to the tile, and the sum of their hashes.
     fn triangle_sum(&self) -> DigestSum {
         let mut sum = DigestSum::default();
-        let all = self.triangle_ids().filter(|&triangle| !self.is_removed(triangle));
-        for triangle in all.filter(|&triangle| self.owns(triangle)) {
-            let corners = self.triangles[triangle.index()];
-            sum.add_hash(triangle_hash(corners.map(|corner| self.vertex(corner).point)));
+        let TriangleOrder { core, border } = self.in_order();
+        let of_border = border.into_iter().filter(|&triangle| self.owns(triangle));
+        for triangle in core.into_iter().chain(of_border) {
+            sum.add_hash(triangle_hash(self.corner_points(triangle)));
         }
         sum
     }

@@ -3,8 +3,8 @@
 //! Triangles whose corners are all the tile's own go to the core, the others to the border. So a
 //! triangle that was late when the tile was first written may be in the core now.
 
-use crate::edit::tile::EditTile;
 use crate::edit::tile::parts::TileParts;
+use crate::edit::tile::{EditTile, TriangleOrder};
 use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, Rect, TriangleId};
 use crate::mesh::{Topology, Twin};
@@ -20,10 +20,8 @@ pub(crate) struct Drafts {
 }
 
 /// The numbers of triangles and corners in the written tile.
-struct Numbering {
-    /// The positions of the triangles of the core, and of those of the border.
-    of_core: Vec<TriangleId>,
-    of_border: Vec<TriangleId>,
+struct Numbering<'a> {
+    order: &'a TriangleOrder,
     /// The number of the triangle at each position that has one.
     triangles: Vec<TriangleId>,
     /// The vertices of other tiles that are corners.
@@ -32,18 +30,15 @@ struct Numbering {
     corners: Vec<u32>,
 }
 
-impl Numbering {
-    fn of(tile: &EditTile) -> Self {
-        let (mut of_core, core_count) = tile.in_order();
+impl<'a> Numbering<'a> {
+    fn of(tile: &EditTile, order: &'a TriangleOrder) -> Self {
         let mut triangles = vec![TriangleId(0); tile.triangles.len()];
-        for (&triangle, number) in of_core.iter().zip((0..).map(TriangleId)) {
+        for (triangle, number) in order.all().zip((0..).map(TriangleId)) {
             triangles[triangle.index()] = number;
         }
-        let of_border = of_core.split_off(core_count);
-        let (foreign, corners) = tile.foreign_in_order(&of_border);
+        let (foreign, corners) = tile.foreign_in_order(&order.border);
         Self {
-            of_core,
-            of_border,
+            order,
             triangles,
             foreign,
             corners,
@@ -55,23 +50,18 @@ impl Numbering {
     }
 
     fn is_in_core(&self, number: HalfEdge) -> bool {
-        number.triangle().index() < self.of_core.len()
-    }
-
-    /// Returns the positions of all triangles, in the order of their numbers.
-    fn in_order(&self) -> impl Iterator<Item = TriangleId> {
-        self.of_core.iter().chain(&self.of_border).copied()
+        number.triangle().index() < self.order.core.len()
     }
 }
 
 impl EditTile {
     /// Makes the core and the border. The parts become components. `triangles` is the sum of the
     /// triangles that belong to the tile.
-    pub(crate) fn drafts(&self, parts: &TileParts, triangles: DigestSum) -> Drafts {
-        let numbering = Numbering::of(self);
+    pub(crate) fn drafts(&self, order: &TriangleOrder, parts: &TileParts, triangles: DigestSum) -> Drafts {
+        let numbering = Numbering::of(self, order);
         let mut drafts = Drafts {
             digest: self.digest_with(triangles),
-            bounds: self.bounds(&numbering),
+            bounds: self.bounds(&order.border),
             core: self.core_draft(&numbering),
             border: self.border_draft(&numbering),
         };
@@ -79,15 +69,15 @@ impl EditTile {
         self.put_sources(&mut drafts, &numbering);
         if parts.count() > 1 {
             let of = |triangles: &[TriangleId]| triangles.iter().map(|&triangle| parts.of_triangle(triangle)).collect();
-            drafts.core.components = of(&numbering.of_core);
-            drafts.border.components = of(&numbering.of_border);
+            drafts.core.components = of(&order.core);
+            drafts.border.components = of(&order.border);
         }
         drafts
     }
 
     /// Makes the core, without its components and the sources of its edges.
     fn core_draft(&self, numbering: &Numbering) -> CoreDraft {
-        let triangles = &numbering.of_core;
+        let triangles = &numbering.order.core;
         let in_core = |half_edge: HalfEdge| {
             let twin = numbering.half_edge(self.twin(half_edge).half_edge()?);
             numbering.is_in_core(twin).then_some(twin)
@@ -112,14 +102,14 @@ impl EditTile {
     /// Makes the border, without a half-edge at each vertex, its components and the sources of its
     /// edges.
     fn border_draft(&self, numbering: &Numbering) -> BorderDraft {
-        let triangles = &numbering.of_border;
+        let triangles = &numbering.order.border;
         let twin = |half_edge: HalfEdge| match self.twin(half_edge) {
             Twin::HalfEdge(twin) => Twin::HalfEdge(numbering.half_edge(twin)),
             twin => twin,
         };
         BorderDraft {
             vertices: self.points.len() as u32,
-            core_triangles: numbering.of_core.len() as u32,
+            core_triangles: numbering.order.core.len() as u32,
             foreign: numbering.foreign.iter().map(|v| (v.id, v.point)).collect(),
             foreign_z: (!self.z.is_empty()).then(|| numbering.foreign.iter().map(|v| v.z).collect()),
             triangles: self.numbered_corners(triangles, numbering),
@@ -154,13 +144,13 @@ impl EditTile {
 
     /// Returns the pairs of a half-edge of the core and its twin in the border, in order.
     fn core_links(&self, numbering: &Numbering) -> Vec<(u32, u32)> {
-        let half_edges = numbering
-            .of_core
-            .iter()
-            .flat_map(|&triangle| HalfEdge::of_triangle(triangle));
+        let border = numbering.order.border.iter();
+        let half_edges = border.flat_map(|&triangle| HalfEdge::of_triangle(triangle));
         let links = half_edges.filter_map(|half_edge| {
             let twin = numbering.half_edge(self.twin(half_edge).half_edge()?);
-            (!numbering.is_in_core(twin)).then(|| (numbering.half_edge(half_edge).0, twin.0))
+            numbering
+                .is_in_core(twin)
+                .then(|| (twin.0, numbering.half_edge(half_edge).0))
         });
         let mut links: Vec<(u32, u32)> = links.collect();
         links.sort_unstable();
@@ -189,10 +179,10 @@ impl EditTile {
 
     /// Returns the box around the tile's vertices and the corners of the triangles that belong to
     /// it.
-    fn bounds(&self, numbering: &Numbering) -> Rect {
-        let owned = numbering.in_order().filter(|&triangle| self.owns(triangle));
-        let corners =
-            owned.flat_map(|triangle| self.triangles[triangle.index()].map(|corner| self.vertex(corner).point));
+    fn bounds(&self, border: &[TriangleId]) -> Rect {
+        let owned = border.iter().filter(|&&triangle| self.owns(triangle));
+        let corners = owned.flat_map(|&triangle| self.corner_points(triangle));
+        // The corners of all other triangles are vertices of the tile.
         Rect::around(self.points.iter().copied().chain(corners))
     }
 

@@ -1,7 +1,7 @@
 //! The parts of a tile, which become its components when it is written.
 
 use crate::collections::union_find::UnionFind;
-use crate::edit::tile::EditTile;
+use crate::edit::tile::{EditTile, TriangleOrder};
 use crate::geometry::{HalfEdge, TriangleId};
 use crate::mesh::{Topology, Twin};
 use crate::store::Tile;
@@ -15,11 +15,10 @@ pub(crate) struct TileParts {
 impl TileParts {
     /// Finds the sets of triangles that are connected within a tile without crossing a constraint.
     /// They are numbered by their first triangles.
-    pub(crate) fn of(tile: &EditTile) -> Self {
-        let (order, _) = tile.in_order();
+    pub(crate) fn of(tile: &EditTile, order: &TriangleOrder) -> Self {
         let triangle_count = tile.triangle_count();
         let mut sets = UnionFind::new(triangle_count);
-        for &triangle in &order {
+        for triangle in order.all() {
             for half_edge in HalfEdge::of_triangle(triangle) {
                 if let Twin::HalfEdge(twin) = tile.twin(half_edge)
                     && twin < half_edge
@@ -35,7 +34,7 @@ impl TileParts {
             count: 0,
         };
         let mut of_sets = vec![None; triangle_count as usize];
-        for &triangle in &order {
+        for triangle in order.all() {
             this.of_triangles[triangle.index()] = *of_sets[sets.find(triangle.0) as usize].get_or_insert_with(|| {
                 this.count += 1;
                 this.count - 1

@@ -7,7 +7,7 @@ use delaunay_tiles::store::{EdgeSource, LineKind};
 use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, MemoryShortage, MemoryUse};
 use distributions::Kind;
 
-use super::{ENOUGH, Input, Segment, WAYS, check};
+use super::{ENOUGH, Input, Segment, check, ways};
 use crate::support::{Random, Scratch, batches, points_of, runtime, verify_lines};
 
 /// Returns the point at position `at` on one of three lines through the centre of the unit square.
@@ -65,7 +65,7 @@ fn edges_store_all_lines_that_run_along_them() {
                 points,
                 segments,
             },
-            &WAYS,
+            ways(),
         );
     }
 }
