@@ -97,10 +97,14 @@ impl Opened {
         }
     }
 
-    /// Reads the data of the generation in force, as it was opened. Fails if they were overwritten.
-    async fn read(&self) {
+    /// Returns the generation in force.
+    async fn generation(&self) -> u64 {
         let head = self.read_at(0..16).await.unwrap();
-        let generation = Superblock::choose(&head).unwrap().superblock.generation;
+        Superblock::choose(&head).unwrap().superblock.generation
+    }
+
+    /// Reads the data of a generation. Fails if they were overwritten.
+    async fn read(&self, generation: u64) {
         yield_now().await;
         let place = self.file.model().places[generation as usize];
         yield_now().await;
@@ -148,8 +152,9 @@ impl Drop for Opened {
     }
 }
 
-/// Reads a file while it is edited. `open` returns whether the reader may use what it opened.
-fn read_during_edits<F: Future<Output = bool> + Send>(
+/// Reads a file while it is edited. `open` returns the generation to read, if the reader need not start
+/// again.
+fn read_during_edits<F: Future<Output = Option<u64>> + Send>(
     schedules: usize,
     open: impl Fn(Arc<Opened>) -> F + Copy + Send + Sync + 'static,
 ) {
@@ -163,13 +168,12 @@ fn read_during_edits<F: Future<Output = bool> + Send>(
                 .map(|_| {
                     let file = file.clone();
                     spawn(async move {
-                        let opened = loop {
+                        loop {
                             let opened = Arc::new(Opened::new(&file));
-                            if open(Arc::clone(&opened)).await {
-                                break opened;
+                            if let Some(generation) = open(Arc::clone(&opened)).await {
+                                break opened.read(generation).await;
                             }
-                        };
-                        opened.read().await;
+                        }
                     })
                 })
                 .collect();
@@ -187,7 +191,12 @@ fn read_during_edits<F: Future<Output = bool> + Send>(
 
 #[test]
 fn edits_never_overwrite_what_a_reader_reads() {
-    read_during_edits(4000, |opened| async move { lock_generation(&*opened).await });
+    read_during_edits(4000, |opened| async move {
+        match lock_generation(&*opened).await {
+            true => Some(opened.generation().await),
+            false => None,
+        }
+    });
 }
 
 /// The checker finds what the protocol prevents.
@@ -195,8 +204,8 @@ fn edits_never_overwrite_what_a_reader_reads() {
 #[should_panic(expected = "the data of a reader were overwritten")]
 fn a_reader_that_does_not_look_again_after_it_locked_is_found() {
     read_during_edits(4000, |opened| async move {
-        let head = opened.read_at(0..16).await.unwrap();
-        let in_force = Superblock::choose(&head).unwrap().superblock;
-        opened.lock_shared(in_force.generation).is_ok()
+        let generation = opened.generation().await;
+        opened.lock_shared(generation).unwrap();
+        Some(generation)
     });
 }
