@@ -78,22 +78,27 @@ impl LockedFile {
         }
     }
 
-    /// Makes all changes in the file, after those that are in the log.
+    /// Makes the changes that are in the log before others, which were to be made in a file with the
+    /// metadata `before`. Returns how many record numbers these left unused: a checkpoint that came to
+    /// nothing has used none.
+    pub(super) async fn settle(&mut self, before: &mut Metadata) -> Result<u64, EditError> {
+        if self.checkpoint().await?.is_none() {
+            return Ok(0);
+        }
+        self.target.renew();
+        let expected = before.next_record;
+        *before = self.target.read().await?.metadata().clone();
+        Ok(expected.saturating_sub(before.next_record))
+    }
+
+    /// Makes all changes in the file, which has nothing in its log.
     pub(super) async fn make(
         &mut self,
-        before: Metadata,
-        mut work: Work,
+        before: &Metadata,
+        work: Work,
         prefers_build: bool,
     ) -> Result<EditSummary, EditError> {
-        let mut before = before;
-        if self.checkpoint().await?.is_some() {
-            self.target.renew();
-            let now = self.target.read().await?;
-            // A checkpoint that came to nothing has used no record numbers.
-            work.new_records += before.next_record.saturating_sub(now.metadata().next_record);
-            before = now.metadata().clone();
-        }
-        make(&mut self.target, &before, work, prefers_build, self.memory).await
+        make(&mut self.target, before, work, prefers_build, self.memory).await
     }
 
     /// Makes the changes that are in the log. Returns `None` if there are none.

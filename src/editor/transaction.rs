@@ -327,7 +327,7 @@ impl Transaction {
             let is_small = self.may_be_logged();
             let Self {
                 mut file,
-                before,
+                mut before,
                 memory,
                 mut z,
                 missing_z,
@@ -343,6 +343,8 @@ impl Transaction {
                     Err(points) => points,
                 };
             }
+            // New vertices take their z from the surface with what is in the log.
+            let unused_records = file.settle(&mut before).await?;
             let lines = self.lines.finish()?;
             let gone = self.gone.finish()?;
             let gone = GoneLines {
@@ -361,7 +363,7 @@ impl Transaction {
             z.shrink_to_fit();
             let pieces = |normalizer| normalized_pieces(&lines.segments, normalizer);
             let work = Work {
-                new_records: points.records + 2 * lines.segments.len() as u64 + sites.all.len() as u64,
+                new_records: unused_records + points.records + 2 * lines.segments.len() as u64 + sites.all.len() as u64,
                 points,
                 sites,
                 gone,
@@ -378,7 +380,7 @@ impl Transaction {
                 is_dry_run,
                 threads: thread::available_parallelism().map_or(1, NonZero::get),
             };
-            file.make(before, work, prefers_build).await
+            file.make(&before, work, prefers_build).await
         }
         .boxed()
     }

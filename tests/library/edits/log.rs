@@ -12,7 +12,7 @@ use delaunay_tiles::overviews::OverviewOptions;
 use delaunay_tiles::store::{Digest, LogError};
 use delaunay_tiles::{BuildOptions, Durability, EditError, EditOptions, EditSummary, Editor, OpenOptions, TileReader};
 
-use crate::edits::scene::{checked, checked_outcome, random_scene};
+use crate::edits::scene::{Scene, checked, checked_outcome, key, random_scene};
 use crate::edits::{digest, grid, grid_in_tiles_of};
 use crate::support::cases::cases;
 use crate::support::{Random, Scratch, built, points_of, runtime};
@@ -193,6 +193,38 @@ fn large_transactions_and_those_with_lines_are_made_in_the_file_after_the_log() 
         let summary = insert(&editor, &[Point::new(5.5, 4.5)]).await.unwrap();
         assert_eq!((summary.vertices, summary.pending_transactions), (5903, 0));
         scratch.open().await.verify(true).await.unwrap();
+    });
+}
+
+#[test]
+fn lines_take_their_z_from_the_surface_with_what_is_in_the_log() {
+    runtime().block_on(async {
+        let mut digests = Vec::new();
+        for durability in [Durability::Log, Durability::File] {
+            let mut scene = Scene {
+                has_z: true,
+                ..Scene::default()
+            };
+            let corners = [(0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (0.0, 9.0)].map(|(x, y)| Point::new(x, y));
+            scene.points.extend(corners.map(|p| (key(p), (p, 0.0))));
+            let scratch = scene.build(50).await.unwrap();
+            let editor = Editor::open(&scratch.path, options().durability(durability))
+                .await
+                .unwrap();
+            let mut transaction = editor.begin().await.unwrap();
+            let top = [(Point::new(4.5, 4.5), 100.0)];
+            transaction.insert(&scene.batch(top.into_iter())).unwrap();
+            let logged = transaction.commit().await.unwrap().pending_transactions;
+            assert_eq!(logged > 0, durability == Durability::Log);
+            let mut transaction = editor.begin().await.unwrap();
+            let line = super::segment((4.5, 4.0), (3.0, 3.5));
+            transaction
+                .constrain(delaunay_tiles::store::LineKind::BreakLine, 0, &line)
+                .unwrap();
+            transaction.commit().await.unwrap();
+            digests.push(checked(&scratch).await);
+        }
+        assert_eq!(digests[0], digests[1]);
     });
 }
 
