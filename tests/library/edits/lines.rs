@@ -15,7 +15,7 @@ use crate::edits::scene::{
     Line, Scene, batch_of_line, batch_of_sites, checked, checked_outcome, key, random_line, random_scene, random_site,
     source,
 };
-use crate::support::cases::cases;
+use crate::support::cases::seeds;
 use crate::support::{Random, Scratch, runtime};
 
 /// So little memory that tiles must leave the cache and come back.
@@ -151,22 +151,22 @@ async fn compare_lines(scratch: &Scratch, scene: &Scene, seed: u64) {
 #[test]
 fn random_sequences_with_lines_that_go_give_what_a_build_gives() {
     runtime().block_on(async {
-        let mut edits = 0;
-        for seed in 0..cases(300) as u64 {
+        let (seeds, mut edits) = (seeds(300), 0);
+        for &seed in &seeds {
             edits += check_sequence(seed, 3..5).await;
         }
-        assert!(edits > cases(500) as u64, "{edits}");
+        assert!(3 * edits > 5 * seeds.len() as u64, "{edits}");
     });
 }
 
 #[test]
 fn lines_come_to_files_without_triangles_and_leave_files_without() {
     runtime().block_on(async {
-        let mut edits = 0;
-        for seed in 0..cases(120) as u64 {
+        let (seeds, mut edits) = (seeds(120), 0);
+        for &seed in &seeds {
             edits += check_sequence(seed, 6..7).await;
         }
-        assert!(edits > cases(200) as u64, "{edits}");
+        assert!(3 * edits > 5 * seeds.len() as u64, "{edits}");
     });
 }
 
