@@ -1,9 +1,11 @@
 //! The input of an edit.
 
+use std::sync::Arc;
+
 use crate::constraints::polygons::check::{InvertedPolygons, Overlapping};
 use crate::constraints::segment::Segment;
 use crate::constraints::without_z::NO_Z;
-use crate::edit::points::PointCalls;
+use crate::edit::points::{PointCall, PointCalls};
 use crate::edit::sites::SiteCalls;
 use crate::edit::unconstrain::GoneLines;
 use crate::geometry::Point;
@@ -27,13 +29,13 @@ pub(crate) struct Work {
     pub(crate) sites: SiteCalls,
     /// The lines that go.
     pub(crate) gone: GoneLines,
-    /// The segments, whose ends become vertices.
-    pub(crate) segments: Vec<Segment>,
+    /// The segments, whose ends become vertices. Copies of the work share them.
+    pub(crate) segments: Arc<Vec<Segment>>,
     /// What becomes constraints: the segments after obstacles were normalised; `None` if these are
     /// all segments as they are.
-    pub(crate) pieces: Option<Vec<Piece>>,
+    pub(crate) pieces: Option<Arc<Vec<Piece>>>,
     /// z at some of the ends of all segments, or [`NO_Z`].
-    pub(crate) z: Vec<f64>,
+    pub(crate) z: Arc<Vec<f64>>,
     /// What to do with ends that have no z and become vertices, if the file has z.
     pub(crate) missing_z: MissingZ,
     /// New lines for the directory.
@@ -69,6 +71,26 @@ impl Work {
         }
     }
 
+    /// Returns the part of it that counts the records of points, and names their sources.
+    pub(crate) fn of_records(&self) -> Self {
+        Self {
+            points: self.points.without_calls(),
+            new_records: self.points.records,
+            ..Self::default()
+        }
+    }
+
+    /// Returns the rest of it, an edit of a draft in which points were changed and their records
+    /// counted, with the calls that were `left`. Returns `None` if nothing is.
+    pub(crate) fn after_points(&self, left: Vec<PointCall>) -> Option<Self> {
+        let rest = Self {
+            points: PointCalls::checked(left),
+            new_records: self.new_records.saturating_sub(self.points.records),
+            ..self.for_draft()
+        };
+        (!rest.is_empty()).then_some(rest)
+    }
+
     /// Returns whether it changes nothing.
     pub(crate) fn is_empty(&self) -> bool {
         !self.changes_what_was_built() && self.segments.is_empty()
@@ -81,7 +103,7 @@ impl Work {
 
     /// Returns the number of segments that become constraints.
     pub(crate) fn piece_count(&self) -> u32 {
-        self.pieces.as_ref().map_or(self.segments.len(), Vec::len) as u32
+        self.pieces.as_ref().map_or(self.segments.len(), |pieces| pieces.len()) as u32
     }
 
     /// Returns a segment that becomes a constraint.

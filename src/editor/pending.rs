@@ -10,7 +10,6 @@ use crate::edit::{Attributes, EditError, EditSummary, Missing, PointCalls, Posit
 use crate::editor::logged::{decode, encode};
 use crate::editor::look_up::look_up;
 use crate::geometry::Point;
-use crate::input::MissingZ;
 use crate::store::{Directory, Log, LogError, Logged, TileId, TileReader};
 
 /// The changes of a file of points that were not made in it yet.
@@ -44,7 +43,7 @@ impl Pending {
         Ok(Some(Self {
             directory: reader.directory().await?,
             log: None,
-            calls: no_calls(),
+            calls: PointCalls::checked(Vec::new()),
             transactions: 0,
             now: HashMap::default(),
             vertices: metadata.vertices,
@@ -175,7 +174,7 @@ pub(super) struct LoggedChanges {
 impl LoggedChanges {
     /// Returns the changes of a log that was opened.
     pub(super) fn of(logged: Logged) -> Result<Self, LogError> {
-        let mut calls = no_calls();
+        let mut calls = PointCalls::checked(Vec::new());
         for (transaction, number) in logged.transactions.iter().zip(1..) {
             let damaged = || {
                 logged
@@ -190,12 +189,4 @@ impl LoggedChanges {
             calls,
         })
     }
-}
-
-/// Returns no calls, but how to carry out those that were checked when they came.
-fn no_calls() -> PointCalls {
-    let mut calls = PointCalls::default();
-    calls.skip_missing = true;
-    calls.missing_z = MissingZ::Zero;
-    calls
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::num::NonZero;
+use std::sync::Arc;
 use std::thread;
 
 use futures::future::FutureExt;
@@ -103,8 +104,8 @@ impl Transaction {
     }
 
     /// Sets whether to build all tiles anew even if few points change. By default they are built anew
-    /// if so many change that this is faster, or if the file has no triangles. A file with lines or sites
-    /// that has triangles is edited in any case.
+    /// if so many change that this is faster, or if the file has no triangles. If no point changes, a
+    /// file with triangles is edited in any case.
     ///
     /// A build makes a file that takes the place of the edited one, with its permissions. It needs room
     /// for it in the same folder, where its work is in `FILE.partial/`. It has no
@@ -348,7 +349,7 @@ impl Transaction {
             let lines = self.lines.finish()?;
             let gone = self.gone.finish()?;
             let gone = GoneLines {
-                segments: normalized(gone.segments, gone.normalizer),
+                segments: Arc::new(normalized(gone.segments, gone.normalizer)),
                 polygon_lines: gone.polygon_lines,
                 numbers: self.gone_numbers,
                 memory,
@@ -361,7 +362,7 @@ impl Transaction {
                 drape_sites(&file.target, &mut sites, memory).await?;
             }
             z.shrink_to_fit();
-            let pieces = |normalizer| normalized_pieces(&lines.segments, normalizer);
+            let pieces = |normalizer| Arc::new(normalized_pieces(&lines.segments, normalizer));
             let work = Work {
                 new_records: unused_records + points.records + 2 * lines.segments.len() as u64 + sites.all.len() as u64,
                 points,
@@ -369,8 +370,8 @@ impl Transaction {
                 gone,
                 pieces: lines.normalizer.map(pieces),
                 earlier_transactions: 0,
-                segments: lines.segments,
-                z,
+                segments: Arc::new(lines.segments),
+                z: Arc::new(z),
                 missing_z,
                 lines: self.sources,
                 polygon_lines: lines.polygon_lines,

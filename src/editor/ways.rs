@@ -27,12 +27,16 @@ pub(crate) async fn make(
 ) -> Result<EditSummary, EditError> {
     let has_triangles = before.triangles > 0;
     let work = Arc::new(work);
-    if concerns_points_only(before, &work)
-        && (prefers_build || !has_triangles || is_build_faster(target, before, &work).await?)
-    {
+    let is_rebuilt = match has_triangles {
+        true => !work.points.all.is_empty() && (prefers_build || is_build_faster(target, before, &work).await?),
+        false => concerns_points_only(before, &work),
+    };
+    if is_rebuilt {
         match rebuild(target, Arc::clone(&work), memory).await {
             Ok(summary) => return Ok(summary),
             Err(NotBuilt::NotBegun(error)) => tracing::debug!(%error, "the file is not built anew"),
+            // An edit finds out whether anything is left besides the points.
+            Err(NotBuilt::Failed(EditError::NothingLeft)) => {}
             Err(NotBuilt::Failed(error)) => return Err(error),
         }
     }

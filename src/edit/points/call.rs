@@ -67,6 +67,26 @@ pub(crate) struct PointCalls {
 }
 
 impl PointCalls {
+    /// Returns calls whose points are known to be there, or not, as the calls need it.
+    pub(crate) fn checked(all: Vec<PointCall>) -> Self {
+        Self {
+            has_moves: all.iter().any(|call| call.is_move()),
+            all,
+            skip_missing: true,
+            missing_z: MissingZ::Zero,
+            ..Self::default()
+        }
+    }
+
+    /// Returns everything but the calls.
+    pub(crate) fn without_calls(&self) -> Self {
+        Self {
+            all: Vec::new(),
+            sources: self.sources.clone(),
+            ..*self
+        }
+    }
+
     pub(crate) fn push(&mut self, call: PointCall) {
         self.has_moves |= call.is_move();
         self.all.push(call);

@@ -1,6 +1,7 @@
 //! The lines that go.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use crate::constraints::segment::Segment;
 use crate::store::{LineKind, PolygonLine, polygon_of};
@@ -10,7 +11,7 @@ use crate::store::{LineKind, PolygonLine, polygon_of};
 pub(crate) struct GoneLines {
     /// The segments of the lines that are given by geometry, after obstacles were normalised. Their
     /// sources have the numbers of the given lines.
-    pub(crate) segments: Vec<Segment>,
+    pub(crate) segments: Arc<Vec<Segment>>,
     /// The given lines that belong to the polygon of a smaller one.
     pub(crate) polygon_lines: Vec<PolygonLine>,
     /// The numbers of lines of the file.

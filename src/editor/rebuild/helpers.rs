@@ -57,11 +57,11 @@ impl Helpers {
         }
     }
 
-    /// Returns the calls that delete them.
-    pub(super) fn deletions(&self) -> PointCalls {
-        let mut calls = PointCalls::default();
-        self.delete(&mut calls);
-        calls
+    /// Returns an edit that deletes them and does nothing else.
+    pub(super) fn deletions(&self) -> Work {
+        let mut work = Work::default();
+        self.delete(&mut work.points);
+        work
     }
 
     fn delete(&self, calls: &mut PointCalls) {

@@ -1,13 +1,17 @@
 //! Builds all tiles of a file anew.
 //!
-//! In: the file, and changes of its points. Out: a file with the changed points that takes its place,
-//! as its next state. Readers of the file keep it as it was.
+//! In: the file, and changes of it. Out: the file with these changes, which takes its place as its next
+//! state. Readers of the file keep it as it was.
 //!
 //! ```text
-//!   lines, sites of the file ──────────────────┐ (contents)
-//!   tiles, read ahead ──▶ vertices, changed ───┴──▶ build ──▶ edit, if need be ──▶ rename
-//!   calls, by tile ──────────┘ (points)
+//!   lines, sites of the file ───────────────┐ (contents)
+//!   tiles, read ahead ──▶ vertices, changed ┴──▶ build ──▶ edit, if need be ──▶ rename
+//!   calls, by tile ──────────┘ (points)                     ▲
+//!      └── calls at vertices of lines and sites; changes of these
 //! ```
+//!
+//! The build makes all changes of points, except where lines and sites hold a vertex: what follows
+//! there depends on the triangles around it.
 //!
 //! A file without triangles cannot be edited: an edit changes triangles. It is built with three
 //! helpers, points around everything, which the edit deletes at its end.
@@ -16,16 +20,17 @@ mod contents;
 mod error;
 mod helpers;
 mod points;
+mod vertices;
 
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::edit::{EditError, EditSummary, EditTotals, PointCalls, PointCounts, Target, Work, enter};
+use crate::edit::{EditError, EditSummary, EditTotals, PointCounts, Target, Work, enter};
 use crate::editor::rebuild::contents::push_contents;
 use crate::editor::rebuild::error::edit_error;
 use crate::editor::rebuild::helpers::Helpers;
-use crate::editor::rebuild::points::{ChangedPoints, push_sample};
+use crate::editor::rebuild::points::{ChangedPoints, PointChanges, push_sample};
 use crate::input::MissingZ;
 use crate::io::folder_of;
 use crate::pipeline::next_state::{NextState, NextStateSummary};
@@ -45,7 +50,11 @@ impl From<EditError> for NotBuilt {
     }
 }
 
-/// Builds a file of points anew, with changes of points.
+/// Builds a file anew with its lines and sites and with changes of points, and edits it if others
+/// follow.
+///
+/// # Errors
+/// Fails with [`EditError::NothingLeft`] if there are others, and the points make no triangles.
 pub(crate) async fn rebuild(target: &mut Target, work: Arc<Work>, memory: u64) -> Result<EditSummary, NotBuilt> {
     let began = Instant::now();
     let source = Source::open(target, &work, memory).await?;
@@ -58,10 +67,14 @@ pub(crate) async fn rebuild(target: &mut Target, work: Arc<Work>, memory: u64) -
         Ok(builder)
     });
     let mut builder = begun.map_err(NotBuilt::NotBegun)?;
-    let mut points = ChangedPoints::of(&source.reader, &work.points, source.has_z, first_end);
-    let counts = points.push(&mut builder).await?;
+    push_contents(&source.reader, &mut builder).await?;
+    let points = ChangedPoints::of(&source.reader, Arc::clone(&work), source.has_z, first_end);
+    let PointChanges { counts, left } = points.push(&mut builder).await?;
     let is_dry_run = work.is_dry_run;
-    let next = source.next_state(work, None, is_dry_run);
+    let next = match work.after_points(left) {
+        None => source.next_state(work, None, is_dry_run),
+        Some(rest) => source.next_state(Arc::new(work.of_records()), Some(Arc::new(rest)), is_dry_run),
+    };
     let built = builder.finish_next(next).await.map_err(edit_error)??;
     let summary = source.summary(counts, &built, began);
     put(target, built.locked);
@@ -84,14 +97,10 @@ pub(crate) async fn rebuild_with_helpers(
         Err(EditError::NothingLeft) => rebuild_on_one_line(target, work, memory).await,
         Err(error) => Err(error),
         Ok(built) => {
+            let points = built.edited.map(|edited| helpers.not_counted(edited.points));
+            let summary = source.summary(points.unwrap_or_default(), &built, began);
             put(target, built.locked);
-            let edited = built.edited.unwrap_or_default();
-            Ok(EditSummary {
-                points: helpers.not_counted(edited.points),
-                bytes_appended: edited.file_bytes.saturating_sub(source.reader.file_length()),
-                seconds: began.elapsed().as_secs_f64(),
-                ..edited
-            })
+            Ok(summary)
         }
     }
 }
@@ -131,11 +140,11 @@ pub(crate) async fn rebuild_on_one_line(
     let edited = source.build_helped(&path, &helpers, Arc::new(work.for_draft()), memory, false);
     let edited = edited.await?.edited.unwrap_or_default();
     let helped = Source::open(&Target::lock(&path)?, &work, memory).await?;
-    let calls = helpers.deletions();
     let first_end = helped.first_end(&Work::default());
     let mut builder = helped.builder(&target.path, first_end, helped.rest(memory, &work))?;
     push_contents(&helped.reader, &mut builder).await?;
-    let mut points = ChangedPoints::of(&helped.reader, &calls, helped.has_z, first_end);
+    let deletions = Arc::new(helpers.deletions());
+    let points = ChangedPoints::of(&helped.reader, deletions, helped.has_z, first_end);
     points.push(&mut builder).await?;
     let next = helped.next_state(Arc::default(), None, is_dry_run);
     let built = builder.finish_next(next).await.map_err(edit_error)??;
@@ -207,8 +216,7 @@ impl Source {
         let first_end = self.first_end(&work);
         let mut builder = self.builder(output, first_end, self.rest(memory, &work))?;
         push_contents(&self.reader, &mut builder).await?;
-        let no_calls = PointCalls::default();
-        let mut points = ChangedPoints::of(&self.reader, &no_calls, self.has_z, first_end);
+        let points = ChangedPoints::of(&self.reader, Arc::default(), self.has_z, first_end);
         points.push(&mut builder).await?;
         let helpers = helpers.points(self.has_z, first_end.saturating_sub(Helpers::COUNT));
         builder.push(&helpers).await.map_err(edit_error)?;
@@ -273,7 +281,17 @@ impl Source {
         }
     }
 
+    /// Returns the summary of what changed `points`. The rest is what the file has now, after the edit
+    /// of what was built, if there was one.
     fn summary(&self, points: PointCounts, built: &NextStateSummary, began: Instant) -> EditSummary {
+        if let Some(edited) = built.edited {
+            return EditSummary {
+                points,
+                bytes_appended: edited.file_bytes.saturating_sub(self.reader.file_length()),
+                seconds: began.elapsed().as_secs_f64(),
+                ..edited
+            };
+        }
         let metadata = &built.metadata;
         EditSummary {
             points,

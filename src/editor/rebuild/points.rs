@@ -1,15 +1,22 @@
-//! The points of a file with changes, tile by tile.
+//! The vertices of a file, tile by tile, with changes of its points.
 
-use futures::TryStreamExt;
+use std::pin::pin;
+use std::sync::Arc;
 
-use crate::edit::{Attributes, CallInTile, EditError, Missing, PointCalls, PointCounts, Positions};
+use futures::{TryFutureExt, TryStreamExt};
+
+use crate::edit::{CallInTile, EditError, Missing, PointCall, PointCounts, Positions, Work};
 use crate::editor::look_up::look_up;
 use crate::editor::rebuild::error::edit_error;
+use crate::editor::rebuild::vertices::{NewVertices, changed_tile};
 use crate::geometry::Point;
-use crate::input::PointBatch;
+use crate::io::blocking;
 use crate::pipeline::Builder;
 use crate::pipeline::draping::sample;
-use crate::store::{Directory, Tile, TileId, TileReader};
+use crate::store::{Directory, TileId, TileReader};
+
+/// The number of tiles whose calls are carried out at a time.
+const TILES_AT_ONCE: usize = 2;
 
 /// Announces about how many points will come, and where.
 pub(super) fn push_sample(builder: &mut Builder, directory: &Directory, points: u64) -> Result<(), EditError> {
@@ -24,24 +31,34 @@ pub(super) fn push_sample(builder: &mut Builder, directory: &Directory, points: 
 /// The vertices of a file, with changes of its points.
 pub(super) struct ChangedPoints<'a> {
     reader: &'a TileReader,
-    calls: &'a PointCalls,
+    /// What changes; only its calls that concern points count.
+    work: Arc<Work>,
     has_z: bool,
     /// The next record number of a vertex that is no point.
     next_end: u64,
-    counts: PointCounts,
     missing: Missing,
+    changes: PointChanges,
+}
+
+/// What came of calls.
+#[derive(Default)]
+pub(super) struct PointChanges {
+    pub(super) counts: PointCounts,
+    /// Calls that are left to an edit of what is built, in order: those that concern vertices of
+    /// lines and sites.
+    pub(super) left: Vec<PointCall>,
 }
 
 impl<'a> ChangedPoints<'a> {
     /// Returns the changed points. Vertices that are no points get record numbers from `first_end` on.
-    pub(super) fn of(reader: &'a TileReader, calls: &'a PointCalls, has_z: bool, first_end: u64) -> Self {
+    pub(super) fn of(reader: &'a TileReader, work: Arc<Work>, has_z: bool, first_end: u64) -> Self {
         Self {
             reader,
-            calls,
+            work,
             has_z,
             next_end: first_end,
-            counts: PointCounts::default(),
             missing: Missing::default(),
+            changes: PointChanges::default(),
         }
     }
 
@@ -49,42 +66,44 @@ impl<'a> ChangedPoints<'a> {
     ///
     /// # Errors
     /// Fails if a point is not there, unless such calls are to be left out.
-    pub(super) async fn push(&mut self, builder: &mut Builder) -> Result<PointCounts, EditError> {
+    pub(super) async fn push(mut self, builder: &mut Builder) -> Result<PointChanges, EditError> {
         let directory = self.reader.directory().await?;
         let tile_at = |point: Point| directory.tree.tile_at(point).unwrap_or(TileId(0));
-        let numbers = self.calls.all.iter().zip(0u32..);
+        let work = Arc::clone(&self.work);
+        let numbers = work.points.all.iter().zip(0u32..);
         let mut by_tile: Vec<CallInTile> = numbers
             .map(|(call, number)| (tile_at(call.position()), number))
             .collect();
         // Without moves, each call concerns one tile only.
-        if self.calls.has_moves() || self.reader.metadata().tiles == 0 {
+        if work.points.has_moves() || self.reader.metadata().tiles == 0 {
             self.push_at_once(&directory, &by_tile, builder).await?;
         } else {
             by_tile.sort_unstable();
-            self.push_by_tile(&directory, &by_tile, builder).await?;
+            self.push_by_tile(directory, by_tile, builder).await?;
         }
-        self.missing.check(self.calls)?;
-        Ok(self.counts)
+        self.missing.check(&work.points)?;
+        Ok(self.changes)
     }
 
-    /// Reads each tile once, and carries out its calls.
+    /// Reads each tile once, and carries out its calls, while the vertices of the one before are pushed.
     async fn push_by_tile(
         &mut self,
-        directory: &Directory,
-        by_tile: &[CallInTile],
+        directory: Arc<Directory>,
+        by_tile: Vec<CallInTile>,
         builder: &mut Builder,
     ) -> Result<(), EditError> {
-        let mut tiles = self.reader.tiles();
-        while let Some(tile) = tiles.try_next().await? {
-            let first = by_tile.partition_point(|(id, _)| *id < tile.id());
-            let count = by_tile[first..].partition_point(|(id, _)| *id == tile.id());
-            let calls = &by_tile[first..first + count];
-            let mut positions = Positions::named(&directory.tree, self.calls, calls);
-            look_up(&tile, &mut positions);
-            self.carry_out(&mut positions, calls);
-            let mut batch = self.batch_of(&tile, &mut positions);
-            self.put(&positions, &mut batch);
-            builder.push(&batch).await.map_err(edit_error)?;
+        let by_tile: Arc<[CallInTile]> = by_tile.into();
+        let (work, has_z) = (Arc::clone(&self.work), self.has_z);
+        let changed = self.reader.tiles().map_ok(move |tile| {
+            let (work, directory, by_tile) = (Arc::clone(&work), Arc::clone(&directory), Arc::clone(&by_tile));
+            let change = move || changed_tile(&tile, &directory.tree, &work.points, &by_tile, has_z);
+            blocking(change).map_err(|error| EditError::Internal(format!("cannot start a thread: {error}")))
+        });
+        let mut changed = pin!(changed.map_err(EditError::from).try_buffered(TILES_AT_ONCE));
+        while let Some((vertices, counts, missing)) = changed.try_next().await? {
+            self.changes.counts += counts;
+            self.missing.add(missing);
+            self.push_vertices(vertices, builder).await?;
         }
         Ok(())
     }
@@ -93,68 +112,40 @@ impl<'a> ChangedPoints<'a> {
     async fn push_at_once(
         &mut self,
         directory: &Directory,
-        calls: &[CallInTile],
+        numbers: &[CallInTile],
         builder: &mut Builder,
     ) -> Result<(), EditError> {
-        let mut positions = Positions::named(&directory.tree, self.calls, calls);
+        let (work, has_z) = (Arc::clone(&self.work), self.has_z);
+        let mut positions = Positions::named(&directory.tree, &work.points, numbers);
         let mut tiles = self.reader.tiles();
         while let Some(tile) = tiles.try_next().await? {
             look_up(&tile, &mut positions);
         }
-        self.carry_out(&mut positions, calls);
+        positions.carry_out(&work.points, numbers, has_z, &mut self.missing);
+        self.changes.counts += positions.counts;
         let mut tiles = self.reader.tiles();
         while let Some(tile) = tiles.try_next().await? {
-            let batch = self.batch_of(&tile, &mut positions);
-            builder.push(&batch).await.map_err(edit_error)?;
+            let vertices = NewVertices::of(&tile, &mut positions, has_z);
+            self.push_vertices(vertices, builder).await?;
         }
-        let mut batch = PointBatch::default();
-        self.put(&positions, &mut batch);
+        let mut others = NewVertices::default();
+        others.take_those_at(&positions, has_z);
+        self.push_vertices(others, builder).await
+    }
+
+    /// Numbers the vertices that are no points, and pushes all.
+    async fn push_vertices(&mut self, vertices: NewVertices, builder: &mut Builder) -> Result<(), EditError> {
+        let NewVertices {
+            mut batch,
+            ends,
+            mut left,
+        } = vertices;
+        for place in ends {
+            batch.records[place] = self.next_end;
+            // A hostile file may have used all numbers.
+            self.next_end = self.next_end.saturating_add(1);
+        }
+        self.changes.left.append(&mut left);
         builder.push(&batch).await.map_err(edit_error)
-    }
-
-    fn carry_out(&mut self, positions: &mut Positions, calls: &[CallInTile]) {
-        positions.carry_out(self.calls, calls, self.has_z, &mut self.missing);
-        self.counts += positions.counts;
-    }
-
-    /// Returns the vertices of a tile, without those that are points at positions which calls name.
-    fn batch_of(&mut self, tile: &Tile, positions: &mut Positions) -> PointBatch {
-        let mut batch = PointBatch::default();
-        for vertex in tile.vertex_indices() {
-            let point = tile.point(vertex);
-            let now = positions.at(point).map(|position| position.now);
-            let record = match (now, tile.is_input_point(vertex)) {
-                (Some(Some(_)), _) => continue,
-                (None, true) => tile.record(vertex),
-                // Nothing else holds the vertex.
-                (Some(None), true) if !tile.is_site(vertex) => continue,
-                _ => {
-                    let record = self.next_end;
-                    // A hostile file may have used all numbers.
-                    self.next_end = record.saturating_add(1);
-                    record
-                }
-            };
-            let z = tile.z(vertex).unwrap_or_default();
-            self.add(point, Attributes { z, record }, &mut batch);
-        }
-        batch
-    }
-
-    /// Adds the points that lie at positions after the calls.
-    fn put(&self, positions: &Positions, batch: &mut PointBatch) {
-        for position in &positions.all {
-            if let Some(now) = position.now {
-                self.add(position.point, now, batch);
-            }
-        }
-    }
-
-    fn add(&self, point: Point, Attributes { z, record }: Attributes, batch: &mut PointBatch) {
-        batch.points.push(point);
-        batch.records.push(record);
-        if self.has_z {
-            batch.z.push(z);
-        }
     }
 }

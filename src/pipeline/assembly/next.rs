@@ -34,6 +34,7 @@ impl Assembly {
         } = self.complete(work, &ran).await?;
         let edited = match then {
             None => None,
+            Some(_) if metadata.triangles == 0 => return Ok(Err(EditError::NothingLeft)),
             Some(work) => match self.edit_draft(&path, work).await {
                 Ok(edited) => Some(self.settle(&path, edited).await?),
                 Err(error) => return Ok(Err(error)),

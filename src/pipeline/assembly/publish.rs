@@ -9,7 +9,7 @@ use std::sync::Arc;
 use tracing::Instrument;
 
 use crate::constraints::segment::Segment;
-use crate::edit::{EditError, EditSummary, GoneLines, PointCalls, SiteCalls, Target, Work, edit};
+use crate::edit::{EditError, EditSummary, Target, Work, edit};
 use crate::geometry::Rect;
 use crate::input::MissingZ;
 use crate::io::{Backend, ThreadsFile, WriteAt};
@@ -196,22 +196,11 @@ impl Assembly {
     /// length of the file.
     async fn insert(&self, path: &Path, segments: Vec<Segment>, metadata: &mut Metadata) -> Result<u64, BuildError> {
         let work = Work {
-            earlier_transactions: 0,
-            points: PointCalls::default(),
-            sites: SiteCalls::default(),
-            gone: GoneLines::default(),
-            segments,
-            z: Vec::new(),
-            lines: Vec::new(),
-            new_records: 0,
+            segments: Arc::new(segments),
             missing_z: MissingZ::Zero,
-            pieces: None,
-            polygon_lines: Vec::new(),
-            inverted: None,
-            overlapping: None,
-            is_dry_run: false,
             is_draft: true,
             threads: self.options.threads,
+            ..Work::default()
         };
         let edited = self.edit_draft(path, Arc::new(work)).await?;
         metadata.constraint_edges = edited.constraint_edges;

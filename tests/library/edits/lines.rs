@@ -39,6 +39,7 @@ async fn check_sequence(seed: u64, kinds: Range<usize>) -> u64 {
             .begin()
             .await
             .unwrap();
+        transaction.prefer_build(random.below(4) == 0);
         let by_number = are_numbers_known && random.below(2) == 0;
         are_numbers_known &= by_number;
         let gone = scene.lines.len().min(1 + random.below(scene.lines.len().max(1)));
