@@ -2,7 +2,7 @@
 
 use std::io;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -118,6 +118,10 @@ impl Disk {
     /// Returns the error for a tile that contradicts itself or others.
     pub(crate) fn damaged(&self, tile: TileId, contradiction: Contradiction) -> EditError {
         self.reader.damaged(tile, contradiction.to_string()).into()
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Returns the number of tiles that were read so far.

@@ -32,6 +32,7 @@ mod marks;
 mod new_links;
 mod next_directory;
 mod patch;
+mod point_parts;
 mod points;
 mod region_numbers;
 mod regions;
@@ -56,7 +57,9 @@ mod workers;
 
 pub use error::EditError;
 pub(crate) use next_directory::{EditTotals, enter};
-pub(crate) use points::{Attributes, CallInTile, Missing, PointCall, PointCalls, Positions};
+pub(crate) use points::{
+    Attributes, CallInTile, MAX_CALL_BYTES, Missing, PointCall, PointCalls, Positions, decode_call, encode_call,
+};
 pub(crate) use run::edit;
 pub(crate) use sites::{SiteCall, SiteCalls};
 pub use summary::{EditSummary, LineCounts, PointCounts, SiteCounts};

@@ -46,7 +46,7 @@ pub(crate) fn enter(directory: &mut Directory, work: &Work, totals: EditTotals) 
         last_transaction: before
             .last_transaction
             .saturating_add(work.earlier_transactions)
-            .saturating_add(work.changes_what_was_built().into()),
+            .saturating_add(u64::from(work.changes_what_was_built() && !work.is_counted)),
         line_removals: before.line_removals.saturating_add(totals.removes_lines.into()),
         digest: totals.digest,
         ..before

@@ -12,9 +12,10 @@ use crate::edit::ends::find_ends;
 use crate::edit::error::EditError;
 use crate::edit::labelling::{join, label, touch_crossed};
 use crate::edit::next_directory::{EditTotals, enter};
-use crate::edit::points::{self, Inserted};
+use crate::edit::point_parts;
+use crate::edit::points::{self, Gone};
 use crate::edit::sites;
-use crate::edit::sizes::{cut_tiles, merge_tiles};
+use crate::edit::sizes::merge_tiles;
 use crate::edit::strip::{LocatedSegment, SegmentInserter};
 use crate::edit::summary::{EditSummary, LineCounts, PointCounts, SiteCounts};
 use crate::edit::target::Target;
@@ -73,30 +74,13 @@ fn edit_here(
     ];
     let shares = |largest| EditShares::new(memory, input, work.threads, largest);
     let mut tiles = Tiles::open(target, &shares, purpose(work), runtime)?;
-    let changed = make_changes(&mut tiles, work, is_stopped)?;
-    touch_crossed(&mut tiles, work, is_stopped)?;
-    let labels = join(&mut tiles, work.is_draft, memory, is_stopped)?;
-    let (regions, spanning_regions, hole_regions) = (labels.regions, labels.spanning, labels.hole_regions);
-    let holes = labels.holes;
-    if let Some(inverted) = work.inverted {
-        return Err(EditError::Inverted(inverted));
-    }
-    if let Some(overlapping) = work.overlapping {
-        return Err(EditError::Overlapping(overlapping));
-    }
-    label(&tiles, labels.tables, is_stopped)?;
-    let digest = tiles.digest(holes)?;
-    if digest.triangles.count == 0 && changed.has_lines {
-        return Err(EditError::NothingLeft);
-    }
-    let totals = EditTotals {
-        ends: changed.ends,
-        removes_lines: changed.lines.removed_segments + changed.lines.removed_lines > 0,
-        sites: (tiles.metadata().sites + changed.sites.inserted).saturating_sub(changed.sites.deleted),
-        regions,
-        spanning_regions,
-        hole_regions,
-        digest,
+    let (changed, totals) = match write_tiles(&mut tiles, work, memory, is_stopped) {
+        Ok(written) => written,
+        Err(error) => {
+            // Nothing refers to what was written, so it does no harm if it stays.
+            let _ = tiles.abandon();
+            return Err(error);
+        }
     };
     let (tiles_written, tile_reads, length_before) = (tiles.count_changed(), tiles.reads(), tiles.length());
     // An edit that changes nothing must not make overviews stale.
@@ -105,6 +89,7 @@ fn edit_here(
         true => tiles.abandon()?,
         false => tiles.publish(|directory| enter(directory, work, totals))?,
     };
+    let digest = totals.digest;
     Ok(EditSummary {
         points: changed.points,
         lines: changed.lines,
@@ -118,14 +103,47 @@ fn edit_here(
         tiles_written: tiles_written as u64,
         tile_reads,
         triangles_visited: changed.examined,
-        regions,
-        hole_regions,
-        hole_triangles: holes.count,
+        regions: totals.regions,
+        hole_regions: totals.hole_regions,
+        hole_triangles: digest.holes.count,
         bytes_appended: file_bytes - length_before,
         file_bytes,
         pending_transactions: 0,
         seconds: began.elapsed().as_secs_f64(),
     })
+}
+
+/// Makes all changes, and writes the tiles with their regions. Nothing refers to them yet.
+fn write_tiles(
+    tiles: &mut Tiles,
+    work: &Work,
+    memory: u64,
+    is_stopped: &dyn Fn() -> bool,
+) -> Result<(Changed, EditTotals), EditError> {
+    let changed = make_changes(tiles, work, is_stopped)?;
+    touch_crossed(tiles, work, is_stopped)?;
+    let labels = join(tiles, work.is_draft, memory, is_stopped)?;
+    if let Some(inverted) = work.inverted {
+        return Err(EditError::Inverted(inverted));
+    }
+    if let Some(overlapping) = work.overlapping {
+        return Err(EditError::Overlapping(overlapping));
+    }
+    label(tiles, labels.tables, is_stopped)?;
+    let digest = tiles.digest(labels.holes)?;
+    if digest.triangles.count == 0 && changed.has_lines {
+        return Err(EditError::NothingLeft);
+    }
+    let totals = EditTotals {
+        ends: changed.ends,
+        removes_lines: changed.lines.removed_segments + changed.lines.removed_lines > 0,
+        sites: (tiles.metadata().sites + changed.sites.inserted).saturating_sub(changed.sites.deleted),
+        regions: labels.regions,
+        spanning_regions: labels.spanning,
+        hole_regions: labels.hole_regions,
+        digest,
+    };
+    Ok((changed, totals))
 }
 
 fn purpose(work: &Work) -> Purpose {
@@ -156,13 +174,8 @@ struct Changed {
 /// Makes all changes in the tiles: points that come, sites, lines that go, lines that come, and then
 /// the vertices that nothing holds. Before and after, the tiles get their sizes.
 fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> Result<Changed, EditError> {
-    cut_tiles(tiles, work, is_stopped)?;
-    let Inserted {
-        counts,
-        taken_over,
-        split,
-        delete,
-    } = points::insert(tiles, &work.points, is_stopped)?;
+    let (inserted, former) = point_parts::insert(tiles, work, is_stopped)?;
+    let left_without_point = former.count;
     let Removed {
         counts: mut lines,
         ends: mut freed,
@@ -171,7 +184,7 @@ fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -
     let SegmentInserter { edges, examined, .. } = insert(tiles, work, &ends, is_stopped)?;
     drop(ends);
     // Sites split only edges that stay.
-    let has_lines = !work.segments.is_empty() || tiles.metadata().constraint_edges + split > lines.freed_edges;
+    let has_lines = !work.segments.is_empty() || tiles.metadata().constraint_edges + inserted.split > lines.freed_edges;
     let segments = work.segments.len() as u64;
     let first_record = tiles
         .metadata()
@@ -180,17 +193,25 @@ fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -
     let sites = sites::change(tiles, &work.sites, work.missing_z, first_record, is_stopped)?;
     added_ends += sites.added_vertices;
     freed.extend(sites.freed);
-    let deleted = points::delete(tiles, delete, freed, has_lines, is_stopped)?;
+    let (former, mut left) = former.delete(tiles, has_lines, is_stopped)?;
+    let points = inserted
+        .delete
+        .into_iter()
+        .map(|(tile, point)| (tile, point, Gone::Point));
+    let ends = freed.into_iter().map(|(tile, point)| (tile, point, Gone::End));
+    let deleted = points::delete(tiles, points.chain(ends).collect(), has_lines, is_stopped)?;
     lines.removed_vertices = deleted.ends;
+    left.extend(deleted.left);
     forget_unused(tiles)?;
-    merge_tiles(tiles, deleted.left, has_lines)?;
+    merge_tiles(tiles, left, has_lines)?;
     Ok(Changed {
-        points: counts,
+        points: inserted.counts,
         lines,
         sites: sites.counts,
         added_ends,
         // Saturating, since a hostile file may count wrongly.
-        ends: (tiles.metadata().ends + added_ends + deleted.held).saturating_sub(taken_over + deleted.ends),
+        ends: (tiles.metadata().ends + added_ends + left_without_point + deleted.held)
+            .saturating_sub(inserted.taken_over + former + deleted.ends),
         edges,
         examined,
         has_lines,

@@ -5,6 +5,7 @@
 //! state.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::path::Path;
 use std::pin::pin;
 use std::sync::Arc;
 
@@ -137,6 +138,10 @@ impl Tiles {
     /// Returns the number of tiles that were read so far.
     pub(crate) fn reads(&self) -> u64 {
         self.disk.reads()
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        self.disk.path()
     }
 
     /// Returns the error for tiles that contradict each other.

@@ -174,10 +174,15 @@ impl VertexInserter {
         if !self.fill(vertex, on_constraint) {
             return Err(tiles.damaged(vertex.id.tile, Contradiction::UnfitCavity));
         }
+        // A tile that is evicted between has no sources of edges that it does not have.
+        let split = match on_constraint {
+            Some((ends, _)) => Some((ends, sources_of(tiles, ends)?)),
+            None => None,
+        };
         exchange(&mut self.cavity, tiles)?;
-        if let Some((ends, _)) = on_constraint {
+        if let Some((ends, sources)) = split {
             self.split += 1;
-            split_sources(tiles, ends, vertex)?;
+            give_to_parts(tiles, ends, vertex, &sources)?;
         }
         Ok(())
     }
@@ -329,12 +334,20 @@ fn turned(ids: [VertexId; 3]) -> [VertexId; 3] {
     [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or(ids)
 }
 
-/// Gives both parts of a split edge the sources of the edge. Their segments pass the new vertex.
-fn split_sources(tiles: &mut Tiles, ends: [EditVertex; 2], vertex: EditVertex) -> Result<(), EditError> {
-    let [a, b] = ends;
+/// Takes the sources from an edge that is to be split, as seen from its first end.
+fn sources_of(tiles: &mut Tiles, ends: [EditVertex; 2]) -> Result<Vec<LinePart>, EditError> {
     let tile = owner(ends);
-    let sources = tiles.change(tile)?.take_sources([a.id, b.id]);
-    let sources = sources.ok_or_else(|| tiles.damaged(tile, Contradiction::NoSource))?;
+    let sources = tiles.change(tile)?.take_sources(ends.map(|end| end.id));
+    sources.ok_or_else(|| tiles.damaged(tile, Contradiction::NoSource))
+}
+
+/// Gives both parts of a split edge its sources. Their segments pass the new vertex.
+fn give_to_parts(
+    tiles: &mut Tiles,
+    [a, b]: [EditVertex; 2],
+    vertex: EditVertex,
+    sources: &[LinePart],
+) -> Result<(), EditError> {
     for (part, [has_start, has_end]) in [([a, vertex], [true, false]), ([vertex, b], [false, true])] {
         let tile = owner(part);
         let sources: Vec<LinePart> = sources.iter().map(|source| source.cut(has_start, has_end)).collect();

@@ -47,6 +47,8 @@ pub(crate) struct Work {
     pub(crate) new_records: u64,
     /// Number of transactions that it consists of, besides the last one.
     pub(crate) earlier_transactions: u64,
+    /// Whether the last one has been counted before.
+    pub(crate) is_counted: bool,
     /// Obstacles that are inside out, if their rings cross at vertices only. In that case the edit
     /// fails and the file is unchanged.
     pub(crate) inverted: Option<InvertedPolygons>,
@@ -64,29 +66,46 @@ pub(crate) struct Work {
 impl Work {
     /// Returns the same edit of a draft, which is synced to the medium later.
     pub(crate) fn for_draft(&self) -> Self {
+        self.draft_with(self.points.clone())
+    }
+
+    /// Returns the edit of a draft with other changes of points.
+    fn draft_with(&self, points: PointCalls) -> Self {
         Self {
+            points,
+            sites: self.sites.clone(),
+            gone: self.gone.clone(),
+            segments: Arc::clone(&self.segments),
+            pieces: self.pieces.clone(),
+            z: Arc::clone(&self.z),
+            lines: self.lines.clone(),
+            polygon_lines: self.polygon_lines.clone(),
             is_draft: true,
             is_dry_run: false,
-            ..self.clone()
+            ..*self
         }
     }
 
-    /// Returns the part of it that counts the records of points, and names their sources.
+    /// Returns the part of it that counts the transaction and the records of points, and names the
+    /// sources of these.
     pub(crate) fn of_records(&self) -> Self {
         Self {
             points: self.points.without_calls(),
             new_records: self.points.records,
+            earlier_transactions: self.earlier_transactions.saturating_add(1),
+            is_counted: true,
             ..Self::default()
         }
     }
 
-    /// Returns the rest of it, an edit of a draft in which points were changed and their records
-    /// counted, with the calls that were `left`. Returns `None` if nothing is.
+    /// Returns the rest of it, an edit of a draft in which points were changed and
+    /// [counted](Self::of_records), with the calls that were `left`. Returns `None` if nothing is.
     pub(crate) fn after_points(&self, left: Vec<PointCall>) -> Option<Self> {
         let rest = Self {
-            points: PointCalls::checked(left),
             new_records: self.new_records.saturating_sub(self.points.records),
-            ..self.for_draft()
+            earlier_transactions: 0,
+            is_counted: true,
+            ..self.draft_with(PointCalls::checked(left))
         };
         (!rest.is_empty()).then_some(rest)
     }
@@ -98,7 +117,7 @@ impl Work {
 
     /// Returns whether it changes points, lines or sites that the file has, besides adding lines.
     pub(crate) fn changes_what_was_built(&self) -> bool {
-        !self.points.all.is_empty() || !self.sites.all.is_empty() || !self.gone.is_empty()
+        !self.points.is_empty() || !self.sites.all.is_empty() || !self.gone.is_empty()
     }
 
     /// Returns the number of segments that become constraints.

@@ -71,7 +71,7 @@ impl LockedFile {
     /// Takes changes of points into the log. Hands them back if they must be made in the file.
     pub(super) async fn log(&mut self, calls: PointCalls) -> Result<Result<EditSummary, PointCalls>, EditError> {
         match &mut self.pending {
-            Some(pending) if calls.all.len() <= Pending::MOST_CALLS && pending.memory() <= self.memory / 4 => {
+            Some(pending) if calls.len() <= Pending::MOST_CALLS && pending.memory() <= self.memory / 4 => {
                 pending.take(&self.target.path, calls).await
             }
             _ => Ok(Err(calls)),

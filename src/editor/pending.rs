@@ -29,7 +29,7 @@ pub(super) struct Pending {
 impl Pending {
     /// The most changes of a transaction that goes to the log. With more of them, it would take longer
     /// to find out what lies at their positions, and then to make them, than to make them at once.
-    pub(super) const MOST_CALLS: usize = 4096;
+    pub(super) const MOST_CALLS: u64 = 4096;
 
     /// Prepares to take changes of a file, with about `memory` bytes for its tiles. Returns `None` if
     /// the file has more than points, or no triangles.

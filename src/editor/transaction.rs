@@ -11,11 +11,12 @@ use tokio::sync::OwnedMutexGuard;
 use crate::constraints::without_z::NO_Z;
 use crate::edit::{EditError, EditSummary, GoneLines, PointCall, PointCalls, SiteCall, SiteCalls, Target, Work};
 use crate::editor::drape::drape;
-use crate::editor::intake::LineIntake;
+use crate::editor::intake::{LineIntake, TakenLines};
 use crate::editor::locked::LockedFile;
 use crate::editor::pieces::{normalized, normalized_pieces};
 use crate::geometry::Point;
 use crate::input::{MissingZ, PointBatch, SegmentBatch, SiteBatch};
+use crate::io::folder_of;
 use crate::memory::EditShares;
 use crate::store::{LineKind, LineSource, Metadata, Source};
 
@@ -120,19 +121,18 @@ impl Transaction {
     /// start from 0 in an edit, follow the numbers that the file has given so far.
     ///
     /// # Errors
-    /// Returns an error if a coordinate or z is not valid, or if the changes of points take more than
-    /// half of the memory. Then it has no effect.
+    /// Returns an error if a coordinate or z is not valid; then it has no effect. Changes of points that
+    /// take more than half of the memory, with those of lines and sites, go to a file without a name in
+    /// the folder of the edited one. Returns an error if the disk is full.
     pub fn insert(&mut self, batch: &PointBatch) -> Result<(), EditError> {
-        self.check_room(batch.len(), false)?;
         check_values(&batch.points, &batch.z)?;
-        for (place, point) in batch.points.iter().enumerate() {
-            let number = batch.records.get(place).copied().unwrap_or(self.points.records);
-            let record = self.next_record.saturating_add(number);
+        self.push_calls(batch.len(), false, |this, place| {
+            let number = batch.records.get(place).copied().unwrap_or(this.points.records);
+            let record = this.next_record.saturating_add(number);
             let z = batch.z.get(place).copied().unwrap_or(NO_Z);
-            self.points.push(PointCall::Insert(point.normalized(), z, record));
-            self.points.records = self.points.records.max(number.saturating_add(1));
-        }
-        Ok(())
+            this.points.records = this.points.records.max(number.saturating_add(1));
+            PointCall::Insert(batch.points[place].normalized(), z, record)
+        })
     }
 
     /// Names the files that inserted points come from, each with its number of records, in the order
@@ -160,11 +160,10 @@ impl Transaction {
     /// # Errors
     /// As for [`insert`](Self::insert).
     pub fn delete(&mut self, points: &[Point]) -> Result<(), EditError> {
-        self.check_room(points.len(), false)?;
         check_values(points, &[])?;
-        let calls = points.iter().map(|point| PointCall::Delete(point.normalized()));
-        calls.for_each(|call| self.points.push(call));
-        Ok(())
+        self.push_calls(points.len(), false, |_, place| {
+            PointCall::Delete(points[place].normalized())
+        })
     }
 
     /// Moves points, each from its first position to its second, with its z and its record number.
@@ -174,11 +173,10 @@ impl Transaction {
     /// # Errors
     /// As for [`insert`](Self::insert).
     pub fn move_points(&mut self, pairs: &[[Point; 2]]) -> Result<(), EditError> {
-        self.check_room(pairs.len(), true)?;
         check_values(pairs.as_flattened(), &[])?;
-        let calls = pairs.iter().map(|pair| PointCall::Move(pair.map(Point::normalized)));
-        calls.for_each(|call| self.points.push(call));
-        Ok(())
+        self.push_calls(pairs.len(), true, |_, place| {
+            PointCall::Move(pairs[place].map(Point::normalized))
+        })
     }
 
     /// Gives the points at the positions of a batch the z of the batch.
@@ -186,18 +184,26 @@ impl Transaction {
     /// # Errors
     /// As for [`insert`](Self::insert).
     pub fn set_z(&mut self, batch: &PointBatch) -> Result<(), EditError> {
-        self.check_room(batch.len(), false)?;
         check_values(&batch.points, &batch.z)?;
-        for (place, point) in batch.points.iter().enumerate() {
+        self.push_calls(batch.len(), false, |_, place| {
             let z = batch.z.get(place).copied().unwrap_or(NO_Z);
-            self.points.push(PointCall::SetZ(point.normalized(), z));
-        }
-        Ok(())
+            PointCall::SetZ(batch.points[place].normalized(), z)
+        })
     }
 
-    /// Checks that there is memory for more calls.
-    fn check_room(&self, more: usize, are_moves: bool) -> Result<(), EditError> {
-        self.check_memory(self.points.memory_with(more, are_moves) + self.sites.memory(), 0)
+    /// Adds calls, which are given by their place. Where memory is short, those so far go to disk.
+    fn push_calls(
+        &mut self,
+        count: usize,
+        are_moves: bool,
+        call: impl Fn(&mut Self, usize) -> PointCall,
+    ) -> Result<(), EditError> {
+        for place in 0..count {
+            self.make_room(|this| this.points.memory_with(1, are_moves) + this.sites.memory(), 0)?;
+            let call = call(self, place);
+            self.points.push(call);
+        }
+        Ok(())
     }
 
     /// Returns the coordinate reference system of the file, as it names it.
@@ -279,7 +285,7 @@ impl Transaction {
             return Err(EditError::SiteBatch { sites, z, ids });
         }
         check_values(&batch.points, &batch.z)?;
-        self.check_memory(self.points.memory() + self.sites.memory_with_batch(batch), 0)?;
+        self.make_room(|this| this.points.memory() + this.sites.memory_with_batch(batch), 0)?;
         for (place, (point, id)) in batch.points.iter().zip(&batch.ids).enumerate() {
             let z = batch.z.get(place).copied().unwrap_or(NO_Z);
             self.sites.push(SiteCall::Insert(point.normalized(), z, id.clone()));
@@ -294,24 +300,35 @@ impl Transaction {
     /// As for [`insert_sites`](Self::insert_sites).
     pub fn delete_sites(&mut self, points: &[Point]) -> Result<(), EditError> {
         check_values(points, &[])?;
-        self.check_memory(self.points.memory() + self.sites.memory_with(points.len(), 0), 0)?;
+        self.make_room(|this| this.points.memory() + this.sites.memory_with(points.len(), 0), 0)?;
         let calls = points.iter().map(|point| SiteCall::Delete(point.normalized()));
         calls.for_each(|call| self.sites.push(call));
         Ok(())
     }
 
     /// Checks that the ends of segments are valid, and that there is memory for the segments.
-    fn check_segments(&self, batch: &SegmentBatch) -> Result<(), EditError> {
+    fn check_segments(&mut self, batch: &SegmentBatch) -> Result<(), EditError> {
         check_values(batch.ends.as_flattened(), batch.z.as_flattened())?;
-        let points = self.points.memory() + self.sites.memory();
-        self.check_memory(points, batch.ends.len())
+        self.make_room(|this| this.points.memory() + this.sites.memory(), batch.ends.len())
     }
 
     /// Checks that there is memory for changes of points and sites, which take `points` bytes, and for
-    /// `more` segments.
-    fn check_memory(&self, points: u64, more: usize) -> Result<(), EditError> {
-        let segments = self.lines.segments.len() + self.gone.segments.len() + more;
-        Ok(EditShares::check_input(self.memory, points, segments as u64)?)
+    /// `more` segments. If there is none, changes of points go to disk.
+    fn make_room(&mut self, points: impl Fn(&Self) -> u64, more: usize) -> Result<(), EditError> {
+        let segments = (self.lines.segments.len() + self.gone.segments.len() + more) as u64;
+        let check = |this: &Self| EditShares::check_input(this.memory, points(this), segments);
+        if check(self).is_err() && !self.points.all.is_empty() {
+            self.spill()?;
+        }
+        Ok(check(self)?)
+    }
+
+    /// Moves the changes of points to disk.
+    fn spill(&mut self) -> Result<(), EditError> {
+        let path = &self.file.target.path;
+        // Lines and sites may take as much.
+        let spilled = self.points.spill(folder_of(path), self.memory / 4);
+        spilled.map_err(|error| EditError::io(path, "write changes to disk beside", error))
     }
 
     /// Makes all changes. An obstacle that covers a place more than once is normalised, so
@@ -323,9 +340,13 @@ impl Transaction {
     /// constraint, if a line to remove is not there, or if the file's lines were split where they cross;
     /// if a ring does not close, if a polygon is inside out, if an obstacle covers a place
     /// more than once and its rings cross; or if the system fails.
-    pub fn commit(self) -> impl Future<Output = Result<EditSummary, EditError>> + Send {
+    pub fn commit(mut self) -> impl Future<Output = Result<EditSummary, EditError>> + Send {
         async move {
             let is_small = self.may_be_logged();
+            if self.points.spilled.is_some() {
+                // One part is in memory at a time.
+                self.spill()?;
+            }
             let Self {
                 mut file,
                 mut before,
@@ -347,14 +368,7 @@ impl Transaction {
             // New vertices take their z from the surface with what is in the log.
             let unused_records = file.settle(&mut before).await?;
             let lines = self.lines.finish()?;
-            let gone = self.gone.finish()?;
-            let gone = GoneLines {
-                segments: Arc::new(normalized(gone.segments, gone.normalizer)),
-                polygon_lines: gone.polygon_lines,
-                numbers: self.gone_numbers,
-                memory,
-                skip_missing: points.skip_missing,
-            };
+            let gone = gone_lines(self.gone.finish()?, self.gone_numbers, memory, points.skip_missing);
             if missing_z == MissingZ::Drape {
                 let memory = EditShares::for_draping(memory);
                 let ends: Vec<Point> = lines.segments.iter().flat_map(|segment| segment.ends).collect();
@@ -369,7 +383,6 @@ impl Transaction {
                 sites,
                 gone,
                 pieces: lines.normalizer.map(pieces),
-                earlier_transactions: 0,
                 segments: Arc::new(lines.segments),
                 z: Arc::new(z),
                 missing_z,
@@ -377,9 +390,9 @@ impl Transaction {
                 polygon_lines: lines.polygon_lines,
                 inverted: lines.faults.inverted_if_uncrossed,
                 overlapping: lines.faults.overlapping_if_uncrossed,
-                is_draft: false,
                 is_dry_run,
                 threads: thread::available_parallelism().map_or(1, NonZero::get),
+                ..Work::default()
             };
             file.make(&before, work, prefers_build).await
         }
@@ -391,7 +404,18 @@ impl Transaction {
         let lines = [&self.lines, &self.gone].iter().any(|lines| !lines.segments.is_empty());
         let others = lines || !self.gone_numbers.is_empty() || !self.sites.all.is_empty() || !self.sources.is_empty();
         let is_plain = self.points.sources.is_empty() && !self.is_dry_run && !self.prefers_build;
-        is_plain && !others && !self.points.all.is_empty()
+        is_plain && !others && !self.points.is_empty()
+    }
+}
+
+/// Returns what removes lines, given by geometry and by their numbers.
+fn gone_lines(lines: TakenLines, numbers: BTreeSet<u64>, memory: u64, skip_missing: bool) -> GoneLines {
+    GoneLines {
+        segments: Arc::new(normalized(lines.segments, lines.normalizer)),
+        polygon_lines: lines.polygon_lines,
+        numbers,
+        memory,
+        skip_missing,
     }
 }
 

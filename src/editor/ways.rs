@@ -28,8 +28,8 @@ pub(crate) async fn make(
     let has_triangles = before.triangles > 0;
     let work = Arc::new(work);
     let is_rebuilt = match has_triangles {
-        true => !work.points.all.is_empty() && (prefers_build || is_build_faster(target, before, &work).await?),
-        false => concerns_points_only(before, &work),
+        true => concerns_points(&work) && (prefers_build || is_build_faster(target, before, &work).await?),
+        false => concerns_points(&work) && has_points_only(before, &work),
     };
     if is_rebuilt {
         match rebuild(target, Arc::clone(&work), memory).await {
@@ -51,11 +51,16 @@ pub(crate) async fn make(
     }
 }
 
+/// Returns whether points change, and all changes are in memory.
+fn concerns_points(work: &Work) -> bool {
+    work.points.spilled.is_none() && !work.points.all.is_empty()
+}
+
 /// Returns whether points are all that changes and all that there is.
-fn concerns_points_only(before: &Metadata, work: &Work) -> bool {
+fn has_points_only(before: &Metadata, work: &Work) -> bool {
     let (ends, lines, sites) = (before.ends, before.constraint_edges, before.sites);
     let points_alone = work.gone.is_empty() && work.segments.is_empty() && work.sites.all.is_empty();
-    [ends, lines, sites] == [0; 3] && points_alone && !work.points.all.is_empty()
+    [ends, lines, sites] == [0; 3] && points_alone
 }
 
 /// Returns whether it is faster to build all tiles than to edit those that points touch.

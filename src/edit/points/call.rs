@@ -1,7 +1,11 @@
 //! The calls of a transaction that concern points.
 
+use std::io;
+use std::path::Path;
+
 use crate::edit::error::EditError;
-use crate::geometry::Point;
+use crate::edit::points::spilled::SpilledCalls;
+use crate::geometry::{Point, Rect};
 use crate::input::MissingZ;
 use crate::memory::EditShares;
 use crate::store::{Source, TileId};
@@ -54,7 +58,12 @@ pub(crate) type CallInTile = (TileId, u32);
 /// The calls of a transaction that concern points, in order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PointCalls {
+    /// The calls, or those that follow the spilled ones.
     pub(crate) all: Vec<PointCall>,
+    /// The calls before, on disk.
+    pub(crate) spilled: Option<SpilledCalls>,
+    /// The number of calls before `all`.
+    first: u64,
     /// The number of record numbers for the points that are inserted.
     pub(crate) records: u64,
     /// The files from which the inserted points come.
@@ -63,43 +72,116 @@ pub(crate) struct PointCalls {
     pub(crate) skip_missing: bool,
     /// What to do with points that have no z, if the file has z.
     pub(crate) missing_z: MissingZ,
+    /// Whether any of `all` is a move.
     has_moves: bool,
+    /// The bytes that the largest spilled part takes when it is carried out.
+    of_part: u64,
+    given: GivenZ,
+}
+
+/// What calls say of z.
+#[derive(Clone, Copy, Debug, Default)]
+struct GivenZ {
+    /// Whether any gives one.
+    any: bool,
+    /// The first position that lacks one, and the number of these.
+    lacking: Option<(Point, u64)>,
 }
 
 impl PointCalls {
     /// Returns calls whose points are known to be there, or not, as the calls need it.
     pub(crate) fn checked(all: Vec<PointCall>) -> Self {
-        Self {
-            has_moves: all.iter().any(|call| call.is_move()),
-            all,
+        let mut calls = Self {
             skip_missing: true,
             missing_z: MissingZ::Zero,
             ..Self::default()
-        }
+        };
+        all.into_iter().for_each(|call| calls.push(call));
+        calls
     }
 
     /// Returns everything but the calls.
     pub(crate) fn without_calls(&self) -> Self {
         Self {
-            all: Vec::new(),
+            records: self.records,
             sources: self.sources.clone(),
-            ..*self
+            ..Self::default()
         }
     }
 
     pub(crate) fn push(&mut self, call: PointCall) {
         self.has_moves |= call.is_move();
+        match call.z() {
+            Some(z) if z.is_nan() => {
+                let (_, count) = self.given.lacking.get_or_insert((call.position(), 0));
+                *count += 1;
+            }
+            Some(_) => self.given.any = true,
+            None => {}
+        }
         self.all.push(call);
     }
 
-    /// Adds those of the next transaction.
-    pub(crate) fn append(&mut self, mut next: Self) {
+    /// Adds those of the next transaction, none of which are spilled.
+    pub(crate) fn append(&mut self, next: Self) {
         self.records = self.records.saturating_add(next.records);
-        self.has_moves |= next.has_moves;
-        self.all.append(&mut next.all);
+        next.all.into_iter().for_each(|call| self.push(call));
     }
 
-    /// Returns whether calls may concern positions in several tiles.
+    /// Returns the number of calls.
+    pub(crate) fn len(&self) -> u64 {
+        self.first + self.all.len() as u64
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Moves the calls in memory to disk, to a file in a folder, in parts that take up to `bytes` of
+    /// memory when they are carried out.
+    pub(crate) fn spill(&mut self, folder: &Path, bytes: u64) -> io::Result<()> {
+        let of_call = self.memory_of_call(false);
+        let in_part = (bytes / of_call).clamp(1, u32::MAX.into()) as usize;
+        let spilled = match &mut self.spilled {
+            Some(spilled) => spilled,
+            none => none.insert(SpilledCalls::in_folder(folder)?),
+        };
+        for part in self.all.chunks(in_part) {
+            spilled.push(part)?;
+        }
+        self.of_part = self.of_part.max(of_call * self.all.len().min(in_part) as u64);
+        self.first += self.all.len() as u64;
+        self.all.clear();
+        self.has_moves = false;
+        Ok(())
+    }
+
+    /// Reads a part of the spilled calls, of which there are some.
+    pub(crate) fn part(&self, part: usize) -> io::Result<Self> {
+        let spilled = self.spilled.as_ref().ok_or(io::ErrorKind::NotFound)?;
+        let all = spilled.part(part)?;
+        Ok(Self {
+            has_moves: all.iter().any(|call| call.is_move()),
+            all,
+            first: spilled.first_of(part),
+            missing_z: MissingZ::Zero,
+            ..Self::default()
+        })
+    }
+
+    /// Returns the number of one of the calls in memory among all calls.
+    pub(crate) fn number(&self, in_memory: u32) -> u64 {
+        self.first + u64::from(in_memory)
+    }
+
+    /// Returns a box around the positions that they concern.
+    pub(crate) fn bounds(&self) -> Rect {
+        let positions = self.all.iter().flat_map(|call| call.positions()).flatten();
+        let spilled = self.spilled.as_ref().map_or(Rect::EMPTY, |spilled| spilled.bounds);
+        Rect::around(positions).union(spilled)
+    }
+
+    /// Returns whether calls in memory may concern positions in several tiles.
     pub(crate) fn has_moves(&self) -> bool {
         self.has_moves
     }
@@ -110,39 +192,31 @@ impl PointCalls {
     }
 
     /// Returns the bytes of memory that they take with more of them.
-    pub(crate) fn memory_with(&self, more: usize, are_moves: bool) -> u64 {
-        let of_call = match self.has_moves || are_moves {
+    pub(crate) fn memory_with(&self, more: u64, are_moves: bool) -> u64 {
+        let of_call = self.memory_of_call(are_moves);
+        self.of_part.max(of_call * (self.all.len() as u64 + more))
+    }
+
+    fn memory_of_call(&self, are_moves: bool) -> u64 {
+        match self.has_moves || are_moves {
             true => EditShares::MOVED_POINT_BYTES,
             false => EditShares::POINT_BYTES,
-        };
-        of_call * (self.all.len() + more) as u64
+        }
     }
 
     /// Returns whether any point has z.
     pub(crate) fn have_z(&self) -> bool {
-        self.given().any(|(_, z)| !z.is_nan())
-    }
-
-    /// Returns the positions to which z may be given, and z.
-    fn given(&self) -> impl Iterator<Item = (Point, f64)> {
-        self.all
-            .iter()
-            .filter_map(|call| call.z().map(|z| (call.position(), z)))
+        self.given.any
     }
 
     /// Checks that points have z if the file has, and only then.
     pub(crate) fn check_z(&self, has_z: bool) -> Result<(), EditError> {
-        let given = self.given();
-        if !has_z {
-            return if self.have_z() { Err(EditError::HasNoZ) } else { Ok(()) };
+        match (has_z, self.given.lacking) {
+            (false, _) if self.given.any => Err(EditError::HasNoZ),
+            (true, Some((point, count))) if self.missing_z != MissingZ::Zero => {
+                Err(EditError::PointWithoutZ { point, count })
+            }
+            _ => Ok(()),
         }
-        if self.missing_z == MissingZ::Zero {
-            return Ok(());
-        }
-        let mut without = given.filter(|(_, z)| z.is_nan());
-        without.next().map_or(Ok(()), |(point, _)| {
-            let count = 1 + without.count() as u64;
-            Err(EditError::PointWithoutZ { point, count })
-        })
     }
 }

@@ -17,29 +17,38 @@ pub(crate) struct Deleted {
     pub(crate) held: u64,
     /// Number of removed vertices at which no point was.
     pub(crate) ends: u64,
+    /// Number of removed vertices whose point was taken before.
+    pub(crate) former: u64,
     /// The number of vertices that are left in each tile that lost any.
     pub(crate) left: BTreeMap<TileId, usize>,
 }
 
-/// A position whose vertex may go, by its tile; and whether its point goes.
-type Position = (TileId, Point, bool);
+/// What goes at a position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Gone {
+    Point,
+    /// A point that was taken from its vertex before. Another one may have come since, or the vertex
+    /// may be gone.
+    FormerPoint,
+    /// An end of lines, or a site. The vertex may be gone, too.
+    End,
+}
 
-/// Removes points, each by its tile, and vertices at `ends`, where lines ended and sites were that
-/// are removed. `has_lines` says whether any edge may be a constraint.
+/// A position whose vertex may go, by its tile.
+pub(crate) type Position = (TileId, Point, Gone);
+
+/// Removes vertices at positions, unless something else holds them. `has_lines` says whether any edge
+/// may be a constraint.
 pub(crate) fn delete(
     tiles: &mut Tiles,
-    points: Vec<(TileId, Point)>,
-    ends: Vec<(TileId, Point)>,
+    mut positions: Vec<Position>,
     has_lines: bool,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<Deleted, EditError> {
-    let points = points.into_iter().map(|(tile, point)| (tile, point, true));
-    let ends = ends.into_iter().map(|(tile, point)| (tile, point, false));
-    let mut positions: Vec<Position> = points.chain(ends).collect();
     // Of equal positions, the one whose point goes comes first.
     positions.sort_unstable_by(|a, b| {
         let by_point = a.0.cmp(&b.0).then_with(|| a.1.lex_cmp(b.1));
-        by_point.then_with(|| b.2.cmp(&a.2))
+        by_point.then_with(|| a.2.cmp(&b.2))
     });
     positions.dedup_by(|next, kept| (next.0, next.1) == (kept.0, kept.1));
     let mut remover = VertexRemover::new(has_lines);
@@ -49,14 +58,15 @@ pub(crate) fn delete(
     while let Some(group) = groups.next() {
         tiles.read_ahead(groups.clone().map(|group| group[0].0));
         let id = group[0].0;
-        for (index, is_point) in vertices_that_may_go(tiles, group)? {
+        for (index, gone) in vertices_that_may_go(tiles, group)? {
             if is_stopped() {
                 return Err(EditError::Cancelled);
             }
             if remover.remove(tiles, VertexId { tile: id, index })? {
                 removed.entry(id).or_default().push(index);
-                deleted.ends += u64::from(!is_point);
-            } else if is_point {
+                deleted.ends += u64::from(gone == Gone::End);
+                deleted.former += u64::from(gone == Gone::FormerPoint);
+            } else if gone == Gone::Point {
                 tiles.change(id)?.set_input_point(index, false);
                 deleted.held += 1;
             }
@@ -70,19 +80,20 @@ pub(crate) fn delete(
     Ok(deleted)
 }
 
-/// Returns the vertices at positions of one tile, except those where a point stays; and whether
-/// their point goes.
-fn vertices_that_may_go(tiles: &Tiles, positions: &[Position]) -> Result<Vec<(VertexIndex, bool)>, EditError> {
+/// Returns the vertices at positions of one tile, except those where a point stays; and what goes
+/// there.
+fn vertices_that_may_go(tiles: &Tiles, positions: &[Position]) -> Result<Vec<(VertexIndex, Gone)>, EditError> {
     let id = positions[0].0;
     let tile = tiles.get(id)?;
     let table = PointTable::new(tile.points());
-    let found = positions.iter().map(|&(_, point, is_point)| {
-        let vertex = table.at(point).map(VertexIndex);
-        vertex.map(|vertex| (vertex, is_point))
-    });
-    let found: Option<Vec<(VertexIndex, bool)>> = found.collect();
-    let mut found = found.ok_or_else(|| tiles.damaged(id, Contradiction::NoVertices))?;
-    found.retain(|&(vertex, is_point)| is_point || !tile.is_input_point(vertex));
+    let mut found = Vec::with_capacity(positions.len());
+    for &(_, point, gone) in positions {
+        match table.at(point).map(VertexIndex) {
+            Some(vertex) if gone == Gone::Point || !tile.is_input_point(vertex) => found.push((vertex, gone)),
+            None if gone == Gone::Point => return Err(tiles.damaged(id, Contradiction::NoVertices)),
+            _ => {}
+        }
+    }
     Ok(found)
 }
 

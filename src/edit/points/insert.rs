@@ -1,5 +1,7 @@
 //! Points that come to be, and points that get other attributes.
 
+use std::ops::AddAssign;
+
 use crate::edit::error::EditError;
 use crate::edit::points::call::{CallInTile, PointCalls};
 use crate::edit::points::net::{Attributes, Change, Missing, net_changes, tile_at};
@@ -22,15 +24,26 @@ pub(crate) struct Inserted {
     pub(crate) split: u64,
     /// The points that go, by tile.
     pub(crate) delete: Vec<(TileId, Point)>,
+    /// The calls whose points are not there.
+    pub(crate) missing: Missing,
 }
 
-/// Carries out calls, except that points which go stay for now.
+impl AddAssign for Inserted {
+    fn add_assign(&mut self, other: Self) {
+        self.counts += other.counts;
+        self.taken_over += other.taken_over;
+        self.split += other.split;
+        self.delete.extend(other.delete);
+        self.missing.add(other.missing);
+    }
+}
+
+/// Carries out the calls in memory, except that points which go stay for now.
 pub(crate) fn insert(
     tiles: &mut Tiles,
     calls: &PointCalls,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<Inserted, EditError> {
-    calls.check_z(tiles.metadata().has_z)?;
     let numbers = calls.all.iter().zip(0u32..);
     let by_tile = numbers.map(|(call, number)| Ok((tile_at(tiles, call.position())?, number)));
     let mut by_tile: Vec<CallInTile> = by_tile.collect::<Result<_, EditError>>()?;
@@ -40,7 +53,6 @@ pub(crate) fn insert(
         by_tile.sort_unstable();
     }
     let mut done = Inserted::default();
-    let mut missing = Missing::default();
     let mut groups = by_tile.chunk_by(|a, b| !is_apart || a.0 == b.0);
     while let Some(group) = groups.next() {
         if is_stopped() {
@@ -50,14 +62,13 @@ pub(crate) fn insert(
         let net = net_changes(tiles, calls, group)?;
         done.counts += net.counts;
         done.delete.extend(net.delete);
-        missing.add(net.missing);
+        done.missing.add(net.missing);
         for changes in net.put.chunk_by(|a, b| a.tile == b.tile) {
             let (taken_over, split) = put(tiles, changes)?;
             done.taken_over += taken_over;
             done.split += split;
         }
     }
-    missing.check(calls)?;
     Ok(done)
 }
 

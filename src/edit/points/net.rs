@@ -129,7 +129,7 @@ impl Positions {
         for &(_, number) in numbers {
             if !self.carry_out_one(calls.all[number as usize], has_z) {
                 self.counts.skipped += 1;
-                missing.note(number);
+                missing.note(calls.number(number), calls.all[number as usize].position());
             }
         }
     }
@@ -175,28 +175,31 @@ impl Positions {
 /// The calls whose points are not there.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Missing {
-    /// The number of the first one.
-    first: Option<u32>,
+    /// The number of the first one, and its position.
+    first: Option<(u64, Point)>,
     count: u64,
 }
 
 impl Missing {
-    fn note(&mut self, number: u32) {
-        self.first = Some(self.first.map_or(number, |first| first.min(number)));
-        self.count += 1;
+    fn note(&mut self, number: u64, point: Point) {
+        self.add(Self {
+            first: Some((number, point)),
+            count: 1,
+        });
     }
 
     /// Adds those of other calls.
     pub(crate) fn add(&mut self, other: Self) {
-        self.first = self.first.into_iter().chain(other.first).min();
+        let both = self.first.into_iter().chain(other.first);
+        self.first = both.min_by_key(|(number, _)| *number);
         self.count += other.count;
     }
 
     /// Returns an error if there are any, and they are not to be left out.
     pub(crate) fn check(self, calls: &PointCalls) -> Result<(), EditError> {
         match self.first.filter(|_| !calls.skip_missing) {
-            Some(number) => Err(EditError::NoPoint {
-                point: calls.all[number as usize].position(),
+            Some((_, point)) => Err(EditError::NoPoint {
+                point,
                 count: self.count,
             }),
             None => Ok(()),

@@ -20,7 +20,8 @@ impl EditTile {
         };
         digest.add_vertices(&self.points, &self.z);
         digest.add_sites(&self.points, &self.sites, &self.site_ids);
-        for (half_edge, sources) in self.owned_constraints() {
+        // In a draft, edges of deferred segments may be marked, and have no sources yet.
+        for (half_edge, sources) in self.owned_constraints().filter(|(_, sources)| !sources.is_empty()) {
             let mut corners = [self.origin(half_edge), self.destination(half_edge)];
             // Sources are kept as seen from the smaller corner.
             corners.sort_unstable();

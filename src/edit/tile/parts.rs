@@ -47,7 +47,10 @@ impl TileParts {
     pub(crate) fn stored(tile: &Tile) -> Self {
         Self {
             of_triangles: tile.triangle_ids().map(|t| tile.component_number(t)).collect(),
-            count: tile.component_count(),
+            count: match tile.triangle_ids().next() {
+                Some(_) => tile.component_count(),
+                None => 0,
+            },
         }
     }
 

@@ -18,15 +18,9 @@ impl Helpers {
     /// # Errors
     /// Fails if coordinates are so large that nothing lies around them.
     pub(super) fn around(bounds: Rect, work: &Work) -> Result<Self, EditError> {
-        let of_points = work
-            .points
-            .all
-            .iter()
-            .flat_map(|call: &PointCall| call.positions())
-            .flatten();
         let of_segments = work.segments.iter().flat_map(|segment| segment.ends);
         let of_sites = work.sites.all.iter().map(SiteCall::point);
-        let named = Rect::around(of_points.chain(of_segments).chain(of_sites));
+        let named = work.points.bounds().union(Rect::around(of_segments.chain(of_sites)));
         let all = bounds.union(named);
         let all = match all == Rect::EMPTY {
             true => Rect::around([Point::new(0.0, 0.0)]),

@@ -9,6 +9,7 @@ mod rebuilds;
 mod scene;
 mod sizes;
 mod space;
+mod spilled;
 
 use std::fs::{self, File};
 

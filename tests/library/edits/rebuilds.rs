@@ -4,11 +4,12 @@ use std::fs;
 use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::input::PointBatch;
+use delaunay_tiles::input::{PointBatch, SiteId};
+use delaunay_tiles::store::LineKind;
 use delaunay_tiles::{BuildOptions, EditError, EditOptions, EditSummary, Editor, Transaction};
 use distributions::Kind;
 
-use crate::edits::scene::checked;
+use crate::edits::scene::{Line, Scene, checked, key};
 use crate::support::{Scratch, built, points_of, runtime};
 
 const ENOUGH: u64 = 64 << 20;
@@ -218,5 +219,77 @@ fn transactions_of_an_editor_follow_each_other_and_keep_the_lock() {
         drop(first);
         waiting.await.unwrap().unwrap();
         assert!(!is_busy().await);
+    });
+}
+
+/// Points on a lattice, an obstacle, a break line whose ends no point holds, and a site.
+fn scene_with_lines() -> Scene {
+    let rows: [&[u8]; 10] = [
+        &[1, 2, 4, 5, 6],
+        &[0, 3, 7],
+        &[0, 3, 4, 7, 8],
+        &[4, 6, 8],
+        &[0, 1, 2, 5, 7, 9],
+        &[3, 8, 9],
+        &[5],
+        &[1, 2, 4, 7, 8, 9],
+        &[0, 1, 2, 7, 8],
+        &[0, 7, 8, 9],
+    ];
+    let at = |x: usize, y: u8| Point::new(x as f64, f64::from(y));
+    let mut scene = Scene::default();
+    for (row, x) in rows.into_iter().zip(0..) {
+        scene
+            .points
+            .extend(row.iter().map(|&y| (key(at(x, y)), (at(x, y), 0.0))));
+    }
+    let line = |kind, corners: &[(usize, u8)], number| Line {
+        kind,
+        corners: corners.iter().map(|&(x, y)| at(x, y)).collect(),
+        number,
+    };
+    let obstacle = [(2, 5), (6, 5), (6, 9), (2, 9), (2, 5)];
+    scene.lines.push(line(LineKind::Obstacle, &obstacle, 0));
+    let break_line = [(9, 4), (0, 2), (9, 6)];
+    scene.lines.push(line(LineKind::BreakLine, &break_line, 1));
+    scene.sites.push((at(6, 4), SiteId::Number(16)));
+    scene
+}
+
+#[test]
+fn lines_and_sites_are_built_anew_with_the_points() {
+    runtime().block_on(async {
+        for (memory, tile_vertices) in [256 << 10, ENOUGH]
+            .into_iter()
+            .flat_map(|m| (4..47).map(move |t| (m, t)))
+        {
+            let mut scene = scene_with_lines();
+            let scratch = scene.build(tile_vertices).await.unwrap();
+            let before = inode(&scratch);
+            let editor = Editor::open(&scratch.path, EditOptions::default().memory(memory))
+                .await
+                .unwrap();
+            let mut transaction = editor.begin().await.unwrap();
+            transaction.prefer_build(true);
+            // On a line, at an end, at the site, at a corner, and where nothing is.
+            let new = [(4.5, 4.0), (9.0, 6.0), (6.0, 4.0), (2.0, 5.0), (5.5, 6.5)].map(|(x, y)| Point::new(x, y));
+            transaction.insert(&batch(&new)).unwrap();
+            let gone = [(5.0, 8.0), (6.0, 5.0)].map(|(x, y)| Point::new(x, y));
+            transaction.delete(&gone).unwrap();
+            scene.points.extend(new.map(|point| (key(point), (point, 0.0))));
+            scene.points.retain(|_, (point, _)| !gone.contains(point));
+            let summary = transaction.commit().await.unwrap();
+            assert_eq!((summary.points.inserted, summary.points.deleted), (5, 2));
+            assert_ne!(inode(&scratch), before);
+            let whole = scene.build(30).await.unwrap();
+            assert_eq!(
+                checked(&scratch).await,
+                checked(&whole).await,
+                "{memory} {tile_vertices}"
+            );
+            let [edited, built] = [scratch.open().await, whole.open().await];
+            assert_eq!(edited.metadata().ends, built.metadata().ends);
+            assert_eq!(edited.metadata().last_transaction, 1);
+        }
     });
 }
