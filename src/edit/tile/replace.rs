@@ -259,9 +259,10 @@ impl EditTile {
     /// Returns the corner of a vertex. Adds it if the tile does not have it yet.
     pub(super) fn corner_for(&mut self, vertex: EditVertex) -> VertexIndex {
         if let Some(corner) = self.corner(vertex.id) {
-            // A vertex that is no corner at the moment may have got another z meanwhile.
+            // Where the id is that of no corner at the moment, its vertex may have got another z
+            // meanwhile, or another one may have got its number.
             if let Some(index) = corner.index().checked_sub(self.points.len()) {
-                self.foreign[index].z = vertex.z;
+                self.foreign[index] = vertex;
             }
             return corner;
         }
