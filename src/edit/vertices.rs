@@ -59,7 +59,7 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
 /// was cut from.
 fn near(tiles: &Tiles, id: TileId, point: Point) -> Result<VertexId, EditError> {
     let mut tile = tiles.get(id)?;
-    if let (true, Some(former)) = (tile.points().is_empty(), tiles.former(id)) {
+    while let (true, Some(former)) = (tile.points().is_empty(), tiles.former(tile.id)) {
         tile = tiles.get(former)?;
     }
     let distance = |p: &Point| (p.x - point.x).abs() + (p.y - point.y).abs();

@@ -37,7 +37,11 @@ pub(crate) fn cut_tiles(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() ->
             return Err(EditError::Cancelled);
         }
         let id = group[0].0;
-        let there = tiles.directory().entry(id).map_or(0, |entry| entry.vertices as usize);
+        // Earlier parts of the changes may have brought some.
+        let there = match tiles.is_changed(id) {
+            true => tiles.get(id)?.points().len(),
+            false => tiles.directory().entry(id).map_or(0, |entry| entry.vertices as usize),
+        };
         // Some may be vertices already.
         if !is_too_large(&id, there + group.len()) {
             continue;

@@ -148,6 +148,24 @@ fn all_points_may_be_replaced_by_many_others() {
 }
 
 #[test]
+fn tiles_keep_their_size_whatever_the_parts() {
+    runtime().block_on(async {
+        let points = points_of(Kind::Uniform, 40_000, 6);
+        let scratch = built(&points[..500], BuildOptions::default().tile_vertices(100))
+            .await
+            .0;
+        compare(&scratch, |transaction| {
+            transaction.insert(&batch(&points[500..])).unwrap()
+        })
+        .await;
+        let reader = scratch.open().await;
+        let directory = reader.directory().await.unwrap();
+        let largest = directory.tiles.iter().map(|tile| tile.vertices).max();
+        assert!(largest <= Some(150), "{largest:?}");
+    });
+}
+
+#[test]
 fn points_come_to_an_empty_file() {
     runtime().block_on(async {
         let scratch = built(&[], BuildOptions::default().tile_vertices(200)).await.0;
