@@ -3,7 +3,8 @@
 use std::ops::AddAssign;
 
 use crate::edit::error::EditError;
-use crate::edit::points::call::{CallInTile, PointCalls};
+use crate::edit::points::call::CallInTile;
+use crate::edit::points::calls::PointCalls;
 use crate::edit::points::net::{Attributes, Change, Missing, net_changes, tile_at};
 use crate::edit::summary::PointCounts;
 use crate::edit::tile::NewVertex;

@@ -16,6 +16,7 @@
 
 mod bytes;
 mod call;
+mod calls;
 mod delete;
 mod insert;
 mod net;
@@ -23,7 +24,8 @@ mod removal;
 mod spilled;
 
 pub(crate) use bytes::{MAX_CALL_BYTES, decode_call, encode_call};
-pub(crate) use call::{CallInTile, PointCall, PointCalls};
+pub(crate) use call::{CallInTile, PointCall};
+pub(crate) use calls::PointCalls;
 pub(crate) use delete::{Gone, delete};
 pub(crate) use insert::{Inserted, insert};
 pub(crate) use net::{Attributes, Missing, Positions, tile_at};

@@ -3,7 +3,8 @@
 use foldhash::HashMap;
 
 use crate::edit::error::EditError;
-use crate::edit::points::call::{CallInTile, PointCall, PointCalls};
+use crate::edit::points::call::{CallInTile, PointCall};
+use crate::edit::points::calls::PointCalls;
 use crate::edit::summary::PointCounts;
 use crate::edit::tiles::Tiles;
 use crate::geometry::{Point, VertexIndex};
