@@ -113,6 +113,6 @@ mod tests {
         for number in [2, 0, 1] {
             assert_eq!(spilled.part(number).unwrap(), parts[number]);
         }
-        assert_eq!(spilled.bounds, Rect::around([at(0), at(10_000)]));
+        assert_eq!(spilled.bounds, Rect::around([at(0), at(9999)]));
     }
 }
