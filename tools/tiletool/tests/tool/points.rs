@@ -139,12 +139,14 @@ fn a_mistake_names_it_and_leaves_the_file_unchanged() {
         ("move half.tiles three.csv", "three.csv"),
         ("set-z half.tiles flat.csv", "z"),
         ("set-z half.tiles other.csv", "there is no point"),
-        ("delete half.tiles half.csv --memory 100KB", "memory"),
     ] {
         let code = if says == "POINTS" { 2 } else { 1 };
         let error = fails(folder, code, args);
         assert!(error.contains(says), "{args}: {error}");
     }
+    // Changes that do not fit into memory go to disk.
+    let spilled = json(folder, "delete half.tiles half.csv --memory 100KB --dry-run --json");
+    assert_eq!(spilled["deleted_points"], 1800);
     assert!(fs::read(folder.join("half.tiles")).unwrap() == before);
     let nothing = run(folder, "insert half.tiles empty.csv");
     assert!(nothing.contains("nothing to change"), "{nothing}");
