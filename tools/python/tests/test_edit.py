@@ -131,7 +131,7 @@ def test_mistakes_are_named_and_change_nothing(field):
         dt.edit(path)
     assert first.summary.deleted == 0
     with dt.edit(path, memory="1MiB") as changes, pytest.raises(dt.MemoryLimitError):
-        changes.delete(np.vstack([points] * 10))
+        changes.delete_sites(np.vstack([points] * 10)[:, :2])
     for wrong in ([(1.0,)], [(np.nan, 1.0)], "points.csv"):
         with dt.edit(path, dry_run=True) as changes, pytest.raises((ValueError, TypeError)):
             changes.insert(wrong)
