@@ -102,12 +102,16 @@ impl PointCalls {
             Some(spilled) => spilled,
             none => none.insert(SpilledCalls::in_folder(folder)?),
         };
-        for part in self.all.chunks(in_part) {
-            spilled.push(part)?;
+        while !self.all.is_empty() {
+            let count = self.all.len().min(in_part);
+            spilled.push(&self.all[..count])?;
+            // If the next part cannot be written, this one is not written again.
+            self.all.drain(..count);
+            self.first += count as u64;
+            self.of_part = self.of_part.max(of_call * count as u64);
         }
-        self.of_part = self.of_part.max(of_call * self.all.len().min(in_part) as u64);
-        self.first += self.all.len() as u64;
-        self.all.clear();
+        // Parts that are read need the memory.
+        self.all = Vec::new();
         self.has_moves = false;
         Ok(())
     }
