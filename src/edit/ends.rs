@@ -1,11 +1,10 @@
 //! The vertices at the ends of segments, existing ones and new ones.
 
-use foldhash::HashSet;
-
 use crate::edit::error::EditError;
+use crate::edit::held::GoingPoints;
 use crate::edit::tile::{EditTile, NewVertex};
 use crate::edit::tiles::Tiles;
-use crate::edit::vertex::{EditVertex, owner};
+use crate::edit::vertex::EditVertex;
 use crate::edit::vertex_z::give_z;
 use crate::edit::vertices;
 use crate::edit::work::Work;
@@ -17,13 +16,13 @@ use crate::store::{TileId, VertexId};
 /// An end of a segment: its tile, its point, and its number among all ends.
 type End = (TileId, Point, u32);
 
-/// Finds the vertices at the ends of segments, and adds those that are missing. Of the vertices at
-/// `freed`, where lines ended that were removed, those that nothing else holds take the z of the
-/// ends. Returns the vertices in the order of the ends, and the number of new vertices.
+/// Finds the vertices at the ends of segments, and adds those that are missing. Vertices that
+/// nothing holds after what went take the z of the ends; without `going`, nothing went. Returns the
+/// vertices in the order of the ends, and the number of new vertices.
 pub(crate) fn find_ends(
     tiles: &mut Tiles,
     work: &Work,
-    freed: &[(TileId, Point)],
+    going: Option<&GoingPoints>,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<(Vec<EditVertex>, u64), EditError> {
     let ends = by_tile(tiles, work)?;
@@ -43,7 +42,7 @@ pub(crate) fn find_ends(
     let mut added = 0;
     let needs_z = tiles.metadata().has_z && work.missing_z != MissingZ::Zero;
     let mut without_z: Vec<u32> = Vec::new();
-    let freed: HashSet<[u64; 2]> = freed.iter().map(|(_, point)| point.bits()).collect();
+    let going = going.filter(|_| tiles.metadata().has_z);
     let mut groups = ends.chunk_by(|a, b| a.0 == b.0);
     while let Some(group) = groups.next() {
         if is_stopped() {
@@ -51,8 +50,8 @@ pub(crate) fn find_ends(
         }
         tiles.read_ahead(groups.clone().map(|group| group[0].0));
         let missing = find_in_tile(tiles, work, group, &mut found)?;
-        if !freed.is_empty() {
-            renew(tiles, work, group, &freed, &mut found)?;
+        if let Some(going) = going {
+            renew(tiles, work, group, going, &mut found)?;
         }
         if needs_z {
             without_z.extend(missing.iter().map(|end| end.2).filter(|&end| work.z_of(end).is_nan()));
@@ -122,20 +121,19 @@ fn find_in_tile(tiles: &mut Tiles, work: &Work, ends: &[End], found: &mut [EditV
     Ok(missing)
 }
 
-/// Gives vertices at ends of removed lines the z of the new ends there, the first that has any,
-/// unless something else holds the vertices.
+/// Gives vertices that nothing holds the z of the new ends there, the first that has any.
 fn renew(
     tiles: &mut Tiles,
     work: &Work,
     ends: &[End],
-    freed: &HashSet<[u64; 2]>,
+    going: &GoingPoints,
     found: &mut [EditVertex],
 ) -> Result<(), EditError> {
     for here in ends.chunk_by(|a, b| a.1 == b.1) {
         let z = here.iter().map(|end| work.z_of(end.2)).find(|z| !z.is_nan());
         let vertex = found[here[0].2 as usize];
-        if let Some(z) = z.filter(|_| freed.contains(&here[0].1.bits()))
-            && !is_held(tiles, vertex)?
+        if let Some(z) = z
+            && !going.is_held(tiles, vertex)?
         {
             give_z(tiles, vertex.id, z)?;
             let vertex = tiles.get(vertex.id.tile)?.vertex(vertex.id.index);
@@ -143,29 +141,6 @@ fn renew(
         }
     }
     Ok(())
-}
-
-/// Returns whether a point, a site or the end of a segment is at a vertex.
-fn is_held(tiles: &Tiles, vertex: EditVertex) -> Result<bool, EditError> {
-    let tile = tiles.get(vertex.id.tile)?;
-    if tile.is_input_point(vertex.id.index) || tile.has_site(vertex.id.index) {
-        return Ok(true);
-    }
-    let mut others: Vec<EditVertex> = Vec::new();
-    for half_edge in tile.around(vertex.id.index) {
-        let both = [(half_edge, half_edge.next()), (half_edge.prev(), half_edge.prev())];
-        let constraints = both.into_iter().filter(|(edge, _)| tile.is_constraint(*edge));
-        others.extend(constraints.map(|(_, at)| tile.origin_vertex(at)));
-    }
-    drop(tile);
-    for other in others {
-        let edge = [vertex, other];
-        let sources = tiles.get(owner(edge))?.sources_along(edge.map(|end| end.id));
-        if sources.is_some_and(|sources| sources.iter().any(|part| part.begins())) {
-            return Ok(true);
-        }
-    }
-    Ok(false)
 }
 
 fn no_vertex(point: Point) -> EditError {

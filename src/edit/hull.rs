@@ -41,8 +41,8 @@ pub(crate) fn visible_from(
 ) -> Result<VecDeque<HullEdge>, EditError> {
     let mut visible = VecDeque::from([HullEdge::of(&tile, half_edge)]);
     drop(tile);
-    // A point does not see all of the hull, and a triangle takes more than one byte of the file.
-    let most = tiles.length() + 3 * tiles.metadata().triangles;
+    // The hull has at most one edge for each vertex.
+    let most = tiles.most_triangles();
     for is_forward in [true, false] {
         loop {
             let edge = if is_forward { visible.back() } else { visible.front() };

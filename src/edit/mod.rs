@@ -25,6 +25,7 @@ mod disk;
 mod ends;
 mod error;
 mod exchange;
+mod held;
 mod hull;
 mod labelling;
 mod leaving;

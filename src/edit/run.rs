@@ -10,6 +10,7 @@ use tokio::sync::oneshot;
 use crate::edit::disk::Purpose;
 use crate::edit::ends::find_ends;
 use crate::edit::error::EditError;
+use crate::edit::held::GoingPoints;
 use crate::edit::labelling::{join, label, touch_crossed};
 use crate::edit::next_directory::{EditTotals, enter};
 use crate::edit::point_parts;
@@ -174,13 +175,15 @@ struct Changed {
 /// Makes all changes in the tiles: points that come, sites, lines that go, lines that come, and then
 /// the vertices that nothing holds. Before and after, the tiles get their sizes.
 fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -> Result<Changed, EditError> {
-    let (inserted, former) = point_parts::insert(tiles, work, is_stopped)?;
+    let (mut inserted, former) = point_parts::insert(tiles, work, is_stopped)?;
+    let going = GoingPoints::new(&mut inserted.delete);
     let left_without_point = former.count;
     let Removed {
         counts: mut lines,
         ends: mut freed,
     } = unconstrain::remove(tiles, &work.gone, is_stopped)?;
-    let (ends, mut added_ends) = find_ends(tiles, work, &freed, is_stopped)?;
+    let frees_vertices = !freed.is_empty() || !going.is_empty() || former.count > 0;
+    let (ends, mut added_ends) = find_ends(tiles, work, frees_vertices.then_some(&going), is_stopped)?;
     let SegmentInserter { edges, examined, .. } = insert(tiles, work, &ends, is_stopped)?;
     drop(ends);
     // Sites split only edges that stay.
@@ -190,7 +193,7 @@ fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -
         .metadata()
         .next_record
         .saturating_add(work.points.records + 2 * segments);
-    let sites = sites::change(tiles, &work.sites, work.missing_z, first_record, is_stopped)?;
+    let sites = sites::change(tiles, work, &going, first_record, is_stopped)?;
     added_ends += sites.added_vertices;
     freed.extend(sites.freed);
     let (former, mut left) = former.delete(tiles, has_lines, is_stopped)?;

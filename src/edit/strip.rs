@@ -136,8 +136,7 @@ impl SegmentInserter {
             tile = there;
             self.examined += 1;
             let triangle = self.strip.old.len() as u32;
-            // A triangle takes more than one byte of the file.
-            if u64::from(triangle) > tiles.length() {
+            if u64::from(triangle) > tiles.most_triangles() {
                 return Err(tiles.damaged(id, Contradiction::EndlessLine));
             }
             let apex = tile.origin_vertex(entered.prev());

@@ -41,6 +41,8 @@ pub(crate) struct Tiles {
     added: BTreeMap<TileId, TileId>,
     /// The tiles that have no vertices any more.
     emptied: BTreeSet<TileId>,
+    /// The number of vertices that were added.
+    new_vertices: u64,
     /// The digest of the changed tiles as they were in the file, without holes.
     digest_before: Digest,
     /// Ends when the last reference to `disk` is dropped.
@@ -73,6 +75,7 @@ impl Tiles {
             is_changed: vec![false; disk.reader.directory().tiles.len()],
             added: BTreeMap::new(),
             emptied: BTreeSet::new(),
+            new_vertices: 0,
             digest_before: Digest::default(),
             disk,
             gone,
@@ -128,6 +131,19 @@ impl Tiles {
     /// Returns the metadata of the file as it was opened.
     pub(crate) fn metadata(&self) -> &Metadata {
         self.disk.reader.metadata()
+    }
+
+    /// Notes that vertices were added.
+    pub(crate) fn count_new_vertices(&mut self, count: usize) {
+        self.new_vertices += count as u64;
+    }
+
+    /// Returns an upper bound on the number of triangles: what goes on for longer goes in circles.
+    pub(crate) fn most_triangles(&self) -> u64 {
+        self.metadata()
+            .vertices
+            .saturating_add(self.new_vertices)
+            .saturating_mul(2)
     }
 
     /// Returns the length in bytes of the file as it was opened.

@@ -40,6 +40,7 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
     new.sort_by_key(|vertex| square.key(vertex.point));
     let mut from = near(tiles, id, new[0].point)?;
     let first = tiles.change(id)?.add_vertices(&new, has_z);
+    tiles.count_new_vertices(new.len());
     let mut inserter = VertexInserter::default();
     for (&NewVertex { point, z, .. }, index) in new.iter().zip((first..).map(VertexIndex)) {
         let vertex = EditVertex {
@@ -89,7 +90,7 @@ fn locate(tiles: &Tiles, from: VertexId, to: Point) -> Result<Place, EditError> 
         return Err(tiles.damaged(from.tile, Contradiction::LoneVertex(from.index)));
     };
     // With constraints, a walk may cycle if it always examines the half-edges in the same order.
-    let mut steps = 4 * tiles.metadata().triangles + 1000;
+    let mut steps = tiles.most_triangles().saturating_mul(4).saturating_add(1000);
     loop {
         steps = match steps.checked_sub(1) {
             Some(steps) => steps,

@@ -54,7 +54,8 @@ impl Pages {
         let damaged = |damage: Damage| invalid(&name, damage);
         let in_force = Superblock::choose(&head[..head.len().min(FIRST_EXTENT as usize)]).map_err(damaged)?;
         let Superblock { file_length, root, .. } = in_force.superblock;
-        if file_length > length {
+        // An edit may have made the file longer since it was opened: the length is that of then.
+        if file_length > length && source.read_at(file_length - 1..file_length).await.is_err() {
             return Err(ReadError::Invalid {
                 file: Arc::clone(&name),
                 reason: format!("it is cut off: it has {length} of {file_length} bytes"),

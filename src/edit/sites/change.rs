@@ -1,18 +1,21 @@
 //! The changes of sites, tile by tile.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::edit::error::EditError;
+use crate::edit::held::GoingPoints;
 use crate::edit::points::{CallInTile, tile_at};
 use crate::edit::sites::call::{SiteCall, SiteCalls};
 use crate::edit::summary::SiteCounts;
 use crate::edit::tile::NewVertex;
 use crate::edit::tiles::Tiles;
+use crate::edit::vertex_z::give_z;
 use crate::edit::vertices;
+use crate::edit::work::Work;
 use crate::geometry::{Point, VertexIndex};
 use crate::input::{MissingZ, SiteId};
 use crate::mesh::point_table::PointTable;
-use crate::store::TileId;
+use crate::store::{TileId, VertexId};
 
 /// What came of calls.
 #[derive(Debug, Default)]
@@ -24,15 +27,16 @@ pub(crate) struct ChangedSites {
     pub(crate) freed: Vec<(TileId, Point)>,
 }
 
-/// Carries out calls. New vertices get record numbers from `first_record` on, by the numbers of
-/// their calls.
+/// Carries out the calls of sites. New vertices get record numbers from `first_record` on, by the
+/// numbers of their calls. Vertices that nothing holds when a site comes take its z.
 pub(crate) fn change(
     tiles: &mut Tiles,
-    calls: &SiteCalls,
-    missing_z: MissingZ,
+    work: &Work,
+    going: &GoingPoints,
     first_record: u64,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<ChangedSites, EditError> {
+    let calls = &work.sites;
     let mut changed = ChangedSites::default();
     let numbers = calls.all.iter().zip(0u32..);
     let by_tile = numbers.map(|(call, number)| Ok((tile_at(tiles, call.point())?, number)));
@@ -48,14 +52,14 @@ pub(crate) fn change(
         tiles.read_ahead(groups.clone().map(|group| group[0].0));
         let new = new_vertices(tiles, calls, group, first_record)?;
         changed.added_vertices += new.len() as u64;
-        let needs_z = tiles.metadata().has_z && missing_z != MissingZ::Zero;
+        let needs_z = tiles.metadata().has_z && work.missing_z != MissingZ::Zero;
         let lacking = new.iter().filter(|(_, vertex)| needs_z && vertex.z.is_nan());
         without_z.extend(lacking.map(|(number, _)| *number));
         let new: Vec<NewVertex> = new.into_iter().map(|(_, vertex)| with_z(vertex)).collect();
         if !new.is_empty() {
             vertices::add(tiles, group[0].0, new)?;
         }
-        let first_missing = carry_out(tiles, calls, group, &mut changed)?;
+        let first_missing = carry_out(tiles, calls, going, group, &mut changed)?;
         missing = missing.into_iter().chain(first_missing).min();
     }
     if let Some(&number) = without_z.iter().min() {
@@ -120,6 +124,7 @@ fn new_vertices(
 fn carry_out(
     tiles: &mut Tiles,
     calls: &SiteCalls,
+    going: &GoingPoints,
     group: &[CallInTile],
     changed: &mut ChangedSites,
 ) -> Result<Option<u32>, EditError> {
@@ -135,9 +140,20 @@ fn carry_out(
     let mut first_missing = None;
     // Sites that a later call deletes, at positions without a vertex.
     let mut brief: BTreeMap<[u64; 2], u64> = BTreeMap::new();
+    let mut without_z: BTreeSet<VertexIndex> = BTreeSet::new();
     for (&(_, number), vertex) in group.iter().zip(found) {
         match (&calls.all[number as usize], vertex) {
-            (SiteCall::Insert(_, _, site), Some(vertex)) => {
+            (SiteCall::Insert(_, z, site), Some(vertex)) => {
+                renew(
+                    tiles,
+                    going,
+                    VertexId {
+                        tile: id,
+                        index: vertex,
+                    },
+                    *z,
+                    &mut without_z,
+                )?;
                 let (site, text) = match site {
                     SiteId::Number(site) => (*site, ""),
                     // As in builds, its place among all sites.
@@ -168,4 +184,28 @@ fn carry_out(
         }
     }
     Ok(first_missing)
+}
+
+/// Gives a vertex that nothing holds the z of a new site, the first that has any. `without_z` has the
+/// vertices of the tile that only sites without z hold so far.
+fn renew(
+    tiles: &mut Tiles,
+    going: &GoingPoints,
+    id: VertexId,
+    z: f64,
+    without_z: &mut BTreeSet<VertexIndex>,
+) -> Result<(), EditError> {
+    if !tiles.metadata().has_z {
+        return Ok(());
+    }
+    let vertex = tiles.get(id.tile)?.vertex(id.index);
+    if without_z.contains(&id.index) || !going.is_held(tiles, vertex)? {
+        if z.is_nan() {
+            without_z.insert(id.index);
+        } else {
+            without_z.remove(&id.index);
+            give_z(tiles, id, z)?;
+        }
+    }
+    Ok(())
 }

@@ -6,15 +6,16 @@ use std::fs;
 use std::ops::Range;
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::input::{MissingZ, SegmentBatch, SiteBatch, SiteId};
+use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::EdgeSource;
 use delaunay_tiles::store::{LineBatch, LineKind, LinePart};
-use delaunay_tiles::{BuildOptions, Builder, Crossings, EditError, EditOptions, EditSummary, Editor, Transaction};
+use delaunay_tiles::{BuildOptions, Builder, Crossings, EditError, EditOptions, Editor, Transaction};
 
 use crate::edits::scene::{
     Line, Scene, batch_of_line, batch_of_sites, checked, checked_outcome, key, random_line, random_scene, random_site,
     source,
 };
+use crate::edits::{ENOUGH, edited};
 use crate::support::cases::seeds;
 use crate::support::{Random, Scratch, runtime};
 
@@ -215,15 +216,6 @@ async fn town() -> (Scene, Scratch) {
     (scene, scratch)
 }
 
-async fn removed(scratch: &Scratch, change: impl FnOnce(&mut Transaction)) -> Result<EditSummary, EditError> {
-    let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(16 << 20))
-        .await?
-        .begin()
-        .await?;
-    change(&mut transaction);
-    transaction.commit().await
-}
-
 #[test]
 fn a_line_that_is_not_there_is_an_error_unless_it_is_to_be_skipped() {
     runtime().block_on(async {
@@ -241,7 +233,7 @@ fn a_line_that_is_not_there_is_an_error_unless_it_is_to_be_skipped() {
         ];
         for (kind, places) in missing {
             let batch = batch_of_line(&points(places));
-            let error = removed(&scratch, |transaction| {
+            let error = edited(&scratch, ENOUGH, |transaction| {
                 transaction.unconstrain(kind, 0, &batch).unwrap()
             })
             .await;
@@ -250,7 +242,7 @@ fn a_line_that_is_not_there_is_an_error_unless_it_is_to_be_skipped() {
                 "{error:?}"
             );
         }
-        let error = removed(&scratch, |transaction| transaction.remove_lines(&[1, 3, 4])).await;
+        let error = edited(&scratch, ENOUGH, |transaction| transaction.remove_lines(&[1, 3, 4])).await;
         assert!(
             matches!(error, Err(EditError::NoLineNumber { line: 3, count: 2 })),
             "{error:?}"
@@ -272,7 +264,7 @@ fn a_line_that_is_not_there_is_an_error_unless_it_is_to_be_skipped() {
         }
         // A ring alone is no whole obstacle.
         let ring = batch_of_line(&scene.lines[2].corners);
-        let error = removed(&scratch, |transaction| {
+        let error = edited(&scratch, ENOUGH, |transaction| {
             transaction.unconstrain(LineKind::Obstacle, 0, &ring).unwrap()
         })
         .await;
@@ -296,7 +288,7 @@ fn a_line_that_is_not_there_is_an_error_unless_it_is_to_be_skipped() {
         drop(transaction);
         assert_eq!(fs::read(&scratch.path).unwrap(), before);
 
-        let summary = removed(&scratch, |transaction| {
+        let summary = edited(&scratch, ENOUGH, |transaction| {
             transaction.skip_missing(true);
             for (kind, places) in missing {
                 transaction
@@ -321,7 +313,7 @@ fn vertices_go_with_the_lines_unless_something_else_holds_them() {
         let (mut scene, scratch) = town().await;
         let [bend, wall] = [0, 1].map(|place| batch_of_line(&scene.lines[place].corners));
         let end = Point::new(0.5, 0.5);
-        let summary = removed(&scratch, |transaction| {
+        let summary = edited(&scratch, ENOUGH, |transaction| {
             transaction.unconstrain(LineKind::BreakLine, 0, &bend).unwrap();
             transaction.unconstrain(LineKind::Wall, 1, &wall).unwrap();
             // A point comes where the wall began.
@@ -353,7 +345,7 @@ fn lines_that_were_split_stay() {
                 .unwrap();
         }
         builder.finish().await.unwrap();
-        let error = removed(&scratch, |transaction| transaction.remove_lines(&[0])).await;
+        let error = edited(&scratch, ENOUGH, |transaction| transaction.remove_lines(&[0])).await;
         assert!(matches!(error, Err(EditError::SplitLines)), "{error:?}");
     });
 }
@@ -361,7 +353,7 @@ fn lines_that_were_split_stay() {
 #[test]
 fn sites_come_and_go_with_their_vertices() {
     runtime().block_on(async {
-        let (mut scene, scratch) = town().await;
+        let (scene, scratch) = town().await;
         let before = checked(&scratch).await;
         let [known, new, far, nowhere] =
             [(3.0, 3.0), (3.25, 7.5), (50.0, -20.0), (3.0, 3.5)].map(|(x, y)| Point::new(x, y));
@@ -373,7 +365,7 @@ fn sites_come_and_go_with_their_vertices() {
             (far, text("c")),
             (new, text("d")),
         ];
-        let summary = removed(&scratch, |transaction| {
+        let summary = edited(&scratch, ENOUGH, |transaction| {
             transaction.insert_sites(&batch_of_sites(&sites)).unwrap()
         });
         let summary = summary.await.unwrap();
@@ -383,7 +375,7 @@ fn sites_come_and_go_with_their_vertices() {
             (metadata.sites, metadata.next_site, metadata.bounds.max_x),
             (5, 5, 50.0)
         );
-        let error = removed(&scratch, |transaction| {
+        let error = edited(&scratch, ENOUGH, |transaction| {
             transaction.delete_sites(&[far, nowhere, far]).unwrap()
         })
         .await;
@@ -407,7 +399,7 @@ fn sites_come_and_go_with_their_vertices() {
         let error = transaction.insert_sites(&batch_of_sites(&[(far, text(&"x".repeat(300_000)))]));
         assert!(matches!(error, Err(EditError::Memory(_))), "{error:?}");
         drop(transaction);
-        let summary = removed(&scratch, |transaction| {
+        let summary = edited(&scratch, ENOUGH, |transaction| {
             transaction.skip_missing(true);
             transaction.delete_sites(&[known, new, far, nowhere]).unwrap();
             // A point holds the vertex from now on.
@@ -416,107 +408,10 @@ fn sites_come_and_go_with_their_vertices() {
         let sites = summary.await.unwrap().sites;
         assert_eq!((sites.deleted, sites.skipped), (5, 1));
         assert_ne!(checked(&scratch).await, before);
-        removed(&scratch, |transaction| transaction.delete(&[far]).unwrap())
+        edited(&scratch, ENOUGH, |transaction| transaction.delete(&[far]).unwrap())
             .await
             .unwrap();
         assert_eq!(checked(&scratch).await, before);
-
-        // With z, a site takes it from the surface, unless it has its own; outside, it needs one.
-        scene.has_z = true;
-        scene.lines.clear();
-        scene.points.values_mut().for_each(|(point, z)| *z = point.x);
-        let hill = scene.build(20).await.unwrap();
-        let error = removed(&hill, |transaction| {
-            transaction.insert_sites(&batch_of_sites(&[(far, text("c"))])).unwrap()
-        })
-        .await;
-        assert!(
-            matches!(error, Err(EditError::PointWithoutZ { point, count: 1 }) if point == far),
-            "{error:?}"
-        );
-        let mut with_z = batch_of_sites(&[(new, text("a")), (far, text("b"))]);
-        with_z.z = vec![f64::NAN, 4.0];
-        removed(&hill, |transaction| transaction.insert_sites(&with_z).unwrap())
-            .await
-            .unwrap();
-        removed(&hill, |transaction| {
-            transaction.missing_z(MissingZ::Zero);
-            transaction
-                .insert_sites(&batch_of_sites(&[(nowhere, text("c"))]))
-                .unwrap();
-        })
-        .await
-        .unwrap();
-        let reader = hill.open().await;
-        for (point, z) in [(new, 3.25), (far, 4.0), (nowhere, 0.0)] {
-            assert_eq!(
-                reader.surface_z(point.x, point.y, Default::default()).await.unwrap(),
-                Some(z)
-            );
-        }
-        reader.verify(true).await.unwrap();
-    });
-}
-
-#[test]
-fn a_line_that_takes_the_place_of_another_brings_its_z() {
-    runtime().block_on(async {
-        let mut scene = Scene {
-            has_z: true,
-            ..Scene::default()
-        };
-        for place in 0..100 {
-            let point = Point::new(f64::from(place % 10), f64::from(place / 10));
-            scene.points.insert(key(point), (point, point.x));
-        }
-        let scratch = scene.build(8).await.unwrap();
-        let [start, end, point] = [(0.5, 0.5), (3.5, 2.5), (4.0, 2.0)].map(|(x, y)| Point::new(x, y));
-        let line = |z: f64| SegmentBatch {
-            ends: vec![[start, end], [end, point]],
-            lines: vec![0, 0],
-            z: vec![[z, z]; 2],
-            ..SegmentBatch::default()
-        };
-        let other = SegmentBatch {
-            ends: vec![[end, Point::new(3.25, 2.75)]],
-            lines: vec![0],
-            ..SegmentBatch::default()
-        };
-        removed(&scratch, |transaction| {
-            transaction.constrain(LineKind::Wall, 0, &line(40.0)).unwrap()
-        })
-        .await
-        .unwrap();
-        // A point keeps its own z.
-        let z_at = async |p: Point| {
-            scratch
-                .open()
-                .await
-                .surface_z(p.x, p.y, Default::default())
-                .await
-                .unwrap()
-        };
-        let z = [z_at(start).await, z_at(end).await, z_at(point).await];
-        assert_eq!(z, [Some(40.0), Some(40.0), Some(4.0)]);
-        removed(&scratch, |transaction| {
-            transaction.unconstrain(LineKind::Wall, 0, &line(40.0)).unwrap();
-            transaction.constrain(LineKind::Wall, 0, &line(70.0)).unwrap();
-            transaction.constrain(LineKind::BreakLine, 1, &other).unwrap();
-        })
-        .await
-        .unwrap();
-        let z = [z_at(start).await, z_at(end).await, z_at(point).await];
-        assert_eq!(z, [Some(70.0), Some(70.0), Some(4.0)]);
-        // Now another line holds one of the ends, with the z that it has.
-        removed(&scratch, |transaction| {
-            transaction.unconstrain(LineKind::Wall, 0, &line(0.0)).unwrap();
-            transaction.constrain(LineKind::Wall, 0, &line(90.0)).unwrap();
-        })
-        .await
-        .unwrap();
-        let z = [z_at(start).await, z_at(end).await, z_at(point).await];
-        assert_eq!(z, [Some(90.0), Some(70.0), Some(4.0)]);
-        scratch.open().await.verify(true).await.unwrap();
     });
 }
 
@@ -544,13 +439,13 @@ fn a_segment_that_its_own_line_runs_over_is_not_removed_alone() {
             let scratch = scene.build(20).await.unwrap();
             for alone in [[corners[1], corners[2]], [corners[2], corners[1]]] {
                 let batch = batch_of_line(&alone);
-                let error = removed(&scratch, |transaction| {
+                let error = edited(&scratch, ENOUGH, |transaction| {
                     transaction.unconstrain(LineKind::Wall, 0, &batch).unwrap()
                 })
                 .await;
                 assert!(matches!(error, Err(EditError::NoLine { count: 1, .. })), "{error:?}");
             }
-            removed(&scratch, |transaction| transaction.remove_lines(&[0]))
+            edited(&scratch, ENOUGH, |transaction| transaction.remove_lines(&[0]))
                 .await
                 .unwrap();
             assert_eq!(checked(&scratch).await, plain);
@@ -576,7 +471,7 @@ fn constraints_may_be_left_on_one_line() {
         }
         let scratch = scene.build(20).await.unwrap();
         let [new, gone] = [Point::new(1.0, 0.0), Point::new(1.0, 5.0)];
-        let summary = removed(&scratch, |transaction| {
+        let summary = edited(&scratch, ENOUGH, |transaction| {
             transaction.insert(&scene.batch([(new, 0.0)].into_iter())).unwrap();
             transaction.remove_lines(&[0]);
             transaction.delete(&[gone]).unwrap();
@@ -598,7 +493,7 @@ fn a_site_that_goes_in_the_same_edit_leaves_nothing() {
         let before = checked(&scratch).await;
         let [new, far] = [(3.25, 7.5), (50.0, -20.0)].map(|(x, y)| Point::new(x, y));
         let site = |point: Point, number: u64| batch_of_sites(&[(point, SiteId::Number(number))]);
-        let summary = removed(&scratch, |transaction| {
+        let summary = edited(&scratch, ENOUGH, |transaction| {
             transaction.insert_sites(&site(far, 1)).unwrap();
             transaction.insert_sites(&site(far, 2)).unwrap();
             transaction.delete_sites(&[far]).unwrap();
@@ -614,9 +509,11 @@ fn a_site_that_goes_in_the_same_edit_leaves_nothing() {
         let reader = scratch.open().await;
         assert_eq!(reader.metadata().sites, 1);
         reader.verify(true).await.unwrap();
-        removed(&scratch, |transaction| transaction.delete_sites(&[new]).unwrap())
-            .await
-            .unwrap();
+        edited(&scratch, ENOUGH, |transaction| {
+            transaction.delete_sites(&[new]).unwrap()
+        })
+        .await
+        .unwrap();
         assert_eq!(checked(&scratch).await, before);
     });
 }

@@ -10,16 +10,39 @@ mod scene;
 mod sizes;
 mod space;
 mod spilled;
+mod z;
 
 use std::fs::{self, File};
 
 use crate::support::{Scratch, built, open_bytes, runtime};
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::input::SegmentBatch;
+use delaunay_tiles::input::{PointBatch, SegmentBatch};
+use delaunay_tiles::io::ThreadsFile;
 use delaunay_tiles::store::{Digest, LineKind, LineSource};
-use delaunay_tiles::{BuildOptions, EditError, EditOptions, Editor};
+use delaunay_tiles::{BuildOptions, EditError, EditOptions, EditSummary, Editor, OpenOptions, TileReader, Transaction};
 
 const ENOUGH: u64 = 64 << 20;
+
+/// Makes changes of a file in one transaction.
+async fn edited(
+    scratch: &Scratch,
+    memory: u64,
+    change: impl FnOnce(&mut Transaction),
+) -> Result<EditSummary, EditError> {
+    let editor = Editor::open(&scratch.path, EditOptions::default().memory(memory)).await?;
+    let mut transaction = editor.begin().await?;
+    change(&mut transaction);
+    transaction.commit().await
+}
+
+/// Returns a batch of points without z.
+fn batch(points: &[Point]) -> PointBatch {
+    PointBatch {
+        records: (0..points.len() as u64).collect(),
+        points: points.to_vec(),
+        z: Vec::new(),
+    }
+}
 
 /// Builds a grid of 30 by 30 points in tiles of at most 60.
 async fn grid() -> Scratch {
@@ -196,6 +219,21 @@ fn an_open_reader_sees_no_edits_and_a_new_reader_sees_all() {
             .await
             .unwrap();
         scratch.open().await.verify(true).await.unwrap();
+    });
+}
+
+#[test]
+fn a_file_that_becomes_longer_while_it_is_opened_is_not_cut_off() {
+    runtime().block_on(async {
+        let scratch = grid().await;
+        let file = ThreadsFile::open(&scratch.path).unwrap();
+        let length = fs::metadata(&scratch.path).unwrap().len();
+        edit(&scratch, ENOUGH, &walls()).await.unwrap();
+        assert!(fs::metadata(&scratch.path).unwrap().len() > length);
+        let opening = TileReader::open_source(file, "longer", OpenOptions::default());
+        let reader = opening.await.unwrap();
+        assert_eq!(reader.recompute_digest().await.unwrap(), digest(&scratch).await);
+        reader.verify(true).await.unwrap();
     });
 }
 

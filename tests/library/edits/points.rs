@@ -8,9 +8,10 @@ use std::ops::Range;
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
 use delaunay_tiles::input::{MissingZ, PointBatch, SiteId};
 use delaunay_tiles::store::LineKind;
-use delaunay_tiles::{BuildOptions, EditError, EditOptions, EditSummary, Editor, PointCounts, Transaction};
+use delaunay_tiles::{BuildOptions, EditError, EditOptions, Editor, PointCounts, Transaction};
 
 use crate::edits::scene::{Line, Scene, checked, checked_outcome, key, random_scene};
+use crate::edits::{ENOUGH, edited};
 use crate::support::cases::seeds;
 use crate::support::{Random, Scratch, built, points_of, runtime};
 
@@ -85,21 +86,12 @@ fn with_z(points: &[Point], z: f64) -> PointBatch {
     }
 }
 
-async fn edited(scratch: &Scratch, change: impl FnOnce(&mut Transaction)) -> Result<EditSummary, EditError> {
-    let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(16 << 20))
-        .await?
-        .begin()
-        .await?;
-    change(&mut transaction);
-    transaction.commit().await
-}
-
 #[test]
 fn calls_act_in_their_order_and_are_counted() {
     runtime().block_on(async {
         let (points, scratch) = hills().await;
         let [far, farther] = [1e3, 1e6].map(|x| Point::new(x, -x));
-        let summary = edited(&scratch, |transaction| {
+        let summary = edited(&scratch, ENOUGH, |transaction| {
             transaction.insert(&with_z(&[far, points[0], far], 7.0)).unwrap();
             transaction
                 .move_points(&[[far, farther], [points[1], far], [points[2], points[3]]])
@@ -140,7 +132,7 @@ fn a_mistake_changes_nothing_unless_it_is_to_be_skipped() {
         let flat = built(&points, BuildOptions::default()).await.0;
         let nowhere = Point::new(0.5, 77.0);
         let before = fs::read(&scratch.path).unwrap();
-        let error = edited(&scratch, |transaction| {
+        let error = edited(&scratch, ENOUGH, |transaction| {
             transaction.delete(&[points[0], nowhere, nowhere]).unwrap()
         })
         .await;
@@ -149,25 +141,25 @@ fn a_mistake_changes_nothing_unless_it_is_to_be_skipped() {
             "{error:?}"
         );
         // A point that is deleted twice is not there the second time.
-        let error = edited(&scratch, |transaction| {
+        let error = edited(&scratch, ENOUGH, |transaction| {
             transaction.delete(&[points[0], points[0]]).unwrap()
         })
         .await;
         assert!(matches!(error, Err(EditError::NoPoint { count: 1, .. })), "{error:?}");
         let mut without_z = with_z(&[nowhere], 0.0);
         without_z.z.clear();
-        let error = edited(&scratch, |transaction| transaction.insert(&without_z).unwrap()).await;
+        let error = edited(&scratch, ENOUGH, |transaction| transaction.insert(&without_z).unwrap()).await;
         assert!(
             matches!(error, Err(EditError::PointWithoutZ { point, count: 1 }) if point == nowhere),
             "{error:?}"
         );
-        let error = edited(&flat, |transaction| {
+        let error = edited(&flat, ENOUGH, |transaction| {
             transaction.insert(&with_z(&[nowhere], 1.0)).unwrap()
         })
         .await;
         assert!(matches!(error, Err(EditError::HasNoZ)), "{error:?}");
         for wrong in [f64::NAN, f64::INFINITY, 1e300, 1e-300].map(|x| Point::new(0.0, x)) {
-            let error = edited(&scratch, |transaction| {
+            let error = edited(&scratch, ENOUGH, |transaction| {
                 let calls = [
                     transaction.insert(&with_z(&[wrong], 1.0)),
                     transaction.delete(&[wrong]),
@@ -192,7 +184,7 @@ fn a_mistake_changes_nothing_unless_it_is_to_be_skipped() {
         assert!(matches!(error, Err(EditError::InvalidZ { .. })), "{error:?}");
         assert_eq!(fs::read(&scratch.path).unwrap(), before);
 
-        let summary = edited(&scratch, |transaction| {
+        let summary = edited(&scratch, ENOUGH, |transaction| {
             transaction.skip_missing(true);
             transaction.missing_z(MissingZ::Zero);
             transaction.delete(&[points[0], nowhere]).unwrap();
@@ -215,13 +207,13 @@ fn a_dry_run_tells_what_would_be_and_changes_nothing() {
         let (points, scratch) = hills().await;
         let before = fs::read(&scratch.path).unwrap();
         let change = |transaction: &mut Transaction| transaction.delete(&points[..1000]).unwrap();
-        let dry = edited(&scratch, |transaction| {
+        let dry = edited(&scratch, ENOUGH, |transaction| {
             transaction.dry_run(true);
             change(transaction);
         });
         let dry = dry.await.unwrap();
         assert!(fs::read(&scratch.path).unwrap() == before);
-        let wet = edited(&scratch, change).await.unwrap();
+        let wet = edited(&scratch, ENOUGH, change).await.unwrap();
         assert_eq!(
             (dry.points, dry.vertices, dry.triangles, dry.tiles_written),
             (wet.points, 1000, wet.triangles, wet.tiles_written)
@@ -250,17 +242,23 @@ fn the_last_points_may_go_and_tiles_with_them() {
         assert_eq!(after.verify(true).await.unwrap().vertices, left.len() as u64);
         assert!(after.metadata().tiles < reader.metadata().tiles * 2 / 3);
         // New points go into the cells that the others left to their neighbours.
-        edited(&scratch, |transaction| transaction.insert(&with_z(&gone, 1.0)).unwrap())
-            .await
-            .unwrap();
+        edited(&scratch, ENOUGH, |transaction| {
+            transaction.insert(&with_z(&gone, 1.0)).unwrap()
+        })
+        .await
+        .unwrap();
         scratch.open().await.verify(true).await.unwrap();
-        edited(&scratch, |transaction| transaction.delete(&points[3..]).unwrap())
-            .await
-            .unwrap();
+        edited(&scratch, ENOUGH, |transaction| {
+            transaction.delete(&points[3..]).unwrap()
+        })
+        .await
+        .unwrap();
         assert_eq!(scratch.open().await.verify(true).await.unwrap().triangles, 1);
-        edited(&scratch, |transaction| transaction.delete(&points[..1]).unwrap())
-            .await
-            .unwrap();
+        edited(&scratch, ENOUGH, |transaction| {
+            transaction.delete(&points[..1]).unwrap()
+        })
+        .await
+        .unwrap();
         assert_eq!(scratch.open().await.verify(true).await.unwrap().vertices, 2);
         // The reader from before sees all points.
         assert_eq!(reader.recompute_digest().await.unwrap().vertices.count, 2000);
@@ -286,7 +284,7 @@ fn a_vertex_goes_when_nothing_holds_it_any_more() {
         let scratch = scene.build(8).await.unwrap();
         assert_eq!(scratch.open().await.metadata().constraint_edges, 7);
         let [passed, end, site] = [at(4.0, 4.0), at(8.0, 4.0), at(5.0, 7.0)];
-        edited(&scratch, |transaction| {
+        edited(&scratch, ENOUGH, |transaction| {
             transaction.delete(&[passed, end, site]).unwrap()
         })
         .await
@@ -301,14 +299,14 @@ fn a_vertex_goes_when_nothing_holds_it_any_more() {
         }
         assert_eq!(checked(&scratch).await, checked(&scene.build(30).await.unwrap()).await);
         // They are no points any more, but may be again.
-        let error = edited(&scratch, |transaction| transaction.delete(&[end]).unwrap()).await;
+        let error = edited(&scratch, ENOUGH, |transaction| transaction.delete(&[end]).unwrap()).await;
         assert!(matches!(error, Err(EditError::NoPoint { .. })), "{error:?}");
         let again = PointBatch {
             points: vec![end],
             records: vec![0],
             z: Vec::new(),
         };
-        edited(&scratch, |transaction| transaction.insert(&again).unwrap())
+        edited(&scratch, ENOUGH, |transaction| transaction.insert(&again).unwrap())
             .await
             .unwrap();
         assert_eq!(scratch.open().await.metadata().ends, 1);

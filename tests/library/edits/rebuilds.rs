@@ -6,30 +6,12 @@ use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{PointBatch, SiteId};
 use delaunay_tiles::store::LineKind;
-use delaunay_tiles::{BuildOptions, EditError, EditOptions, EditSummary, Editor, Transaction};
+use delaunay_tiles::{BuildOptions, EditError, EditOptions, Editor};
 use distributions::Kind;
 
 use crate::edits::scene::{Line, Scene, checked, key};
+use crate::edits::{ENOUGH, batch, edited};
 use crate::support::{Scratch, built, points_of, runtime};
-
-const ENOUGH: u64 = 64 << 20;
-
-fn batch(points: &[Point]) -> PointBatch {
-    PointBatch {
-        records: (0..points.len() as u64).collect(),
-        points: points.to_vec(),
-        z: Vec::new(),
-    }
-}
-
-async fn edited(scratch: &Scratch, change: impl FnOnce(&mut Transaction)) -> Result<EditSummary, EditError> {
-    let mut editor = Editor::open(&scratch.path, EditOptions::default().memory(ENOUGH))
-        .await?
-        .begin()
-        .await?;
-    change(&mut editor);
-    editor.commit().await
-}
 
 fn inode(scratch: &Scratch) -> u64 {
     fs::metadata(&scratch.path).unwrap().ino()
@@ -43,10 +25,10 @@ fn many_changes_build_the_file_anew_and_few_do_not() {
         let scratch = built(first, BuildOptions::default().tile_vertices(2000)).await.0;
         let (before, tiles) = (inode(&scratch), scratch.open().await.metadata().tiles);
         let corner: Vec<Point> = second.iter().copied().filter(|p| p.x < 0.05 && p.y < 0.05).collect();
-        let summary = edited(&scratch, |editor| editor.insert(&batch(&corner)).unwrap());
+        let summary = edited(&scratch, ENOUGH, |editor| editor.insert(&batch(&corner)).unwrap());
         assert!(summary.await.unwrap().tiles_written < u64::from(tiles) / 8);
         assert_eq!(inode(&scratch), before);
-        let summary = edited(&scratch, |editor| editor.insert(&batch(second)).unwrap());
+        let summary = edited(&scratch, ENOUGH, |editor| editor.insert(&batch(second)).unwrap());
         let summary = summary.await.unwrap();
         assert_ne!(inode(&scratch), before);
         let counts = [summary.points.inserted, summary.points.duplicates, summary.vertices];
@@ -72,7 +54,7 @@ fn a_file_that_is_built_anew_keeps_its_readers_its_name_and_its_permissions() {
         let before = checked(&scratch).await;
         let old = scratch.open().await;
         let mut following = scratch.open().await;
-        let dry = edited(&scratch, |editor| {
+        let dry = edited(&scratch, ENOUGH, |editor| {
             editor.prefer_build(true);
             editor.dry_run(true);
             editor.delete(&points[..100]).unwrap();
@@ -104,7 +86,7 @@ fn a_file_that_is_built_anew_keeps_its_readers_its_name_and_its_permissions() {
         assert!(following.generation() > old.generation());
         assert_eq!(following.metadata().next_record, old.metadata().next_record);
         // The next edit is one in place, with the same generations.
-        edited(&scratch, |editor| editor.insert(&batch(&points[..1])).unwrap())
+        edited(&scratch, ENOUGH, |editor| editor.insert(&batch(&points[..1])).unwrap())
             .await
             .unwrap();
         assert!(following.refresh().await.unwrap());
@@ -123,7 +105,7 @@ fn where_no_build_can_begin_a_file_with_triangles_is_edited_in_place() {
             blocked.push(".partial");
             fs::create_dir(&blocked).unwrap();
             fs::write(std::path::Path::new(&blocked).join("diary.txt"), "mine").unwrap();
-            let done = edited(&scratch, |editor| {
+            let done = edited(&scratch, ENOUGH, |editor| {
                 editor.prefer_build(true);
                 editor.insert(&batch(&[Point::new(3.0, 3.0)])).unwrap();
             });
@@ -146,7 +128,7 @@ fn the_first_points_of_an_empty_file_decide_whether_it_has_z() {
         for z in [vec![], (0..50).map(f64::from).collect::<Vec<f64>>()] {
             let scratch = built(&[], BuildOptions::default()).await.0;
             let has_z = !z.is_empty();
-            let summary = edited(&scratch, |editor| {
+            let summary = edited(&scratch, ENOUGH, |editor| {
                 editor.insert(&PointBatch { z, ..batch(&points) }).unwrap()
             });
             assert_eq!(summary.await.unwrap().points.inserted, 50);
@@ -162,7 +144,7 @@ fn tiles_do_not_grow_from_edit_to_edit() {
         let points = points_of(Kind::Uniform, 4000, 5);
         let scratch = built(&points[..400], BuildOptions::default().tile_vertices(50)).await.0;
         for chunk in points[400..].chunks(100) {
-            edited(&scratch, |editor| editor.insert(&batch(chunk)).unwrap())
+            edited(&scratch, ENOUGH, |editor| editor.insert(&batch(chunk)).unwrap())
                 .await
                 .unwrap();
         }

@@ -3,9 +3,9 @@
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::store::{KdNode, LineKind};
-use delaunay_tiles::{EditOptions, EditSummary, Editor, Transaction};
 use distributions::Kind;
 
+use crate::edits::edited;
 use crate::edits::scene::{Line, Scene, batch_of_line, checked, key, source};
 use crate::support::{Scratch, points_of, runtime};
 
@@ -16,17 +16,6 @@ fn scene_of(points: &[Point]) -> Scene {
     };
     scene.points.extend(points.iter().map(|&p| (key(p), (p, p.x + p.y))));
     scene
-}
-
-async fn edited(scratch: &Scratch, memory: u64, change: impl FnOnce(&mut Transaction)) -> EditSummary {
-    let mut transaction = Editor::open(&scratch.path, EditOptions::default().memory(memory))
-        .await
-        .unwrap()
-        .begin()
-        .await
-        .unwrap();
-    change(&mut transaction);
-    transaction.commit().await.unwrap()
 }
 
 /// Returns the number of vertices of each tile.
@@ -57,7 +46,8 @@ async fn check_growth(kind: Kind, tile_vertices: usize, memory: u64) {
         transaction.constrain(line.kind, 0, &batch_of_line(&corners)).unwrap();
         transaction.add_sources(vec![source(line.kind, 0)]);
     })
-    .await;
+    .await
+    .unwrap();
     scene.points.extend(new.points.clone());
     scene.lines.push(line);
     assert_eq!(checked(&scratch).await, checked(&scene.build(500).await.unwrap()).await);
@@ -67,7 +57,9 @@ async fn check_growth(kind: Kind, tile_vertices: usize, memory: u64) {
 
     let gone = many.iter().filter(|p| !corners.contains(p));
     let gone: Vec<Point> = gone.copied().take(2900).collect();
-    edited(&scratch, memory, |transaction| transaction.delete(&gone).unwrap()).await;
+    edited(&scratch, memory, |transaction| transaction.delete(&gone).unwrap())
+        .await
+        .unwrap();
     scene.points.retain(|_, (point, _)| !gone.contains(point));
     assert_eq!(checked(&scratch).await, checked(&scene.build(500).await.unwrap()).await);
     let small = sizes(&scratch).await;
@@ -112,7 +104,8 @@ fn a_file_that_was_never_larger_than_its_tiles_is_not_cut() {
         edited(&scratch, 64 << 20, |transaction| {
             transaction.move_points(&moves).unwrap()
         })
-        .await;
+        .await
+        .unwrap();
         assert_eq!(sizes(&scratch).await.len(), before.len());
         let z_of = |p: Point| p.x + p.y;
         scene.points = moves.iter().map(|&[from, to]| (key(to), (to, z_of(from)))).collect();

@@ -1,45 +1,27 @@
 //! The promise: changes of points that do not fit into memory go to disk, and give the same file, the same
 //! counts and the same errors as those that do.
 
+use std::f64::consts::TAU;
 use std::fs;
 
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{PointBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::{Digest, LineKind};
-use delaunay_tiles::{BuildOptions, EditError, EditOptions, EditSummary, Editor, Transaction};
+use delaunay_tiles::{BuildOptions, EditError, EditSummary, Transaction};
 use distributions::Kind;
 
 use crate::edits::scene::{batch_of_line, checked, checked_outcome, random_scene, source};
+use crate::edits::{ENOUGH, batch, edited};
 use crate::support::cases::seeds;
 use crate::support::{Random, Scratch, built, points_of, runtime};
 
 /// Half of it holds some thousand changes.
 const LITTLE: u64 = 512 << 10;
-const ENOUGH: u64 = 64 << 20;
-
-async fn edited(
-    scratch: &Scratch,
-    memory: u64,
-    change: impl FnOnce(&mut Transaction),
-) -> Result<EditSummary, EditError> {
-    let editor = Editor::open(&scratch.path, EditOptions::default().memory(memory)).await?;
-    let mut transaction = editor.begin().await?;
-    change(&mut transaction);
-    transaction.commit().await
-}
 
 fn copy(scratch: &Scratch) -> Scratch {
     let copy = Scratch::new();
     fs::copy(&scratch.path, &copy.path).unwrap();
     copy
-}
-
-fn batch(points: &[Point]) -> PointBatch {
-    PointBatch {
-        records: (0..points.len() as u64).collect(),
-        points: points.to_vec(),
-        z: Vec::new(),
-    }
 }
 
 /// Returns what a file has in force, and its length.
@@ -89,6 +71,29 @@ fn random_sequences_of_changes_on_disk_give_what_a_build_gives() {
             edits += check_sequence(seed).await;
         }
         assert!(edits > seeds.len() as u64, "{edits}");
+    });
+}
+
+/// Once the limits on walks came from the size of the file alone, and an edit like this one failed.
+#[test]
+fn many_points_come_to_a_small_file() {
+    runtime().block_on(async {
+        let triangle = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(x, y)| Point::new(x, y));
+        // Along the hull, the walk from one to the next is long.
+        let on_a_circle = (0..4000).map(|place| {
+            let (sin, cos) = (f64::from(place) * TAU / 4000.0).sin_cos();
+            Point::new(40.0 * cos, 40.0 * sin)
+        });
+        let new: Vec<Point> = on_a_circle.collect();
+        let scratch = built(&triangle, BuildOptions::default()).await.0;
+        let whole = [&triangle[..], &new].concat();
+        edited(&scratch, LITTLE, |transaction| {
+            transaction.insert(&batch(&new)).unwrap()
+        })
+        .await
+        .unwrap();
+        let expected = built(&whole, BuildOptions::default()).await.0;
+        assert_eq!(checked(&scratch).await, checked(&expected).await);
     });
 }
 
