@@ -193,7 +193,7 @@ fn make_changes(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn() -> bool) -
         .metadata()
         .next_record
         .saturating_add(work.points.records + 2 * segments);
-    let sites = sites::change(tiles, work, &going, first_record, is_stopped)?;
+    let sites = sites::change(tiles, &work.sites, work.missing_z, &going, first_record, is_stopped)?;
     added_ends += sites.added_vertices;
     freed.extend(sites.freed);
     let (former, mut left) = former.delete(tiles, has_lines, is_stopped)?;

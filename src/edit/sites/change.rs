@@ -11,7 +11,6 @@ use crate::edit::tile::NewVertex;
 use crate::edit::tiles::Tiles;
 use crate::edit::vertex_z::give_z;
 use crate::edit::vertices;
-use crate::edit::work::Work;
 use crate::geometry::{Point, VertexIndex};
 use crate::input::{MissingZ, SiteId};
 use crate::mesh::point_table::PointTable;
@@ -31,12 +30,12 @@ pub(crate) struct ChangedSites {
 /// numbers of their calls. Vertices that nothing holds when a site comes take its z.
 pub(crate) fn change(
     tiles: &mut Tiles,
-    work: &Work,
+    calls: &SiteCalls,
+    missing_z: MissingZ,
     going: &GoingPoints,
     first_record: u64,
     is_stopped: &dyn Fn() -> bool,
 ) -> Result<ChangedSites, EditError> {
-    let calls = &work.sites;
     let mut changed = ChangedSites::default();
     let numbers = calls.all.iter().zip(0u32..);
     let by_tile = numbers.map(|(call, number)| Ok((tile_at(tiles, call.point())?, number)));
@@ -52,7 +51,7 @@ pub(crate) fn change(
         tiles.read_ahead(groups.clone().map(|group| group[0].0));
         let new = new_vertices(tiles, calls, group, first_record)?;
         changed.added_vertices += new.len() as u64;
-        let needs_z = tiles.metadata().has_z && work.missing_z != MissingZ::Zero;
+        let needs_z = tiles.metadata().has_z && missing_z != MissingZ::Zero;
         let lacking = new.iter().filter(|(_, vertex)| needs_z && vertex.z.is_nan());
         without_z.extend(lacking.map(|(number, _)| *number));
         let new: Vec<NewVertex> = new.into_iter().map(|(_, vertex)| with_z(vertex)).collect();
