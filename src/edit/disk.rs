@@ -13,7 +13,7 @@ use tokio::sync::{MappedMutexGuard, Mutex, MutexGuard, oneshot};
 use crate::constraints::seeds::Seeds;
 use crate::edit::contradiction::Contradiction;
 use crate::edit::error::EditError;
-use crate::edit::survey::{Surveys, TileSurvey};
+use crate::edit::survey::{Surveys, TileSurvey, table_without_regions};
 use crate::edit::target::Target;
 use crate::edit::tile::EditTile;
 use crate::edit::tile::drafts::Counts;
@@ -46,6 +46,8 @@ pub(crate) struct Disk {
     generation: u32,
     /// `None` once the file is published.
     state: Mutex<Option<Written>>,
+    /// Whether the file will say of which regions its triangles are. Without constraints it need not.
+    pub(crate) has_regions: bool,
     seeds: Arc<Seeds>,
     buffers: Buffers,
     pub(crate) workers: Workers,
@@ -71,17 +73,20 @@ struct Encoded {
     counts: Counts,
     core: StoredPart,
     border: StoredPart,
-    survey: TileSurvey,
+    table: Vec<u8>,
+    /// `None` in a file without regions.
+    survey: Option<TileSurvey>,
 }
 
 impl Disk {
-    /// Opens a file to edit it, with these shares of the memory and threads. The returned receiver
-    /// ends when the last reference to the file is dropped.
+    /// Opens a file to edit it, with these shares of the memory and threads. `adds_lines` says whether
+    /// constraints may come. The returned receiver ends when the last reference to the file is dropped.
     pub(crate) fn open(
         target: Target,
         reader: PassReader,
         EditShares { threads, surveys, .. }: EditShares,
         purpose: Purpose,
+        adds_lines: bool,
     ) -> Result<(Arc<Self>, oneshot::Receiver<()>), EditError> {
         let Target { path, file } = target;
         let free = free_space(&file, &reader, purpose);
@@ -95,11 +100,15 @@ impl Disk {
             surveys: Surveys::within(surveys),
         };
         let (alive, gone) = oneshot::channel();
+        let seeds = Seeds::new(reader.directory().lists.hole_points.clone());
+        let metadata = &reader.directory().metadata;
+        let knows_regions = metadata.regions > 0 || metadata.constraint_edges > 0 || !seeds.is_empty();
         let disk = Self {
+            has_regions: knows_regions || adds_lines || purpose == Purpose::Draft,
             generation: generation.map_err(|_| EditError::Internal("the file was edited too often".to_owned()))?,
             state: Mutex::new(Some(written)),
             order: WriteOrder::default(),
-            seeds: Arc::new(Seeds::new(reader.directory().lists.hole_points.clone())),
+            seeds: Arc::new(seeds),
             buffers: Buffers::default(),
             workers: Workers::new(threads).map_err(|error| EditError::io(&path, "start a thread to edit", error))?,
             path,
@@ -262,6 +271,7 @@ impl Disk {
             counts,
             core,
             border,
+            table,
             survey,
         } = encoded;
         let _done = turn.wait().await;
@@ -281,9 +291,11 @@ impl Disk {
             return Ok(());
         }
         // Whoever reads the tile again needs to know the number of its components.
-        let table = state.writer.place_table(survey.table.clone()).await;
+        let table = state.writer.place_table(table).await;
         let table = table.map_err(|error| self.cannot("write", error))?;
-        state.surveys.put(survey);
+        if let Some(survey) = survey {
+            state.surveys.put(survey);
+        }
         let written = async {
             let core = state.writer.append_core(core).await?;
             Ok((core, state.writer.append_border(border).await?))
@@ -304,15 +316,26 @@ impl Disk {
 
     fn encoded(&self, tile: &EditTile, codec: Codec) -> Encoded {
         let order = tile.in_order();
-        let parts = TileParts::of(tile, &order);
-        let survey = TileSurvey::of(tile, &order, &parts, &self.seeds);
-        let drafts = tile.drafts(&order, &parts, survey.triangles);
+        let (parts, survey) = match self.has_regions {
+            true => {
+                let parts = TileParts::of(tile, &order);
+                let survey = TileSurvey::of(tile, &order, &parts, &self.seeds);
+                (parts, Some(survey))
+            }
+            false => (TileParts::whole(tile), None),
+        };
+        let (table, triangles) = match &survey {
+            Some(survey) => (survey.table.clone(), survey.triangles),
+            None => table_without_regions(tile, &order, &parts),
+        };
+        let drafts = tile.drafts(&order, &parts, triangles);
         let core = drafts.core.encode(tile.id, self.generation, &self.buffers);
         let border = drafts.border.encode(tile.id, self.generation, &self.buffers);
         Encoded {
             counts: drafts.counts(),
             core: codec.store(core, Part::Core),
             border: codec.store(border, Part::Border),
+            table,
             survey,
         }
     }

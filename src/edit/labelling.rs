@@ -29,8 +29,8 @@ pub(crate) fn touch_crossed(tiles: &mut Tiles, work: &Work, is_stopped: &dyn Fn(
     Ok(())
 }
 
-/// Writes all tiles that were changed, and joins the components of all tiles. If the file is a draft, whose regions are not known, it reads
-/// all tiles, else those that were changed and their neighbours.
+/// Joins the components of all tiles. All changes must be written. If the file is a draft, whose regions
+/// are not known, it reads all tiles, else those that were changed and their neighbours.
 pub(crate) fn join(
     tiles: &mut Tiles,
     is_draft: bool,
@@ -41,7 +41,6 @@ pub(crate) fn join(
         true => Err(EditError::Cancelled),
         false => EditShares::check_regions(memory, joining.byte_size()).map_err(EditError::from),
     };
-    tiles.flush()?;
     let directory = tiles.directory();
     let mut is_fresh = vec![is_draft; directory.tiles.len()];
     let ids: Vec<TileId> = tiles.ids().collect();

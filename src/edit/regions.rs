@@ -364,7 +364,8 @@ impl JoinedRegion {
     }
 }
 
-/// The regions of all triangles.
+/// The regions of all triangles. By default, nothing is known of them.
+#[derive(Default)]
 pub(crate) struct RegionLabels {
     /// The component table of each tile, by its number.
     pub(crate) tables: Vec<Vec<u8>>,

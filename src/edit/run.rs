@@ -15,6 +15,7 @@ use crate::edit::labelling::{join, label, touch_crossed};
 use crate::edit::next_directory::{EditTotals, enter};
 use crate::edit::point_parts;
 use crate::edit::points::{self, Gone};
+use crate::edit::regions::RegionLabels;
 use crate::edit::sites;
 use crate::edit::sizes::merge_tiles;
 use crate::edit::strip::{LocatedSegment, SegmentInserter};
@@ -74,7 +75,7 @@ fn edit_here(
         segments + work.gone.segments.len() as u64,
     ];
     let shares = |largest| EditShares::new(memory, input, work.threads, largest);
-    let mut tiles = Tiles::open(target, &shares, purpose(work), runtime)?;
+    let mut tiles = Tiles::open(target, &shares, purpose(work), !work.segments.is_empty(), runtime)?;
     let (changed, totals) = match write_tiles(&mut tiles, work, memory, is_stopped) {
         Ok(written) => written,
         Err(error) => {
@@ -123,14 +124,20 @@ fn write_tiles(
 ) -> Result<(Changed, EditTotals), EditError> {
     let changed = make_changes(tiles, work, is_stopped)?;
     touch_crossed(tiles, work, is_stopped)?;
-    let labels = join(tiles, work.is_draft, memory, is_stopped)?;
+    tiles.flush()?;
+    let labels = match tiles.has_regions() {
+        true => join(tiles, work.is_draft, memory, is_stopped)?,
+        false => RegionLabels::default(),
+    };
     if let Some(inverted) = work.inverted {
         return Err(EditError::Inverted(inverted));
     }
     if let Some(overlapping) = work.overlapping {
         return Err(EditError::Overlapping(overlapping));
     }
-    label(tiles, labels.tables, is_stopped)?;
+    if tiles.has_regions() {
+        label(tiles, labels.tables, is_stopped)?;
+    }
     let digest = tiles.digest(labels.holes)?;
     if digest.triangles.count == 0 && changed.has_lines {
         return Err(EditError::NothingLeft);

@@ -1,6 +1,8 @@
 //! What the search for regions needs to know of a tile. It is found when the tile is written, so that
 //! the tile need not be read again.
 
+use std::collections::BTreeSet;
+
 use foldhash::{HashMap, HashMapExt, HashSet, HashSetExt};
 
 use crate::collections::union_find::UnionFind;
@@ -9,7 +11,9 @@ use crate::edit::tile::parts::TileParts;
 use crate::edit::tile::{EditTile, TriangleOrder};
 use crate::geometry::{HalfEdge, Point, TriangleId};
 use crate::mesh::{Topology, Twin};
-use crate::store::{ComponentRecord, DigestSum, EdgeSource, TileId, VertexId, component_table, triangle_hash};
+use crate::store::{
+    ComponentId, ComponentRecord, DigestSum, EdgeSource, TileId, VertexId, component_table, triangle_hash,
+};
 
 /// A triangle that several tiles store.
 #[derive(Clone, Copy, Debug)]
@@ -104,13 +108,7 @@ impl Surveys {
 
 impl TileSurvey {
     pub(crate) fn of(tile: &EditTile, order: &TriangleOrder, parts: &TileParts, seeds: &Seeds) -> Self {
-        let mut records = vec![ComponentRecord::default(); parts.count() as usize];
-        let core = order.core.iter().map(|&triangle| (triangle, true));
-        let of_border = order.border.iter().map(|&triangle| (triangle, tile.owns(triangle)));
-        for (triangle, is_owned) in core.chain(of_border) {
-            let record = &mut records[parts.of_triangle(triangle) as usize];
-            describe(tile, triangle, is_owned, seeds, record);
-        }
+        let records = records(tile, order, parts, seeds);
         let border = &order.border;
         let neighbours: HashSet<TileId> = border
             .iter()
@@ -145,6 +143,32 @@ impl TileSurvey {
             + size_of_val(&*self.changes);
         (size_of::<Self>() + self.table.len() + lists) as u64
     }
+}
+
+/// Returns the component table of a tile in a file without regions, where each tile is one component,
+/// and the sum of the triangles that belong to the tile.
+pub(crate) fn table_without_regions(tile: &EditTile, order: &TriangleOrder, parts: &TileParts) -> (Vec<u8>, DigestSum) {
+    let mut records = records(tile, order, parts, &Seeds::default());
+    let Some(record) = records.first_mut() else {
+        return Default::default();
+    };
+    let owners = order.border.iter().map(|&triangle| shared(tile, parts, triangle).owner);
+    let others: BTreeSet<TileId> = owners.filter(|&owner| owner != tile.id).collect();
+    record.links = others.into_iter().map(|tile| ComponentId { tile, number: 0 }).collect();
+    let triangles = record.triangles;
+    (component_table::encode(tile.id, &records), triangles)
+}
+
+/// Returns what the triangles of a tile say of its parts, without regions, depths and links.
+fn records(tile: &EditTile, order: &TriangleOrder, parts: &TileParts, seeds: &Seeds) -> Vec<ComponentRecord> {
+    let mut records = vec![ComponentRecord::default(); parts.count() as usize];
+    let core = order.core.iter().map(|&triangle| (triangle, true));
+    let of_border = order.border.iter().map(|&triangle| (triangle, tile.owns(triangle)));
+    for (triangle, is_owned) in core.chain(of_border) {
+        let record = &mut records[parts.of_triangle(triangle) as usize];
+        describe(tile, triangle, is_owned, seeds, record);
+    }
+    records
 }
 
 /// Adds what a triangle, which may belong to the tile, says of its component.

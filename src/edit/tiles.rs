@@ -54,18 +54,19 @@ pub(crate) type Pin = EditPin<TileId, EditTile, EditError>;
 
 impl Tiles {
     /// Opens a file to edit it. `shares` returns the memory for its tiles, given the bytes of the
-    /// largest one.
+    /// largest one. `adds_lines` says whether constraints may come.
     pub(crate) fn open(
         target: Target,
         shares: &dyn Fn(u64) -> EditShares,
         purpose: Purpose,
+        adds_lines: bool,
         runtime: Handle,
     ) -> Result<Self, EditError> {
         let reader = runtime.block_on(target.read())?;
         let reader = runtime.block_on(reader.for_passes())?;
         let shares = shares(reader.largest_tile());
         let tiles = shares.tiles;
-        let (disk, gone) = Disk::open(target, reader, shares, purpose)?;
+        let (disk, gone) = Disk::open(target, reader, shares, purpose, adds_lines)?;
         let theirs = Arc::clone(&disk);
         let write_back = move |id, tile| Arc::clone(&theirs).write(id, tile).boxed();
         Ok(Self {
@@ -144,6 +145,11 @@ impl Tiles {
             .vertices
             .saturating_add(self.new_vertices)
             .saturating_mul(2)
+    }
+
+    /// Returns whether the file will say of which regions its triangles are.
+    pub(crate) fn has_regions(&self) -> bool {
+        self.disk.has_regions
     }
 
     /// Returns the length in bytes of the file as it was opened.

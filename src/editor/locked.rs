@@ -54,7 +54,7 @@ impl LockedFile {
         }
         self.target.renew();
         if self.pending.is_none() && self.durability == Durability::Log {
-            self.pending = Pending::of(&self.target, self.memory / 4).await?;
+            self.pending = Pending::of(&self.target, self.memory).await?;
         }
         let reader = match &self.pending {
             Some(pending) => pending.reader(),

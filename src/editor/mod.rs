@@ -8,7 +8,7 @@
 //!      │         intake          ▲    └──▶ all tiles are built anew (rebuild) ──▶ and edited, if need be
 //!      ▼         drape, pieces   │ checkpoint
 //!   locked ──▶ pending ──▶ log of the file
-//!                logged, look_up
+//!                logged, look_up, position_filters
 //! ```
 //!
 //! Both ways lead to the same triangles. Building is faster if much is changed, and it needs no
@@ -24,6 +24,7 @@ mod look_up;
 mod options;
 mod pending;
 mod pieces;
+mod position_filters;
 mod rebuild;
 mod transaction;
 mod ways;

@@ -4,11 +4,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use foldhash::{HashMap, HashSet};
+use foldhash::HashMap;
 
 use crate::edit::{Attributes, EditError, EditSummary, Missing, PointCalls, Positions, Target};
 use crate::editor::logged::{decode, encode};
 use crate::editor::look_up::look_up;
+use crate::editor::position_filters::PositionFilters;
 use crate::geometry::Point;
 use crate::store::{Directory, Log, LogError, Logged, TileId, TileReader};
 
@@ -16,6 +17,7 @@ use crate::store::{Directory, Log, LogError, Logged, TileId, TileReader};
 pub(super) struct Pending {
     reader: TileReader,
     directory: Arc<Directory>,
+    filters: PositionFilters,
     /// `None` until the first transaction comes.
     log: Option<Log>,
     calls: PointCalls,
@@ -31,10 +33,10 @@ impl Pending {
     /// to find out what lies at their positions, and then to make them, than to make them at once.
     pub(super) const MOST_CALLS: u64 = 4096;
 
-    /// Prepares to take changes of a file, with about `memory` bytes for its tiles. Returns `None` if
-    /// the file has more than points, or no triangles.
+    /// Prepares to take changes of a file. About a quarter of `memory` bytes is for its tiles, an eighth
+    /// for what is remembered of them. Returns `None` if the file has more than points, or no triangles.
     pub(super) async fn of(target: &Target, memory: u64) -> Result<Option<Self>, EditError> {
-        let reader = target.read_within(memory).await?;
+        let reader = target.read_within(memory / 4).await?;
         let metadata = reader.metadata();
         let others = [metadata.ends, metadata.constraint_edges, metadata.sites];
         if others != [0; 3] || metadata.triangles == 0 {
@@ -42,6 +44,7 @@ impl Pending {
         }
         Ok(Some(Self {
             directory: reader.directory().await?,
+            filters: PositionFilters::new(memory / 8),
             log: None,
             calls: PointCalls::checked(Vec::new()),
             transactions: 0,
@@ -134,15 +137,20 @@ impl Pending {
     }
 
     /// Finds out what lies at the positions that calls name, after the changes so far.
-    async fn look_up(&self, calls: &PointCalls) -> Result<Positions, EditError> {
+    async fn look_up(&mut self, calls: &PointCalls) -> Result<Positions, EditError> {
         let tree = &self.directory.tree;
         let numbers: Vec<_> = (0..calls.all.len() as u32).map(|number| (TileId(0), number)).collect();
         let mut positions = Positions::named(tree, calls, &numbers);
         let known = |point: Point| self.now.get(&point.bits()).copied();
         let unknown = positions.all.iter().filter(|at| known(at.point).is_none());
-        let tiles: HashSet<TileId> = unknown.map(|at| at.tile).collect();
-        for tile in tiles {
-            look_up(&*self.reader.tile(tile).await?, &mut positions);
+        let mut by_tile: HashMap<TileId, Vec<Point>> = HashMap::default();
+        unknown.for_each(|at| by_tile.entry(at.tile).or_default().push(at.point));
+        for (tile, points) in by_tile {
+            if self.filters.may_have(tile, points.into_iter()) {
+                let tile = self.reader.tile(tile).await?;
+                look_up(&tile, &mut positions);
+                self.filters.remember(&tile);
+            }
         }
         for position in &mut positions.all {
             if let Some(now) = known(position.point) {

@@ -43,6 +43,15 @@ impl TileParts {
         this
     }
 
+    /// Returns the one part that a tile is in a file without regions.
+    pub(crate) fn whole(tile: &EditTile) -> Self {
+        let triangle_count = tile.triangle_count();
+        Self {
+            of_triangles: vec![0; triangle_count as usize],
+            count: triangle_count.min(1),
+        }
+    }
+
     /// Returns the components that a tile has in the file.
     pub(crate) fn stored(tile: &Tile) -> Self {
         Self {

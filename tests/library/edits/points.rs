@@ -10,8 +10,10 @@ use delaunay_tiles::input::{MissingZ, PointBatch, SiteId};
 use delaunay_tiles::store::LineKind;
 use delaunay_tiles::{BuildOptions, EditError, EditOptions, Editor, PointCounts, Transaction};
 
+use distributions::Kind;
+
 use crate::edits::scene::{Line, Scene, checked, checked_outcome, key, random_scene};
-use crate::edits::{ENOUGH, edited};
+use crate::edits::{ENOUGH, batch, edit, edited, segment};
 use crate::support::cases::seeds;
 use crate::support::{Random, Scratch, built, points_of, runtime};
 
@@ -312,5 +314,40 @@ fn a_vertex_goes_when_nothing_holds_it_any_more() {
         assert_eq!(scratch.open().await.metadata().ends, 1);
         checked(&scratch).await;
         assert_eq!(orient2d(passed, end, at(1.0, 4.0)), Orientation::Collinear);
+    });
+}
+
+#[test]
+fn without_lines_only_the_tiles_that_change_are_read() {
+    runtime().block_on(async {
+        let points = points_of(Kind::Uniform, 20_000, 4);
+        let scratch = built(&points, BuildOptions::default().tile_vertices(500)).await.0;
+        let directory = scratch.open().await.directory().await.unwrap();
+        let ids: Vec<_> = directory.tile_ids().step_by(5).collect();
+        let mut all = points;
+        for id in ids {
+            let bounds = directory.entry(id).unwrap().bounds;
+            let middle = [bounds.min_x + bounds.max_x, bounds.min_y + bounds.max_y].map(|sum| sum / 2.0);
+            let middle = Point::new(middle[0], middle[1]);
+            let summary = edited(&scratch, ENOUGH, |transaction| {
+                transaction.insert(&batch(&[middle])).unwrap()
+            });
+            let summary = summary.await.unwrap();
+            assert_eq!((summary.tile_reads, summary.tiles_written), (1, 1), "{id:?}");
+            all.push(middle);
+        }
+        let reader = scratch.open().await;
+        assert_eq!(
+            (reader.metadata().regions, reader.metadata().vertices),
+            (0, all.len() as u64)
+        );
+        let whole = built(&all, BuildOptions::default()).await.0;
+        assert_eq!(checked(&scratch).await, checked(&whole).await);
+        // With a line, the regions of all tiles are found.
+        edit(&scratch, ENOUGH, &[segment((0.1, 0.1), (0.9, 0.8))])
+            .await
+            .unwrap();
+        assert_eq!(scratch.open().await.metadata().regions, 1);
+        checked(&scratch).await;
     });
 }
