@@ -80,8 +80,9 @@ impl Filter {
     /// Returns the number of the word of a position, and its bits there.
     fn place(&self, position: Point) -> (usize, u64) {
         let hash = FixedState::default().hash_one(position.bits());
+        // The bits come from the lower half of the hash, the word from its upper half.
         let bits = (0..Self::BITS).map(|place| 1 << (hash >> (6 * place) & 63));
-        let word = (u128::from(hash.rotate_right(30)) * self.0.len() as u128) >> 64;
+        let word = (u128::from(hash) * self.0.len() as u128) >> 64;
         (word as usize, bits.fold(0, |all, bit: u64| all | bit))
     }
 

@@ -9,7 +9,6 @@ use delaunay_tiles::geometry::{Orientation, Point, orient2d};
 use delaunay_tiles::input::{MissingZ, PointBatch, SiteId};
 use delaunay_tiles::store::LineKind;
 use delaunay_tiles::{BuildOptions, EditError, EditOptions, Editor, PointCounts, Transaction};
-
 use distributions::Kind;
 
 use crate::edits::scene::{Line, Scene, checked, checked_outcome, key, random_scene};

@@ -139,6 +139,15 @@ async fn say_what_is_pending(path: &Path, reader: &TileReader) {
     }
 }
 
+/// Returns the number of transactions in the log of a tile file that are not in the file yet; `None` if it
+/// is not known, as of files elsewhere.
+pub async fn pending_in_log(path: &Path, reader: &TileReader) -> Option<u64> {
+    match path.to_str().is_some_and(|path| path.contains("://")) {
+        true => None,
+        false => pending_transactions(path, reader).await.ok(),
+    }
+}
+
 #[cfg(feature = "object-store")]
 async fn open_url(url: &str, options: OpenOptions) -> anyhow::Result<TileReader> {
     Ok(TileReader::open_url(url, options).await?)

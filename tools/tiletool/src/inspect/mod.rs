@@ -65,6 +65,7 @@ pub struct InspectArgs {
 struct InspectReport<'a> {
     #[serde(flatten)]
     summary: &'a Summary,
+    pending_transactions: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     tile_list: Option<Vec<TileRow>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -77,7 +78,7 @@ struct InspectReport<'a> {
 
 /// Shows the contents of a tile file.
 pub fn run(args: InspectArgs) -> anyhow::Result<()> {
-    let (reader, directory, overviews, tile, regions, plotted) = common::block_on(async {
+    let (reader, directory, overviews, pending, tile, regions, plotted) = common::block_on(async {
         let memory = args.memory.bytes();
         let of_pixels = args
             .plot
@@ -98,7 +99,8 @@ pub fn run(args: InspectArgs) -> anyhow::Result<()> {
         };
         let directory = reader.directory().await?;
         let overviews = OverviewRow::all(&reader).await?;
-        Ok((reader, directory, overviews, tile, regions, plotted))
+        let pending = common::pending_in_log(&args.file, &reader).await;
+        Ok((reader, directory, overviews, pending, tile, regions, plotted))
     })?;
     let summary = Summary::new(&reader, &directory, overviews);
     let tile = tile.map(|tile| WholeTile::new(&directory, &tile));
@@ -108,6 +110,7 @@ pub fn run(args: InspectArgs) -> anyhow::Result<()> {
             "the report",
             &InspectReport {
                 summary: &summary,
+                pending_transactions: pending,
                 tile_list: args.tiles.then(rows),
                 tile: tile.as_ref(),
                 regions: regions.as_ref(),

@@ -10,9 +10,9 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-use delaunay_tiles::input::PointBatch;
-use delaunay_tiles::{Durability, EditOptions, Editor, Point};
+use delaunay_tiles::Point;
 
+use crate::log::log_points;
 use crate::support::cases::cases;
 use crate::support::{errors, faults, run, tiletool};
 
@@ -260,24 +260,7 @@ fn io_faults_in_a_checkpoint_leave_the_log_or_the_new_file() {
             folder,
             "build points.csv more.csv -o new.tiles --tile-vertices 200 --quiet",
         );
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .enable_all()
-            .build()
-            .unwrap();
-        runtime.block_on(async {
-            let options = EditOptions::default().durability(Durability::Log);
-            let editor = Editor::open(folder.join("old.tiles"), options).await.unwrap();
-            for point in logged {
-                let mut transaction = editor.begin().await.unwrap();
-                let one = PointBatch {
-                    records: vec![0],
-                    points: vec![point],
-                    z: vec![],
-                };
-                transaction.insert(&one).unwrap();
-                transaction.commit().await.unwrap();
-            }
-        });
+        log_points(&folder.join("old.tiles"), &logged);
     });
     let renew = |folder: &Path| {
         renew_now(folder);

@@ -26,6 +26,7 @@ mod inspect;
 mod keep_edges;
 mod limits;
 mod lines;
+mod log;
 mod map;
 mod memory;
 mod outputs;
