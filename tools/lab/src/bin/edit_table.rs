@@ -50,7 +50,7 @@ struct Arguments {
 /// for their ratio.
 struct Row(&'static str, String, String, f64, f64);
 
-type Spade = DelaunayTriangulation<Point2<f64>, (), (), (), LastUsedVertexHintGenerator<f64>>;
+type Spade = DelaunayTriangulation<Point2<f64>, (), (), (), LastUsedVertexHintGenerator>;
 
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
@@ -113,7 +113,7 @@ fn in_hilbert_order(mut points: Vec<Point>) -> Vec<Point> {
 /// Makes many changes in one transaction, and in spade, by turns.
 async fn many(arguments: &Arguments, path: &Path, all: &[Point]) -> Result<Vec<Row>> {
     let mut spade = Spade::bulk_load(all.iter().map(|p| Point2::new(p.x, p.y)).collect())?;
-    let [mut ours, mut theirs] = [[const { Vec::new() }; 2]; 2];
+    let (mut ours, mut theirs) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
     let mut touched = (0, 0, 0);
     for round in 0..arguments.rounds {
         let new = in_hilbert_order(uniform(arguments.changes, 2 + u64::from(round)));
