@@ -316,17 +316,14 @@ impl Disk {
 
     fn encoded(&self, tile: &EditTile, codec: Codec) -> Encoded {
         let order = tile.in_order();
-        let (parts, survey) = match self.has_regions {
-            true => {
-                let parts = TileParts::of(tile, &order);
-                let survey = TileSurvey::of(tile, &order, &parts, &self.seeds);
-                (parts, Some(survey))
-            }
-            false => (TileParts::whole(tile), None),
-        };
-        let (table, triangles) = match &survey {
-            Some(survey) => (survey.table.clone(), survey.triangles),
-            None => table_without_regions(tile, &order, &parts),
+        let (parts, table, triangles, survey) = if self.has_regions {
+            let parts = TileParts::of(tile, &order);
+            let survey = TileSurvey::of(tile, &order, &parts, &self.seeds);
+            (parts, survey.table.clone(), survey.triangles, Some(survey))
+        } else {
+            let parts = TileParts::whole(tile, &order);
+            let (table, triangles) = table_without_regions(tile, &order, &parts);
+            (parts, table, triangles, None)
         };
         let drafts = tile.drafts(&order, &parts, triangles);
         let core = drafts.core.encode(tile.id, self.generation, &self.buffers);

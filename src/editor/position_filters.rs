@@ -37,14 +37,15 @@ impl PositionFilters {
         filter.is_none_or(|filter| positions.any(|point| filter.may_have(point)))
     }
 
-    /// Remembers the positions of the vertices of a tile. The filters that were not used for the longest
-    /// time make room.
+    /// Remembers the positions of the vertices of a tile, once. The filters that were not used for the
+    /// longest time make room.
     pub(super) fn remember(&mut self, tile: &Tile) {
+        if self.filters.contains(&tile.id()) {
+            return;
+        }
         let filter = Filter::of(tile.points(), tile.vertex_count());
         self.bytes += filter.bytes();
-        if let Some(former) = self.filters.put(tile.id(), filter) {
-            self.bytes -= former.bytes();
-        }
+        self.filters.put(tile.id(), filter);
         while self.bytes > self.limit
             && let Some((_, oldest)) = self.filters.pop_lru()
         {

@@ -43,12 +43,12 @@ impl TileParts {
         this
     }
 
-    /// Returns the one part that a tile is in a file without regions.
-    pub(crate) fn whole(tile: &EditTile) -> Self {
-        let triangle_count = tile.triangle_count();
+    /// Returns the one part that a tile is in a file without regions; none without triangles.
+    pub(crate) fn whole(tile: &EditTile, order: &TriangleOrder) -> Self {
         Self {
-            of_triangles: vec![0; triangle_count as usize],
-            count: triangle_count.min(1),
+            of_triangles: vec![0; tile.triangle_count() as usize],
+            // Not all entries are triangles: some are of removed ones.
+            count: u32::from(order.all().next().is_some()),
         }
     }
 

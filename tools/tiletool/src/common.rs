@@ -103,9 +103,14 @@ impl MemoryArgs {
     }
 }
 
+/// Returns the URL that stands in the place of a path, if one does.
+pub fn url(path: &Path) -> Option<&str> {
+    path.to_str().filter(|path| path.contains("://"))
+}
+
 /// Opens a tile file, by its path or by a URL of a web server or an object store.
 pub async fn open(path: &Path, options: OpenOptions) -> anyhow::Result<TileReader> {
-    match path.to_str().filter(|path| path.contains("://")) {
+    match url(path) {
         Some(url) => open_url(url, options).await,
         None => {
             let reader = open_file(path, options).await?;
@@ -142,9 +147,9 @@ async fn say_what_is_pending(path: &Path, reader: &TileReader) {
 /// Returns the number of transactions in the log of a tile file that are not in the file yet; `None` if it
 /// is not known, as of files elsewhere.
 pub async fn pending_in_log(path: &Path, reader: &TileReader) -> Option<u64> {
-    match path.to_str().is_some_and(|path| path.contains("://")) {
-        true => None,
-        false => pending_transactions(path, reader).await.ok(),
+    match url(path) {
+        Some(_) => None,
+        None => pending_transactions(path, reader).await.ok(),
     }
 }
 

@@ -62,9 +62,8 @@ fn read(path: &Path, options: &InputOptions) -> anyhow::Result<FileInfo> {
         path.as_os_str() != "-",
         "standard input is not described; give the names of files"
     );
-    let is_url = path.to_str().is_some_and(|path| path.contains("://"));
     ensure!(
-        !is_url,
+        common::url(path).is_none(),
         "{}: only files on this machine are described",
         common::shown(path)
     );
