@@ -8,7 +8,7 @@ use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
 use bytesize::ByteSize;
@@ -48,7 +48,10 @@ struct Arguments {
 
 /// A row of the table: what was done, the figures of the library and of what it is beside, and the bar
 /// for their ratio.
-struct Row(&'static str, String, String, f64, f64);
+struct Row(&'static str, String, String, f64, &'static str);
+
+/// Time between commits, where none is made.
+const PAUSE: Duration = Duration::from_millis(20);
 
 type Spade = DelaunayTriangulation<Point2<f64>, (), (), (), LastUsedVertexHintGenerator>;
 
@@ -80,7 +83,7 @@ async fn measure(arguments: &Arguments, folder: &Path) -> Result<Vec<Row>> {
     let tile_bytes = built.file_bytes / built.tiles.max(1);
     let mut rows = many(arguments, &path, &all).await?;
     drop(all);
-    rows.push(queries(arguments, &path).await?);
+    rows.extend(queries(arguments, &path, tile_bytes).await?);
     rows.push(single(arguments, &path, Some(tile_bytes)).await?);
     rows.push(single(arguments, &path, None).await?);
     TileReader::open(&path, OpenOptions::default())
@@ -152,8 +155,8 @@ async fn many(arguments: &Arguments, path: &Path, all: &[Point]) -> Result<Vec<R
         )
     };
     Ok(vec![
-        row("insertions at once", 0, 2.0),
-        row("deletions at once", 1, 1.5),
+        row("insertions at once", 0, "2"),
+        row("deletions at once", 1, "1.5"),
     ])
 }
 
@@ -171,6 +174,37 @@ async fn edit(
     Ok((summary, began.elapsed().as_secs_f64()))
 }
 
+/// The writes of a commit alone, without what computes them.
+struct Device {
+    file: File,
+    bytes: Vec<u8>,
+    end: u64,
+}
+
+impl Device {
+    fn create(path: &Path, bytes: u64) -> Result<Self> {
+        Ok(Self {
+            file: File::create(path.with_extension("device"))?,
+            bytes: vec![7; usize::try_from(bytes)?],
+            end: 0,
+        })
+    }
+
+    /// Writes a tile and, once it is on the medium, a superblock.
+    fn write_tile(&self) -> Result<()> {
+        self.file.write_all_at(&self.bytes, 0)?;
+        self.file.sync_data()?;
+        self.file.write_all_at(&self.bytes[..4096.min(self.bytes.len())], 0)?;
+        Ok(self.file.sync_data()?)
+    }
+
+    fn append(&mut self) -> Result<()> {
+        self.file.write_all_at(&self.bytes, self.end)?;
+        self.end += self.bytes.len() as u64;
+        Ok(self.file.sync_data()?)
+    }
+}
+
 /// Inserts single points, each in a transaction of its own, in turns with the same writes alone: those of
 /// a tile of as many bytes and a superblock, or, without a tile, those of the log.
 async fn single(arguments: &Arguments, path: &Path, tile_bytes: Option<u64>) -> Result<Row> {
@@ -178,9 +212,8 @@ async fn single(arguments: &Arguments, path: &Path, tile_bytes: Option<u64>) -> 
     let durability = if is_log { Durability::Log } else { Durability::File };
     let options = EditOptions::default().memory(arguments.memory.as_u64());
     let editor = Editor::open(path, options.durability(durability)).await?;
-    let device = File::create(path.with_extension("device"))?;
-    let bytes = vec![7; tile_bytes.unwrap_or(57) as usize];
-    let (mut ours, mut theirs, mut end) = (Vec::new(), Vec::new(), 0);
+    let mut device = Device::create(path, tile_bytes.unwrap_or(57))?;
+    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
     // By the log, the first commits in a tile read it. As many come before those that count.
     let warm = if is_log {
         arguments.commits * 4
@@ -194,14 +227,10 @@ async fn single(arguments: &Arguments, path: &Path, tile_bytes: Option<u64>) -> 
         transaction.commit().await?;
         let seconds = began.elapsed().as_secs_f64();
         let began = Instant::now();
-        device.write_all_at(&bytes, end)?;
-        device.sync_data()?;
         if is_log {
-            end += bytes.len() as u64;
+            device.append()?;
         } else {
-            // The superblock, once the tile is on the medium.
-            device.write_all_at(&bytes[..4096.min(bytes.len())], 0)?;
-            device.sync_data()?;
+            device.write_tile()?;
         }
         if number >= warm {
             ours.push(seconds);
@@ -216,16 +245,18 @@ async fn single(arguments: &Arguments, path: &Path, tile_bytes: Option<u64>) -> 
         "single commit in the file"
     };
     let [ours, theirs] = [found, beside].map(|seconds| format!("{:.2} ms", seconds * 1e3));
-    Ok(Row(name, ours, format!("device {theirs}"), found / beside, 3.0))
+    Ok(Row(name, ours, format!("device {theirs}"), found / beside, "3"))
 }
 
-/// Locates points while the file stays as it is, and while points come to it.
-async fn queries(arguments: &Arguments, path: &Path) -> Result<Row> {
+/// Locates points while the file stays as it is, while points come to it, and while only as many bytes are
+/// written and synced as an edit writes. The last is what the device and the system make of it.
+async fn queries(arguments: &Arguments, path: &Path, tile_bytes: u64) -> Result<[Row; 2]> {
     let editor = Editor::open(path, EditOptions::default().memory(arguments.memory.as_u64())).await?;
+    let device = Device::create(path, tile_bytes)?;
     let is_over = Arc::new(AtomicBool::new(false));
-    // Twice in each state, since what the system has cached changes.
-    let mut p99 = [Vec::new(), Vec::new()];
-    for round in 0..4_u64 {
+    // Several times in each state, since what the system has cached changes.
+    let mut p99 = [Vec::new(), Vec::new(), Vec::new()];
+    for round in 0..9_u64 {
         is_over.store(false, Ordering::Relaxed);
         let reader = TileReader::open(path, OpenOptions::default()).await?;
         let querying = tokio::spawn(locate(reader, Arc::clone(&is_over), round));
@@ -234,21 +265,31 @@ async fn queries(arguments: &Arguments, path: &Path) -> Result<Row> {
             if began.elapsed().as_secs() > 10 {
                 break;
             }
-            if round % 2 == 0 {
-                tokio::time::sleep(std::time::Duration::from_millis(20)).await;
-            } else {
-                let mut transaction = editor.begin().await?;
-                transaction.insert(&batch_of(&[point], 0))?;
-                transaction.commit().await?;
+            match round % 3 {
+                0 => tokio::time::sleep(PAUSE).await,
+                1 => {
+                    let mut transaction = editor.begin().await?;
+                    transaction.insert(&batch_of(&[point], 0))?;
+                    transaction.commit().await?;
+                }
+                _ => {
+                    tokio::task::block_in_place(|| device.write_tile())?;
+                    tokio::time::sleep(PAUSE).await;
+                }
             }
         }
         is_over.store(true, Ordering::Relaxed);
-        p99[(round % 2) as usize].push(querying.await??);
+        p99[(round % 3) as usize].push(querying.await??);
     }
-    let [without, with] = p99.map(|times| median(&times));
-    let [found, beside] = [with, without].map(|seconds| format!("{:.3} ms", seconds * 1e3));
-    let name = "a query in a hundred, while the file is edited";
-    Ok(Row(name, found, format!("else {beside}"), with / without, 1.2))
+    let [without, edited, written] = p99.map(|times| median(&times));
+    let row = |name, found: f64, most| {
+        let [ours, beside] = [found, without].map(|seconds| format!("{:.3} ms", seconds * 1e3));
+        Row(name, ours, format!("else {beside}"), found / without, most)
+    };
+    Ok([
+        row("a query in a hundred, while the file is edited", edited, "1.2"),
+        row("the same, while a tile is written and synced each time", written, ""),
+    ])
 }
 
 /// Locates points until it is over. Returns the seconds that all but a hundredth take at most.
