@@ -18,6 +18,7 @@ use ::parquet::file::properties::{EnabledStatistics, WriterProperties};
 use ::parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use ::parquet::schema::parser::parse_message_type;
 use bytes::Bytes;
+use futures::future::{BoxFuture, FutureExt};
 
 use super::columns::{ColumnKind, signed};
 use super::crs_member::CrsMember;
@@ -107,15 +108,18 @@ struct RowGroups<'o, W> {
 }
 
 impl<W: Write + Send + 'static> Sink for RowGroups<'_, W> {
-    async fn push(&mut self, chunk: Vec<u8>) -> Result<(), ExportError> {
-        self.rows.extend_from_slice(&chunk);
-        let group = GROUP * self.row_bytes;
-        while self.rows.len() >= group {
-            let rest = self.rows.split_off(group);
-            let rows = mem::replace(&mut self.rows, rest);
-            self.encode(move |table| table.put_group(rows)).await?;
-        }
-        Ok(())
+    fn push(&mut self, chunk: Vec<u8>) -> BoxFuture<'_, Result<(), ExportError>> {
+        let pushed = async move {
+            self.rows.extend_from_slice(&chunk);
+            let group = GROUP * self.row_bytes;
+            while self.rows.len() >= group {
+                let rest = self.rows.split_off(group);
+                let rows = mem::replace(&mut self.rows, rest);
+                self.encode(move |table| table.put_group(rows)).await?;
+            }
+            Ok(())
+        };
+        pushed.boxed()
     }
 }
 

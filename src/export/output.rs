@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::pin::pin;
 use std::sync::Arc;
 
+use futures::future::{BoxFuture, FutureExt};
 use futures::stream::{self, Stream, StreamExt};
 
 use super::error::{Contradiction, ExportError};
@@ -26,16 +27,20 @@ pub(super) async fn blocking<T: Send + 'static>(work: impl FnOnce() -> T + Send 
 }
 
 /// What takes the chunks of a pass, in order.
-pub(super) trait Sink {
+pub(super) trait Sink: Send {
     /// Takes the output of one part, which is not empty.
-    fn push(&mut self, chunk: Vec<u8>) -> impl Future<Output = Result<(), ExportError>> + Send;
+    fn push(&mut self, chunk: Vec<u8>) -> BoxFuture<'_, Result<(), ExportError>>;
 }
 
 impl<W: Write + Send + 'static> Sink for Output<W> {
-    fn push(&mut self, chunk: Vec<u8>) -> impl Future<Output = Result<(), ExportError>> + Send {
-        Self::push(self, chunk)
+    fn push(&mut self, chunk: Vec<u8>) -> BoxFuture<'_, Result<(), ExportError>> {
+        Self::push(self, chunk).boxed()
     }
 }
+
+/// Formats a part of a tile. Passes call it through a pointer, so that they are compiled once and not
+/// for each format.
+type Format = Arc<dyn Fn(&Numbering, &TilePart, &mut Vec<u8>) -> Result<(), Contradiction> + Send + Sync>;
 
 /// An output, and the bytes waiting to be written to it.
 pub(super) struct Output<W> {
@@ -196,24 +201,33 @@ impl<'a> ExportJob<'a> {
     pub(super) async fn pass<W, F>(&mut self, output: &mut Output<W>, cut: CutBy, format: F) -> Result<(), ExportError>
     where
         W: Write + Send + 'static,
-        F: Fn(&Numbering, &TilePart, &mut Vec<u8>) -> Result<(), Contradiction> + Clone + Send + 'static,
+        F: Fn(&Numbering, &TilePart, &mut Vec<u8>) -> Result<(), Contradiction> + Send + Sync + 'static,
     {
         self.pass_to(output, cut, Self::needs(), format).await
     }
 
     /// Passes the output of `format` to a sink, as [`pass`](Self::pass) does, with other needs of
     /// memory.
-    pub(super) async fn pass_to<S, F>(
-        &mut self,
-        sink: &mut S,
+    pub(super) fn pass_to<'b, F>(
+        &'b mut self,
+        sink: &'b mut dyn Sink,
         cut: CutBy,
         needs: Needs,
         format: F,
-    ) -> Result<(), ExportError>
+    ) -> BoxFuture<'b, Result<(), ExportError>>
     where
-        S: Sink,
-        F: Fn(&Numbering, &TilePart, &mut Vec<u8>) -> Result<(), Contradiction> + Clone + Send + 'static,
+        F: Fn(&Numbering, &TilePart, &mut Vec<u8>) -> Result<(), Contradiction> + Send + Sync + 'static,
     {
+        self.pass_by(sink, cut, needs, Arc::new(format)).boxed()
+    }
+
+    async fn pass_by(
+        &mut self,
+        sink: &mut dyn Sink,
+        cut: CutBy,
+        needs: Needs,
+        format: Format,
+    ) -> Result<(), ExportError> {
         let plan = self.reader().plan(needs.and(self.numbering.surface().needs()))?;
         let tiles = self.reader().pass(self.reader().tile_ids(), plan);
         let numbering = Arc::clone(&self.numbering);
@@ -234,17 +248,13 @@ impl<'a> ExportJob<'a> {
 
     /// Passes the output of `format` for each part to the sink. Returns the number of elements
     /// written.
-    async fn write_parts<S, F>(
+    async fn write_parts(
         &mut self,
-        sink: &mut S,
+        sink: &mut dyn Sink,
         tiles: impl Stream<Item = Result<Vec<TilePart>, ReadError>> + Unpin,
         plan: PassPlan,
-        format: F,
-    ) -> Result<u64, ExportError>
-    where
-        S: Sink,
-        F: Fn(&Numbering, &TilePart, &mut Vec<u8>) -> Result<(), Contradiction> + Clone + Send + 'static,
-    {
+        format: Format,
+    ) -> Result<u64, ExportError> {
         let numbering = Arc::clone(&self.numbering);
         let parts = tiles.flat_map(|parts| match parts {
             Ok(parts) => stream::iter(parts).map(Ok).left_stream(),
@@ -252,7 +262,7 @@ impl<'a> ExportJob<'a> {
         });
         let mut before = 0;
         let chunks = parts.map(|part| {
-            let (numbering, format) = (Arc::clone(&numbering), format.clone());
+            let (numbering, format) = (Arc::clone(&numbering), Arc::clone(&format));
             let chunk = part.map(|mut part| {
                 part.written_before = before;
                 before += u64::from(part.written);

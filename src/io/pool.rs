@@ -75,7 +75,11 @@ impl Pool {
     ) -> io::Result<oneshot::Receiver<std::thread::Result<T>>> {
         let (reply, answer) = oneshot::channel();
         // If the caller has dropped the receiver, nobody needs the answer.
-        let job = Box::new(move || drop(reply.send(catch_unwind(AssertUnwindSafe(work)))));
+        self.push(Box::new(move || drop(reply.send(catch_unwind(AssertUnwindSafe(work))))))?;
+        Ok(answer)
+    }
+
+    fn push(&'static self, job: Job) -> io::Result<()> {
         let mut state = self.state.lock();
         if state.idle <= state.jobs.len() && state.threads < self.most {
             let name = format!("{}-{}", self.name, state.threads);
@@ -87,7 +91,7 @@ impl Pool {
         }
         state.jobs.push_back(job);
         self.waiting.notify_one();
-        Ok(answer)
+        Ok(())
     }
 
     fn work(&self) {

@@ -1,11 +1,21 @@
 //! How much long tests do.
 
-/// Returns how many of `all` cases of a long test run: a quarter, or all of them if the environment
+fn are_all_wanted() -> bool {
+    std::env::var("DELAUNAY_TILES_TESTS").is_ok_and(|wanted| wanted == "all")
+}
+
+/// Returns how many of `all` cases of a long test run: an eighth, or all of them if the environment
 /// variable `DELAUNAY_TILES_TESTS` is `all`.
 pub fn cases(all: usize) -> usize {
-    match std::env::var("DELAUNAY_TILES_TESTS").as_deref() {
-        Ok("all") => all,
-        _ => all.div_ceil(4),
+    if are_all_wanted() { all } else { all.div_ceil(8) }
+}
+
+/// Returns the ways in which a long test does its work in round `round`: every second one, by turns, or
+/// all of them if the environment variable `DELAUNAY_TILES_TESTS` is `all`.
+pub fn by_turns<T: Copy>(ways: &[T], round: usize) -> Vec<T> {
+    match are_all_wanted() {
+        true => ways.to_vec(),
+        false => ways.iter().copied().skip(round % 2).step_by(2).collect(),
     }
 }
 

@@ -12,6 +12,7 @@ use std::path::Path;
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
+use futures::future::{BoxFuture, FutureExt};
 
 use super::job::{RasterJob, Unit};
 use super::samples::Samples;
@@ -97,9 +98,9 @@ struct Tiles {
 }
 
 impl Sink for Tiles {
-    async fn push(&mut self, tile: Vec<u8>) -> Result<(), ExportError> {
+    fn push(&mut self, tile: Vec<u8>) -> BoxFuture<'_, Result<(), ExportError>> {
         self.lengths.push(tile.len() as u32);
-        self.spool.append(tile).await
+        self.spool.append(tile).boxed()
     }
 }
 

@@ -13,7 +13,7 @@ mod steiner;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use crate::support::cases::cases;
+use crate::support::cases::{by_turns, cases};
 use crate::support::test_data::data;
 use crate::support::{Random, Scratch, batches, distinct, points_of, runtime, runtime_for, verify_lines};
 use delaunay_tiles::geometry::{Orientation, Point, orient2d};
@@ -217,7 +217,7 @@ fn ways() -> &'static [Way] {
     }
 }
 
-/// Builds in all `ways`, and compares with the in-core triangulation. Returns the number of
+/// Builds in all `ways`, in some of them from the reversed input, and compares with the in-core triangulation. Returns the number of
 /// deferred segments in all.
 fn check(mut input: Input, ways: &[Way]) -> u64 {
     let expected = input.in_core();
@@ -228,9 +228,11 @@ fn check(mut input: Input, ways: &[Way]) -> u64 {
         segments: input.segments.iter().rev().map(|&[a, b]| [b, a]).collect(),
     };
     Random(5).shuffle(&mut turned.segments);
-    for (&(tile_vertices, merge_vertices, threads, memory), input) in
-        ways.iter().flat_map(|way| [(way, &input), (way, &turned)])
-    {
+    let inputs = ways.iter().enumerate().flat_map(|(round, way)| {
+        let inputs = by_turns(&[&input, &turned], round);
+        inputs.into_iter().map(move |input| (way, input))
+    });
+    for (&(tile_vertices, merge_vertices, threads, memory), input) in inputs {
         runtime_for(threads).block_on(async {
             let scratch = Scratch::new();
             let options = BuildOptions::default()

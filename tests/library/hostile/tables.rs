@@ -13,7 +13,7 @@ use super::digest::fix_digest;
 use super::surgery::Patient;
 use super::town::town;
 use super::{digest_of, message};
-use crate::support::cases::cases;
+use crate::support::cases::by_turns;
 use crate::support::{Random, Scratch, open_bytes, runtime};
 
 /// The offset of the checksum in an extent.
@@ -67,7 +67,7 @@ fn changed_bytes_are_found(patient: &Patient) {
     let right_labels = runtime.block_on(async { labels(&open_bytes(patient.bytes.clone()).await.unwrap()).await });
     let mut outcomes = [0; 3];
     for at in bytes_of_tables(patient) {
-        for mask in [1u8, 0x02, 0x80, 0xff].into_iter().step_by(4 / cases(8).min(4)) {
+        for mask in by_turns(&[1u8, 0x02, 0x80, 0xff], at) {
             let mut mutated = patient.clone();
             mutated.bytes[at] ^= mask;
             mutated.sew();

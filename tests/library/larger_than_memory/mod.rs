@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::support::cases::by_turns;
 use crate::support::{Random, Scratch, batches, build_batches, points_of, reference, runtime};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::PointBatch;
@@ -57,10 +58,11 @@ fn left(scratch: &Scratch) -> Vec<String> {
 #[test]
 fn every_distribution_gives_one_triangulation_in_any_memory() {
     runtime().block_on(async {
-        for kind in Kind::ALL {
+        for (round, kind) in Kind::ALL.into_iter().enumerate() {
             let points = points_of(kind, 100_000, 3);
             let expected = reference(EngineKind::Native, &points);
-            for (memory, threads) in [(LITTLE, 1), (LITTLE, 3), (2_000_000, 2), (64 << 20, 2)] {
+            let ways = [(LITTLE, 1), (LITTLE, 3), (2_000_000, 2), (64 << 20, 2)];
+            for (memory, threads) in by_turns(&ways, round) {
                 let scratch = Scratch::new();
                 let built = build_batches(&scratch.path, &batches(&points, &[]), options(memory, threads)).await;
                 let summary = match built {

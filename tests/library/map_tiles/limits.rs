@@ -37,7 +37,7 @@ fn a_tile_that_needs_too_many_tiles_of_the_file_says_how_many() {
 #[test]
 fn from_the_first_zoom_on_no_tile_is_out_of_budget_and_before_it_one_is() {
     runtime().block_on(async {
-        let (_scratch, source) = Plan::square(4000, 12).with_z(hills).tile_vertices(100).build().await;
+        let (_scratch, source) = Plan::square(2000, 12).with_z(hills).tile_vertices(50).build().await;
         for max_tiles in [8, 20, 100] {
             let limits = DrawLimits {
                 max_tiles,

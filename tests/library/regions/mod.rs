@@ -7,7 +7,7 @@ mod reference;
 use std::collections::HashMap;
 
 use self::reference::{Expected, key};
-use crate::support::cases::cases;
+use crate::support::cases::{by_turns, cases};
 use crate::support::{Random, Scratch, batches, runtime, runtime_for, verify_lines};
 use delaunay_tiles::geometry::{Orientation, Point, area_sign, orient2d};
 use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
@@ -243,7 +243,7 @@ fn check(input: &Input, ways: &[Way]) -> u64 {
     };
     let mut digests = Vec::new();
     let ways = ways.iter().filter(|way| !input.may_be_inverted || way.3 == ENOUGH);
-    for &(tile_vertices, merge_vertices, threads, memory) in ways {
+    for (round, &(tile_vertices, merge_vertices, threads, memory)) in ways.enumerate() {
         runtime_for(threads).block_on(async {
             let scratch = Scratch::new();
             let options = BuildOptions::default()
@@ -276,7 +276,7 @@ fn check(input: &Input, ways: &[Way]) -> u64 {
             }
             digests.push(reader.recompute_digest().await.unwrap());
             let half = input.lines.len() / 2;
-            for built in [(0, true), (half, true), (0, false), (half, false)] {
+            for built in by_turns(&[(0, true), (half, true), (half, false), (0, false)], round) {
                 let edited = input.build_and_edit(built, tile_vertices).await;
                 let Some((scratch, summary)) = edited else { continue };
                 let reader = scratch.open().await;

@@ -197,18 +197,19 @@ pub fn interruption() -> Arc<AtomicBool> {
 pub fn print_json(what: &'static str, value: &impl Serialize) -> anyhow::Result<()> {
     let mut text = serde_json::to_string(value)?;
     text.push('\n');
-    write(what, &text)
+    print_bytes(what, text.as_bytes())
 }
 
 /// Prints text for people. Control characters are escaped, so the text cannot control the terminal.
 /// An error says that `what` could not be written.
 pub fn print(what: &'static str, text: &str) -> anyhow::Result<()> {
-    write(what, &shown::message(text))
+    print_bytes(what, shown::message(text).as_bytes())
 }
 
-fn write(what: &'static str, text: &str) -> anyhow::Result<()> {
+/// Writes bytes to standard output. An error says that `what` could not be written.
+pub fn print_bytes(what: &'static str, bytes: &[u8]) -> anyhow::Result<()> {
     let mut out = StandardOutput::of(what);
-    out.write_all(text.as_bytes())?;
+    out.write_all(bytes)?;
     Ok(out.flush()?)
 }
 

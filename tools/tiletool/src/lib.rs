@@ -31,6 +31,7 @@ mod progress;
 pub mod query;
 #[cfg(feature = "serve")]
 mod serve;
+mod shell;
 mod surface;
 mod system;
 mod unchanged;
@@ -98,6 +99,8 @@ pub enum Command {
     #[cfg(feature = "serve")]
     Serve(serve::ServeArgs),
     Bench(bench::BenchArgs),
+    Completions(shell::CompletionsArgs),
+    Man(shell::ManArgs),
 }
 
 /// Runs the tool with these arguments, the first of which is its name. Returns its exit code.
@@ -182,6 +185,8 @@ pub fn run(command: Command) -> anyhow::Result<()> {
         #[cfg(feature = "serve")]
         Command::Serve(args) => serve::run(&args),
         Command::Bench(args) => bench::run(args),
+        Command::Completions(args) => shell::complete(&args),
+        Command::Man(args) => shell::describe(&args),
     }
 }
 

@@ -2,6 +2,7 @@
 //! are inconsistent.
 
 use std::collections::{HashMap, HashSet};
+use std::pin::{Pin, pin};
 
 use bytes::Bytes;
 use futures::stream::TryStreamExt;
@@ -71,10 +72,10 @@ pub(super) struct ModelTile {
 }
 
 pub(super) fn run<T>(work: impl Future<Output = T>) -> T {
-    tokio::runtime::Builder::new_current_thread()
-        .build()
-        .unwrap()
-        .block_on(work)
+    let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+    // `block_on` is generic. It is compiled once for all futures with this result.
+    let work: Pin<&mut dyn Future<Output = T>> = pin!(work);
+    runtime.block_on(work)
 }
 
 pub(super) fn pair(a: VertexId, b: VertexId) -> [VertexId; 2] {

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
+use crate::support::cases::cases;
 use crate::support::{data, fails, json, kill_after, run, tiletool};
 
 /// Returns a folder with a file of the islands' corners, and a file built with the islands as
@@ -160,9 +161,10 @@ fn a_removal_killed_at_any_moment_is_applied_completely_or_not_at_all() {
     run(folder, removal);
     let took = began.elapsed();
     let odd = run(folder, "digest --recompute whole.tiles");
-    for kill in 0..15 {
+    let all = cases(64) as u32;
+    for kill in 0..all {
         fs::write(folder.join("whole.tiles"), &before).unwrap();
-        kill_after(tiletool(folder, removal), took * kill / 12);
+        kill_after(tiletool(folder, removal), took * kill * 5 / (4 * all));
         let digest = run(folder, "digest --recompute whole.tiles");
         assert!(digest == whole || digest == odd, "kill {kill}");
     }
@@ -181,10 +183,11 @@ fn an_edit_killed_at_any_moment_is_applied_completely_or_not_at_all() {
     run(folder, "constrain points.tiles --obstacles islands.geojson");
     let took = began.elapsed();
     let mut seen = [0; 2];
-    for kill in 0..25 {
+    let all = cases(100);
+    for kill in 0..all {
         fs::write(folder.join("points.tiles"), &before).unwrap();
         // A second kill follows. What the first one left must not disturb it.
-        for moment in [kill as f64 / 22.0, 0.5] {
+        for moment in [kill as f64 / (0.88 * all as f64), 0.5] {
             let edit = tiletool(folder, "constrain points.tiles --obstacles islands.geojson --quiet");
             kill_after(edit, took.mul_f64(moment));
             let found = run(folder, "digest --recompute points.tiles");

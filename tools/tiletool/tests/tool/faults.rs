@@ -19,7 +19,7 @@ use crate::support::{errors, faults, run, tiletool};
 /// Maximum number of runs for each kind of fault. If there are more calls, they are sampled at
 /// equal steps, for each kind from another one on.
 fn max_runs() -> u64 {
-    cases(40) as u64
+    cases(80) as u64
 }
 
 const WAYS: [&str; 6] = ["eio", "enospc", "eintr", "short", "torn", "delay"];

@@ -39,6 +39,7 @@ mod refusals;
 mod resume;
 #[cfg(feature = "serve")]
 mod serve;
+mod shell;
 mod sites;
 mod terrain;
 mod town;

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::support::cases::cases;
 use crate::support::{errors, fails, json, kill_after, names, run, tiletool, wait_for_a_block};
 use serde_json::Value;
 
@@ -43,7 +44,7 @@ fn a_build_killed_at_any_moment_resumes_to_the_same_bytes() {
         whole.mul_f64((random >> 33) as f64 / (1u64 << 31) as f64)
     };
     let (mut kills, mut resumed_blocks) = (0, 0);
-    while kills < 50 {
+    while kills < cases(200) {
         fs::remove_file(folder.join("p.tiles")).unwrap();
         // The build is killed up to three times before it may finish.
         for _ in 0..3 {
