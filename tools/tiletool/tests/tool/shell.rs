@@ -26,7 +26,9 @@ fn each_command_has_a_manual_page() {
     let commands = help.lines().skip_while(|line| *line != "Commands:").skip(1);
     let commands: Vec<&str> = commands
         .take_while(|line| !line.is_empty())
-        .filter_map(|line| line.split_whitespace().next())
+        // A description goes on in lines that begin with more blanks.
+        .filter_map(|line| line.strip_prefix("  ")?.split(' ').next())
+        .filter(|name| !name.is_empty())
         .filter(|&name| name != "help")
         .collect();
     assert!(commands.len() >= 20, "{commands:?}");
