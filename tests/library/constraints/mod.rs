@@ -217,8 +217,8 @@ fn ways() -> &'static [Way] {
     }
 }
 
-/// Builds in all `ways`, in some of them from the reversed input, and compares with the in-core triangulation. Returns the number of
-/// deferred segments in all.
+/// Builds in all `ways`, by turns from the input and from its reverse, or from both where all cases
+/// run, and compares with the in-core triangulation. Returns the number of deferred segments in all.
 fn check(mut input: Input, ways: &[Way]) -> u64 {
     let expected = input.in_core();
     let mut deferred = 0;

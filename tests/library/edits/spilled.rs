@@ -155,7 +155,7 @@ fn all_points_may_be_replaced_by_many_others() {
 #[test]
 fn tiles_keep_their_size_whatever_the_parts() {
     runtime().block_on(async {
-        let points = points_of(Kind::Uniform, 20_000, 6);
+        let points = points_of(Kind::Uniform, 40_000, 6);
         let scratch = built(&points[..500], BuildOptions::default().tile_vertices(100))
             .await
             .0;

@@ -1,12 +1,13 @@
 //! What a shell knows of the tool: `tiletool completions` and `tiletool man`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use clap::{Args, CommandFactory};
+use clap::{Args, Command, CommandFactory};
 use clap_complete::Shell;
+use clap_mangen::Man;
 
-use crate::{Cli, common};
+use crate::{Cli, common, output};
 
 /// Print a script by which a shell completes commands and options
 ///
@@ -43,6 +44,19 @@ pub fn complete(args: &CompletionsArgs) -> anyhow::Result<()> {
 
 /// Writes the manual pages.
 pub fn describe(args: &ManArgs) -> anyhow::Result<()> {
-    clap_mangen::generate_to(Cli::command(), &args.output)
-        .with_context(|| format!("cannot write manual pages to {}", common::shown(&args.output)))
+    let mut tool = Cli::command().disable_help_subcommand(true);
+    tool.build();
+    write_pages(&tool, &args.output)
+}
+
+/// Writes the page of a command, and those of its own commands.
+fn write_pages(command: &Command, folder: &Path) -> anyhow::Result<()> {
+    let man = Man::new(command.clone());
+    let mut page = Vec::new();
+    man.render(&mut page)?;
+    let file = folder.join(man.get_filename());
+    output::write(&file, &page).with_context(|| common::shown(&file))?;
+    command
+        .get_subcommands()
+        .try_for_each(|command| write_pages(command, folder))
 }
