@@ -20,21 +20,24 @@ pub struct Connection {
     service: Service,
     router: Router,
     leaving: watch::Receiver<bool>,
+    _counted: Counted,
 }
 
 /// A connection that counts until it is dropped.
-struct Counted<'a>(&'a Service);
+struct Counted(Service);
 
-impl Drop for Counted<'_> {
+impl Drop for Counted {
     fn drop(&mut self) {
         self.0.metrics().connections.dec();
     }
 }
 
 impl Connection {
-    /// Creates a connection. It ends after its request once `leaving` is true.
+    /// Creates a connection, which counts from now on. It ends after its request once `leaving` is true.
     pub fn new(service: Service, router: Router, leaving: watch::Receiver<bool>) -> Self {
+        service.metrics().connections.inc();
         Self {
+            _counted: Counted(service.clone()),
             service,
             router,
             leaving,
@@ -43,8 +46,6 @@ impl Connection {
 
     /// Answers all requests of a connection. If the client leaves, its request is dropped.
     pub async fn run(mut self, stream: TcpStream) {
-        self.service.metrics().connections.inc();
-        let _counted = Counted(&self.service);
         // Answers are written at once; to wait for more would delay them.
         _ = stream.set_nodelay(true);
         let options = self.service.options();
