@@ -145,6 +145,20 @@ impl MemoryPlan {
         })
     }
 
+    /// Returns the bytes that segments keep, and sites and seeds.
+    pub(crate) fn arrivals(&self) -> [u64; 2] {
+        [self.segments, self.sites]
+    }
+
+    /// Returns the plan of a resumed build, whose segments and sites kept these [bytes](Self::arrivals)
+    /// before.
+    ///
+    /// # Errors
+    /// Fails if sites, with ponds and seeds, take more than a quarter of the budget.
+    pub(crate) fn with_arrivals_before(self, [segments, sites]: [u64; 2]) -> Result<Self, MemoryShortage> {
+        self.with_arrivals(segments.div_ceil(4), sites)
+    }
+
     /// Returns the plan of a build whose vertices take their z from a surface.
     pub(crate) fn with_surface(self) -> Self {
         /// More would hardly save a read: blocks are adjacent cells, and so are the tiles they meet.

@@ -1,29 +1,31 @@
 //! The builder takes points and lines, and makes a file from them.
 
+use std::iter::repeat;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::AtomicU64;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use futures::future::FutureExt;
 
 use crate::constraints::polygons::arrivals::Arrivals;
 use crate::constraints::segments::spool::SegmentSpool;
+use crate::edit::EditError;
 use crate::geometry::Point;
 use crate::input::{MissingZ, PointBatch, SegmentBatch, SiteBatch};
-use crate::io::new_output;
+use crate::io::{blocking, new_output};
 use crate::pipeline::assembly::Assembly;
 use crate::pipeline::context::{BuildContext, Given};
 use crate::pipeline::disk::{DiskLoad, check_disk};
 use crate::pipeline::draping::surface_of;
 use crate::pipeline::error::BuildError;
-use crate::pipeline::ingest::drape::PointSurface;
+use crate::pipeline::ingest::drape::{Draping, PointSurface};
 use crate::pipeline::ingest::intake::{Intake, Points};
 use crate::pipeline::ingest::ponds::PondInput;
 use crate::pipeline::ingest::sites::Sites;
 use crate::pipeline::options::{BuildOptions, Crossings, Phase, Steiner};
 use crate::pipeline::records::Description;
-use crate::pipeline::resume::journal::SavedPlan;
+use crate::pipeline::resume::plan::SavedPlan;
 use crate::pipeline::summary::BuildSummary;
 use crate::pipeline::work_folder::WorkFolder;
 use crate::store::LineKind;
@@ -54,6 +56,8 @@ pub struct Builder {
     given: Given,
     /// The surface from which vertices without z take it, once all points have arrived.
     surface: Option<Arc<PointSurface>>,
+    /// If the build is resumed: how vertices take their z from the surface.
+    draping: Option<Draping>,
     began: Instant,
 }
 
@@ -102,6 +106,7 @@ impl Builder {
             ponds: PondInput::default(),
             given: Given::default(),
             surface: None,
+            draping: None,
             began: Instant::now(),
             context: BuildContext {
                 options: Arc::new(options),
@@ -110,6 +115,7 @@ impl Builder {
                 first_run: 0,
                 segments: 0,
                 memory,
+                limits: None,
             },
         })
     }
@@ -120,22 +126,40 @@ impl Builder {
         let cannot = |error| BuildError::io(folder.path(), "resume the work in", error);
         match SavedPlan::load(&folder.plan()).map_err(cannot)? {
             Some(saved) if !folder.was_published() => {
-                let mine = options.identity();
-                if let Some((left, _)) = saved.identity.lines().zip(mine.lines()).find(|(a, b)| a != b) {
+                let (mine, others) = (options.identity(), &saved.settings.identity);
+                if let Some(line) = first_difference(others, &mine) {
                     return Err(BuildError::OtherBuild {
                         path: folder.path().to_owned(),
-                        what: left.to_owned(),
+                        what: line.to_owned(),
                     });
                 }
-                self.given.points = saved.plan.points;
-                self.given.has_z = saved.plan.has_z;
-                self.given.next_record = saved.next_record;
-                self.given.description = saved.description.clone();
-                self.intake = Intake::Resumed(Box::new(saved));
-                Ok(())
+                self.continue_from(saved)
             }
             _ => folder.empty().map_err(cannot),
         }
+    }
+
+    /// Takes over the input and the settings of an interrupted build, apart from its segments.
+    fn continue_from(&mut self, saved: SavedPlan) -> Result<(), BuildError> {
+        let SavedPlan {
+            settings,
+            given,
+            plan,
+            draping,
+        } = saved;
+        let context = &mut self.context;
+        context.memory = context.memory.with_arrivals_before(settings.arrivals)?;
+        if draping.is_some() {
+            context.memory = context.memory.with_surface();
+        }
+        // With less memory, nodes must be smaller. Then the file has the same triangles, and other bytes.
+        let has_memory = context.memory.total() >= settings.memory;
+        context.limits = has_memory.then_some(settings.limits);
+        context.segments = settings.segments;
+        context.first_end.store(settings.first_end, Ordering::Relaxed);
+        self.next_record = given.next_record;
+        (self.given, self.draping, self.intake) = (given, draping, Intake::Resumed(plan));
+        Ok(())
     }
 
     /// Returns whether points must be pushed. A resumed build has all its points.
@@ -233,7 +257,7 @@ impl Builder {
     /// rings of one polygon.
     ///
     /// Segments may meet at ends and at points, and may overlap, but must not cross unless
-    /// [`Crossings::Split`] is set. A build with segments cannot be resumed.
+    /// [`Crossings::Split`] is set.
     ///
     /// # Errors
     /// Returns an error if an end is not [valid](crate::geometry::Point::is_valid), a z is
@@ -346,7 +370,9 @@ impl Builder {
 
     async fn build(&mut self) -> Result<BuildSummary, BuildError> {
         let is_resumed = !self.needs_points();
-        if !is_resumed {
+        if is_resumed {
+            self.read_back().await?;
+        } else {
             if self.needs_surface()? {
                 self.triangulate_points().await?;
             }
@@ -356,13 +382,35 @@ impl Builder {
         assembly.build(points, segments, is_resumed).await
     }
 
+    /// Reads back what an interrupted build saved beside its plan: segments, and the surface.
+    async fn read_back(&mut self) -> Result<(), BuildError> {
+        let BuildContext { folder, memory, .. } = &self.context;
+        let (path, count) = (folder.lines(), self.context.segments);
+        let mut segments = SegmentSpool::new(folder.spill(), memory.for_segments());
+        let read = blocking(move || match count {
+            0 => Ok(segments),
+            _ => segments.restore(&path, count).map(|()| segments),
+        });
+        let cannot = |error| BuildError::io(folder.spill(), "read segments in", error);
+        self.segments = read.await.map_err(cannot)??;
+        if let Some(rules) = self.draping.take() {
+            let progress = Arc::clone(&self.context.options.progress);
+            let surface = PointSurface::open(&folder.surface(), rules, memory.for_surface(), progress).await;
+            self.surface = Some(Arc::new(surface.map_err(EditError::Read)?));
+        }
+        Ok(())
+    }
+
     /// Returns what makes the file of all that has arrived.
     async fn assembly(&mut self) -> Result<(Assembly, Points, SegmentSpool), BuildError> {
         let intake = std::mem::replace(&mut self.intake, Intake::new());
         let points = intake.finish().await?;
         let segments = std::mem::replace(&mut self.segments, SegmentSpool::new(self.context.folder.spill(), 0));
         let mut given = std::mem::take(&mut self.given);
-        given.site_ids = std::mem::take(&mut self.sites).into_ids();
+        let site_ids = std::mem::take(&mut self.sites).into_ids();
+        if !site_ids.is_empty() {
+            given.site_ids = site_ids;
+        }
         let assembly = Assembly::new(&self.context, &self.output, given, self.began);
         Ok((assembly.on_surface(self.surface.take()), points, segments))
     }
@@ -413,11 +461,18 @@ impl Builder {
             Err(BuildError::Cancelled | BuildError::Io { .. } | BuildError::Disk { .. }) => {
                 folder.keep(options.resumable.is_some());
             }
-            Err(BuildError::Duplicate { .. } | BuildError::TooManyTiles { .. }) => folder.keep(false),
+            Err(ref error) if error.is_of_input() => folder.keep(false),
             _ => {}
         }
         result
     }
+}
+
+/// Returns the first line in which two texts differ: that of `a`, or of `b` if `a` has no more lines.
+fn first_difference<'a>(a: &'a str, b: &'a str) -> Option<&'a str> {
+    let padded = |text: &'a str| text.lines().map(Some).chain(repeat(None));
+    let mut pairs = padded(a).zip(padded(b)).take_while(|(a, b)| a.or(*b).is_some());
+    pairs.find(|(a, b)| a != b).and_then(|(a, b)| a.or(b))
 }
 
 /// Returns the file that an output's name stands for.

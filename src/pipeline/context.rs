@@ -9,6 +9,7 @@ use crate::geometry::Point;
 use crate::input::SiteId;
 use crate::memory::MemoryPlan;
 use crate::pipeline::options::BuildOptions;
+use crate::pipeline::plan::NodeLimits;
 use crate::pipeline::records::Description;
 use crate::pipeline::work_folder::WorkFolder;
 use crate::store::PolygonLine;
@@ -26,6 +27,8 @@ pub(crate) struct BuildContext {
     /// Number of segments that arrived.
     pub(crate) segments: u64,
     pub(crate) memory: MemoryPlan,
+    /// Those of the interrupted build that is resumed.
+    pub(crate) limits: Option<NodeLimits>,
 }
 
 /// The input of a build, apart from points and segments.

@@ -257,6 +257,21 @@ fn listed(first: &[Crossing], count: u64) -> String {
 }
 
 impl BuildError {
+    /// Returns whether the input is at fault, in a way that is found after all of it has arrived: the
+    /// same build would end in the same error.
+    pub(crate) fn is_of_input(&self) -> bool {
+        matches!(
+            self,
+            Self::Duplicate { .. }
+                | Self::TooManyTiles { .. }
+                | Self::Crossings { .. }
+                | Self::NoZ { .. }
+                | Self::OpenRing { .. }
+                | Self::Inverted(_)
+                | Self::Overlapping(_)
+        )
+    }
+
     pub(crate) fn io(path: &Path, what: &'static str, source: io::Error) -> Self {
         Self::Io {
             path: path.to_owned(),

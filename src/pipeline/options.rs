@@ -59,12 +59,12 @@ pub struct BuildOptions {
     /// The folder that work is spilled to. Default: the folder beside the output in which the file
     /// is completed.
     pub work_folder: Option<PathBuf>,
-    /// Text that identifies the points of this build: a line for each input and for each setting
-    /// that determines how it is read. If it is set, an interrupted build that outgrew the memory
+    /// Text that identifies the points, lines and sites of this build: a line for each input and setting
+    /// that determines how they are read. If it is set, an interrupted build that outgrew the memory
     /// keeps its work and can be resumed.
     pub resumable: Option<String>,
     /// Whether to resume an interrupted build, if there is one. That build must have had the same
-    /// `resumable` text, tile size, rule for duplicates and work folder.
+    /// `resumable` text, tile size, work folder, and rules for duplicates, missing z and lines.
     pub resume: bool,
     /// Whether the file is a draft that nobody relies on, so that it need not be on the medium when it
     /// gets its name.
@@ -129,13 +129,19 @@ impl BuildOptions {
             duplicates,
             work_folder,
             compress,
+            missing_z,
+            crossings,
+            steiner,
+            exterior_is_hole,
             ..
         } = self;
         let spill = work_folder
             .as_deref()
             .map(|folder| std::path::absolute(folder).unwrap_or_default());
         format!(
-            "tile vertices: {tile_vertices}\nduplicates: {duplicates}\ncompress: {compress}\nspilled to: {spill:?}\n{inputs}"
+            "tile vertices: {tile_vertices}\nduplicates: {duplicates}\ncompress: {compress}\nmissing z: {missing_z:?}\n\
+             crossings: {crossings:?}\nSteiner points: {steiner:?}\nexterior is a hole: {exterior_is_hole}\n\
+             spilled to: {spill:?}\n{inputs}"
         )
     }
 }

@@ -49,6 +49,23 @@ impl BlockPlan {
     }
 }
 
+/// What decides which nodes are merged at once and which segments are deferred. It belongs to the
+/// plan, not to whoever carries it out, so that the file is the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct NodeLimits {
+    /// The most seam vertices that a merge of more than two nodes takes.
+    pub(crate) merge_vertices: usize,
+    pub(crate) held: HeldLimits,
+}
+
+/// The most triangles that may be held in a node.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct HeldLimits {
+    pub(crate) in_leaf: usize,
+    /// In a node above the leaves.
+    pub(crate) in_node: usize,
+}
+
 /// A finished run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Run {

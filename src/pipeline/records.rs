@@ -25,7 +25,7 @@ pub struct Description {
 }
 
 /// The results of a divided block so far; each leaf and merge adds to them. Those of a finished
-/// block go to the journal.
+/// block go to the journal, so all that later phases need of its leaves is here.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct BlockState {
     pub(crate) first_tile: u32,
@@ -38,6 +38,24 @@ pub(crate) struct BlockState {
     pub(crate) levels: Vec<LevelSummary>,
     /// The digest of the cores of its tiles.
     pub(crate) digest: Digest,
+    /// Pairs of a tile and a component of its core that contains a seed.
+    pub(crate) seeded: Vec<(u32, u32)>,
+    /// The tiles with sites.
+    pub(crate) with_sites: Vec<u32>,
+    /// Number of vertices without z that got 0, when others have z.
+    pub(crate) without_z: u64,
+    pub(crate) draped: Draped,
+}
+
+/// Numbers of the vertices that took their z from the surface of the points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Draped {
+    /// Vertices that had no z.
+    pub(crate) vertices: u64,
+    /// Those of them that are outside the hull.
+    pub(crate) outside: u64,
+    /// Points of the input that took the z of a pond.
+    pub(crate) flattened: u64,
 }
 
 impl BlockState {
@@ -124,7 +142,14 @@ pub(crate) struct Pending {
     pub(crate) subsegments: Vec<Subsegment>,
     /// Segments that leave the cell.
     pub(crate) open: Vec<OpenSegment>,
+    /// What the node and those below it deferred.
+    pub(crate) deferred: Deferred,
 }
+
+/// Deferred segments: they would hold too many triangles, so an edit inserts them once the file is
+/// complete. Each has the number of its copies. Sorted, without duplicates.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Deferred(pub(crate) Vec<(Segment, u64)>);
 
 /// A part of a segment between two vertices. Once it is inserted, it is a constraint edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -172,8 +197,37 @@ impl Pending {
         let bytes = size_of_val(&*self.vertices)
             + size_of_val(&*self.held)
             + size_of_val(&*self.subsegments)
-            + size_of_val(&*self.open);
+            + size_of_val(&*self.open)
+            + size_of_val(&*self.deferred.0);
         bytes as u64
+    }
+}
+
+impl Deferred {
+    /// Returns whether there are none.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Returns whether a segment is deferred.
+    pub(crate) fn has(&self, segment: &Segment) -> bool {
+        let key = segment.key();
+        self.0.binary_search_by_key(&key, |(segment, _)| segment.key()).is_ok()
+    }
+
+    /// Adds segments with the numbers of their copies. Where one is there already, the larger number
+    /// counts.
+    pub(crate) fn extend(&mut self, segments: impl IntoIterator<Item = (Segment, u64)>) {
+        self.0.extend(segments);
+        self.0
+            .sort_unstable_by_key(|(segment, copies)| (segment.key(), u64::MAX - copies));
+        self.0.dedup_by_key(|(segment, _)| segment.key());
+    }
+
+    /// Returns all copies of all segments.
+    pub(crate) fn into_segments(self) -> Vec<Segment> {
+        let copies = |(segment, copies)| std::iter::repeat_n(segment, copies as usize);
+        self.0.into_iter().flat_map(copies).collect()
     }
 }
 

@@ -5,7 +5,8 @@
 //! tiles     the file that will be OUT
 //! surface   the triangulation of the points alone, where lines or sites take their z from it
 //! plan      the blocks, once all points arrived        ┐ of a build that outgrew the memory and
-//! journal   the finished blocks                        ┘ whose inputs can be read again
+//! journal   the finished blocks                        │ whose inputs can be read again
+//! lines     all segments, in the spill folder          ┘
 //! spill     the path of the spill folder, if the build was given one
 //! run-…     points of unfinished blocks                ┐ here, or in a folder of their own in the
 //! borders   the border log                             ┘ spill folder that the build was given
@@ -34,6 +35,7 @@ const PLAN: &str = "plan";
 const JOURNAL: &str = "journal";
 const SPILL: &str = "spill";
 const BORDERS: &str = "borders";
+const LINES: &str = "lines";
 const RUN: &str = "run-";
 
 /// A locked work folder. It is removed on drop, unless it is to be kept.
@@ -195,9 +197,19 @@ impl WorkFolder {
     /// Makes the file that was built the surface, so that another file can be built. Returns its
     /// path.
     pub(crate) fn set_surface_aside(&self) -> io::Result<PathBuf> {
-        let surface = self.path.join(SURFACE);
+        let surface = self.surface();
         fs::rename(self.file(), &surface)?;
         Ok(surface)
+    }
+
+    /// Returns the path of the surface.
+    pub(crate) fn surface(&self) -> PathBuf {
+        self.path.join(SURFACE)
+    }
+
+    /// Returns the path of the saved segments.
+    pub(crate) fn lines(&self) -> PathBuf {
+        self.spill.join(LINES)
     }
 
     /// Returns the path of the plan of blocks.
@@ -313,7 +325,7 @@ fn is_ours(path: &Path) -> io::Result<bool> {
             .strip_prefix(RUN)
             .is_some_and(|number| number.parse::<u32>().is_ok());
         let is_known = [
-            LOCK, TILES, SURFACE, COMPACTED, PLAN, "plan.new", JOURNAL, SPILL, BORDERS, SEGMENTS,
+            LOCK, TILES, SURFACE, COMPACTED, PLAN, "plan.new", JOURNAL, SPILL, BORDERS, LINES, SEGMENTS,
         ]
         .contains(&name);
         if !(is_run || is_known) || !entry.file_type()?.is_file() {

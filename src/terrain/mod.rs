@@ -56,7 +56,7 @@ pub(crate) use contours::{Ends, TileChains, Traced, level_ranges, trace};
 pub(crate) use cut::{CUT_PER_EDGE, Cut, Piece};
 pub use error::TerrainError;
 pub(crate) use exact_sum::ExactSum;
-pub(crate) use facet::{Facet, Place};
+pub(crate) use facet::{Corner, Facet, Place};
 pub use grid::{Grid, GridError};
 pub use levels::{Levels, LevelsError};
 pub use measure::{Light, Measure, UnknownMeasure};

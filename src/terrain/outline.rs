@@ -13,6 +13,7 @@ use crate::terrain::facet::{Corner, z_on_edge};
 const RUN: usize = 64;
 
 /// The edges of the hull, in an order that does not depend on the tiles.
+#[derive(Debug)]
 pub(crate) struct Outline {
     edges: Vec<[Corner; 2]>,
     /// The boxes around each [`RUN`] edges.
@@ -69,15 +70,25 @@ impl OutlineParts {
             let halves = is_upper(a).cmp(&is_upper(b));
             halves.then_with(|| a[0].point.lex_cmp(b[0].point))
         });
-        let around = |run: &[[Corner; 2]]| Rect::around(run.as_flattened().iter().map(|corner| corner.point));
-        Outline {
-            boxes: edges.chunks(RUN).map(around).collect(),
-            edges,
-        }
+        Outline::of_edges(edges)
     }
 }
 
 impl Outline {
+    /// Returns the outline that has these [edges](Self::edges).
+    pub(crate) fn of_edges(edges: Vec<[Corner; 2]>) -> Self {
+        let around = |run: &[[Corner; 2]]| Rect::around(run.as_flattened().iter().map(|corner| corner.point));
+        Self {
+            boxes: edges.chunks(RUN).map(around).collect(),
+            edges,
+        }
+    }
+
+    /// Returns the edges.
+    pub(crate) fn edges(&self) -> &[[Corner; 2]] {
+        &self.edges
+    }
+
     /// Returns the z of the point of the outline that is nearest to `p`; of several, or of several
     /// that are equally near but for rounding, the one on the first edge. `None` if there are no vertices.
     pub(crate) fn z_near(&self, p: Point) -> Option<f64> {

@@ -175,6 +175,28 @@ impl Ponds {
             .collect()
     }
 
+    /// Returns the ponds with these [shores](Self::shores), the [pond of each edge](Self::pond_of_edges),
+    /// and the [z of each pond](Self::levels). `None` if these do not match.
+    pub(crate) fn of_parts(shores: Vec<[Point; 2]>, pond_of: Vec<u32>, z: Vec<f64>) -> Option<Self> {
+        let is_pond = |&pond: &u32| (pond as usize) < z.len();
+        let do_match = shores.len() == pond_of.len() && shores.len() <= Strips::MAX && pond_of.iter().all(is_pond);
+        do_match.then(|| Self {
+            edges: Strips::new(shores),
+            pond_of,
+            z: z.into(),
+        })
+    }
+
+    /// Returns the pond of each edge of the shores.
+    pub(crate) fn pond_of_edges(&self) -> &[u32] {
+        &self.pond_of
+    }
+
+    /// Returns the z of each pond.
+    pub(crate) fn levels(&self) -> &[f64] {
+        &self.z
+    }
+
     /// Returns the number of edges of the shores.
     pub(crate) fn edge_count(&self) -> usize {
         self.pond_of.len()

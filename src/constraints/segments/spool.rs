@@ -109,6 +109,11 @@ impl SegmentSpool {
         if bytes > self.store.limit() { bytes } else { 0 }
     }
 
+    /// Returns about how many bytes all segments take in a file of their own.
+    pub(crate) fn saved_bytes(&self) -> u64 {
+        self.len().saturating_mul(36)
+    }
+
     /// Returns the bytes that are on the disk already.
     pub(crate) fn spilled_bytes(&self) -> u64 {
         self.store.file_bytes()

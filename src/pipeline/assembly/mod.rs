@@ -18,6 +18,7 @@ use crate::pipeline::ingest::drape::PointSurface;
 use crate::pipeline::ingest::intake::Points;
 use crate::pipeline::next_state::NextState;
 use crate::pipeline::options::BuildOptions;
+use crate::pipeline::plan::NodeLimits;
 use crate::pipeline::summary::BuildSummary;
 use crate::pipeline::work_folder::WorkFolder;
 
@@ -35,6 +36,8 @@ pub(crate) struct Assembly {
     given: Given,
     first_end: u64,
     memory: MemoryPlan,
+    /// The limits of the interrupted build that is resumed.
+    limits: Option<NodeLimits>,
     began: Instant,
     /// The surface from which vertices without z take it.
     surface: Option<Arc<PointSurface>>,
@@ -48,6 +51,7 @@ impl Assembly {
         given.site_count = given.site_ids.len() as u64;
         Self {
             memory: context.memory,
+            limits: context.limits,
             options: Arc::clone(&context.options),
             folder: Arc::clone(&context.folder),
             output: output.to_owned(),

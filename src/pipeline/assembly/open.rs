@@ -13,14 +13,13 @@ use crate::memory::Shares;
 use crate::pipeline::assembly::Assembly;
 use crate::pipeline::assembly::prepare::PreparedBuild;
 pub(crate) use crate::pipeline::conquer::conquest::{Conquest, ConquestLimits};
-use crate::pipeline::conquer::deferral::Deferral;
 use crate::pipeline::conquer::leaf::LeafRules;
 use crate::pipeline::conquer::schedule::Board;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::point_store::PointStore;
 use crate::pipeline::output::border_log::BorderLog;
 use crate::pipeline::output::writer::{Journal, Output};
-use crate::pipeline::plan::Block;
+use crate::pipeline::plan::{Block, NodeLimits};
 use crate::pipeline::resume::journal::FinishedBlocks;
 use crate::store::{KdTree, front_end_for};
 
@@ -65,6 +64,7 @@ impl Assembly {
             segments,
             rules,
             shares,
+            limits: of_nodes,
             finished,
             has_journal,
         } = prepared;
@@ -72,13 +72,14 @@ impl Assembly {
         let file = ThreadsFile::from(Arc::new(open(&path, finished.file_length, "make the file")?));
         let log_file = open(&self.folder.borders(), finished.log_length, "make the border log")?;
         let log_file = Arc::new(log_file);
-        let log = BorderLog::new(
+        let mut log = BorderLog::new(
             Arc::clone(&log_file),
             finished.log_length,
             shares.border_log,
             self.options.tile_vertices,
             plan.has_z,
         );
+        log.number_from(finished.next_number);
         let blocks = Arc::new(plan.blocks);
         let journal = has_journal
             .then(|| self.journal(&finished, log_file, &blocks))
@@ -88,7 +89,7 @@ impl Assembly {
             block_bytes: shares.blocks,
             has_journal,
         };
-        let conquest = Arc::new(self.conquest(&plan.tree, limits, &shares, rules, log));
+        let conquest = Arc::new(self.conquest(&plan.tree, (limits, of_nodes), shares.threads, rules, log));
         let expected_tiles = 2 * plan.points.div_ceil(self.options.tile_vertices as u64);
         let front_end = front_end_for(expected_tiles);
         let (first_tile, first_block) = (finished.cores.len() as u32, finished.blocks);
@@ -113,26 +114,26 @@ impl Assembly {
     fn conquest(
         &self,
         tree: &KdTree,
-        limits: ConquestLimits,
-        shares: &Shares,
+        (limits, of_nodes): (ConquestLimits, NodeLimits),
+        threads: usize,
         rules: LeafRules,
         log: BorderLog,
     ) -> Conquest {
         Conquest {
-            board: Board::new(tree, shares.merge_vertices, shares.threads),
+            board: Board::new(tree, of_nodes.merge_vertices, threads),
             options: Arc::clone(&self.options),
             memory: self.memory,
             spill: self.folder.spill().to_owned(),
             log: Mutex::new(log),
             state: Mutex::default(),
             limits,
-            buffers: Buffers::keeping(shares.threads.div_ceil(2)),
+            buffers: Buffers::keeping(threads.div_ceil(2)),
             holes: HoleRules {
                 has_holes: rules.has_holes,
                 exterior: self.options.exterior_is_hole,
             },
             rules,
-            deferral: Arc::new(Deferral::new(self.memory.most_held())),
+            held_limits: of_nodes.held,
         }
     }
 

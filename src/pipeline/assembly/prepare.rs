@@ -12,12 +12,14 @@ use crate::pipeline::assembly::Assembly;
 use crate::pipeline::conquer::leaf::LeafRules;
 use crate::pipeline::disk::{DiskLoad, check_disk};
 use crate::pipeline::error::BuildError;
+use crate::pipeline::ingest::drape::PointSurface;
 use crate::pipeline::ingest::intake::Points;
 use crate::pipeline::ingest::point_store::PointStore;
 use crate::pipeline::ingest::spill::resplit::check_runs;
 use crate::pipeline::options::DuplicateRule;
-use crate::pipeline::plan::BlockPlan;
-use crate::pipeline::resume::journal::{FinishedBlocks, SavedPlan};
+use crate::pipeline::plan::{BlockPlan, HeldLimits, NodeLimits};
+use crate::pipeline::resume::journal::FinishedBlocks;
+use crate::pipeline::resume::plan::{SavedSettings, save};
 
 /// The parts of a build, once all points have arrived.
 pub(crate) struct PreparedBuild {
@@ -26,6 +28,7 @@ pub(crate) struct PreparedBuild {
     pub(crate) segments: Arc<BlockSegments>,
     pub(crate) rules: LeafRules,
     pub(crate) shares: Shares,
+    pub(crate) limits: NodeLimits,
     pub(crate) finished: FinishedBlocks,
     pub(crate) has_journal: bool,
 }
@@ -51,11 +54,8 @@ impl Assembly {
         }
         let shares = self.shares(&plan, store.as_ref(), segments.len(), is_resumed)?;
         tracing::info!(plan = %self.memory, %shares, "memory");
-        let rules = self.leaf_rules(!segments.is_empty());
-        // The journal holds neither segments nor the data that regions are computed from.
-        // Nor does it hold the surface.
-        let can_journal = !rules.has_regions && self.surface.is_none();
-        let has_journal = store.is_none() && self.options.resumable.is_some() && can_journal;
+        let limits = self.limits.unwrap_or_else(|| self.node_limits(&shares));
+        let has_journal = store.is_none() && self.options.resumable.is_some();
         let mut finished = FinishedBlocks::default();
         if is_resumed {
             finished = FinishedBlocks::read(&self.folder)?;
@@ -67,23 +67,27 @@ impl Assembly {
             points: plan.points - finished.points,
             has_z: plan.has_z,
             segments: segments.len(),
-            segment_bytes: segments.disk_bytes(),
+            segment_bytes: segments.disk_bytes() + if has_journal { segments.saved_bytes() } else { 0 },
             spilled_bytes: run_bytes + segments.spilled_bytes(),
         };
         check_disk(&self.folder, load)?;
-        if has_journal && !is_resumed {
-            self.save_plan(&plan)?;
-        }
+        let has_lines = !segments.is_empty();
+        let segments = match has_journal && !is_resumed {
+            true => self.save(&plan, limits, segments).await?,
+            false => segments,
+        };
         let (tree, memory) = (plan.tree.clone(), self.memory.for_waiting_segments());
         let distributed = blocking(move || segments.distribute(&tree, memory)).await;
         let cannot = |error| BuildError::io(self.folder.spill(), "distribute segments in", error);
         let segments = Arc::new(distributed.map_err(cannot)??);
+        let rules = self.leaf_rules(has_lines);
         Ok(PreparedBuild {
             plan,
             store,
             segments,
             rules,
             shares,
+            limits,
             finished,
             has_journal,
         })
@@ -119,20 +123,43 @@ impl Assembly {
         }
     }
 
-    /// Saves the plan of blocks, so that the build can be resumed.
-    fn save_plan(&self, plan: &BlockPlan) -> Result<(), BuildError> {
-        let saved = SavedPlan {
+    /// Returns the limits of nodes, which do not change when the build is resumed.
+    fn node_limits(&self, shares: &Shares) -> NodeLimits {
+        let [in_leaf, in_node] = self.memory.most_held();
+        NodeLimits {
+            merge_vertices: shares.merge_vertices,
+            held: HeldLimits { in_leaf, in_node },
+        }
+    }
+
+    /// Saves the segments, then the plan, so that the build can be resumed. Returns the segments.
+    async fn save(
+        &self,
+        plan: &BlockPlan,
+        limits: NodeLimits,
+        mut segments: SegmentSpool,
+    ) -> Result<SegmentSpool, BuildError> {
+        let path = self.folder.lines();
+        let saved = blocking(move || match segments.is_empty() {
+            true => Ok((0, segments)),
+            false => segments.save(&path).map(|count| (count, segments)),
+        });
+        let cannot = |error| BuildError::io(self.folder.spill(), "save segments in", error);
+        let (count, segments) = saved.await.map_err(cannot)??;
+        let settings = SavedSettings {
             identity: self.options.identity(),
-            description: self.given.description.clone(),
-            next_record: self.given.next_record,
-            plan: plan.clone(),
+            memory: self.memory.total(),
+            arrivals: self.memory.arrivals(),
+            limits,
+            first_end: self.first_end,
+            segments: count,
         };
         let path = self.folder.plan();
-        saved
-            .save(&path)
-            .map_err(|error| BuildError::io(&path, "write", error))?;
+        let draping = self.surface.as_deref().map(PointSurface::rules);
+        let saved = save(&path, &settings, &self.given, plan, draping);
+        saved.map_err(|error| BuildError::io(&path, "write", error))?;
         self.folder.keep(true);
-        Ok(())
+        Ok(segments)
     }
 
     /// Returns the rules for leaves.

@@ -21,7 +21,7 @@ pub(crate) use crate::pipeline::conquer::conquest::ConquestState;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::finish::enclosed_sites::sites_in_holes;
 use crate::pipeline::ingest::drape::PointSurface;
-use crate::pipeline::records::{GENERATION, TileState};
+use crate::pipeline::records::{BlockState, GENERATION, TileState};
 use crate::pipeline::summary::{BuildSummary, LevelSummary, Waits, phases};
 use crate::store::{
     CompactError, Directory, Extent, InForce, KdTree, Lists, Metadata, OpenOptions, ReadError, TablePlace, TileEntry,
@@ -82,7 +82,7 @@ impl Assembly {
         let [log_read, log_written] = conquest.log.lock().traffic();
         let core_bytes = bytes(&cores[first_tile as usize..]) + output.journal_bytes() + log_written;
         let border_bytes = bytes(&of_borders);
-        let deferred = conquest.deferral.take();
+        let deferred = take(&mut state.deferred).into_segments();
         let (mut file_bytes, finish_bytes) = output
             .finish(
                 &directory,
@@ -102,7 +102,7 @@ impl Assembly {
         if !deferred.is_empty() {
             file_bytes = self.insert(&path, deferred, &mut metadata).await?;
         }
-        let sites_in_holes = self.sites_in_holes(&path, &metadata, &mut state).await?;
+        let sites_in_holes = self.sites_in_holes(&path, &metadata, &state).await?;
         let [written, rewritten, reread] = spilled;
         Ok(Published {
             metadata,
@@ -146,7 +146,7 @@ impl Assembly {
     /// Returns the summary of a build.
     pub(crate) fn summarise(&self, written: Published, ran: &RunResult) -> BuildSummary {
         let Published { metadata, state, .. } = written;
-        let of_surface = |count: fn(&PointSurface) -> u64| self.surface.as_deref().map_or(0, count);
+        let sum = |of_block: fn(&BlockState) -> u64| state.blocks.iter().map(of_block).sum();
         BuildSummary {
             points: metadata.points,
             duplicates: metadata.duplicates,
@@ -165,13 +165,13 @@ impl Assembly {
             hole_triangles: metadata.hole_triangles,
             inverted_parts: self.given.repair.parts,
             first_inverted: self.given.repair.inverted.map(|inverted| inverted.first),
-            held_triangles: state.blocks.iter().map(|block| block.held_triangles).sum(),
+            held_triangles: sum(|block| block.held_triangles),
             deferred_segments: written.deferred,
-            without_z: state.without_z.count,
-            ponds: of_surface(|surface| surface.ponds().count() as u64),
-            flattened: of_surface(PointSurface::flattened),
-            draped: of_surface(PointSurface::draped),
-            draped_outside: of_surface(PointSurface::draped_outside),
+            without_z: sum(|block| block.without_z),
+            ponds: self.surface.as_deref().map_or(0, PointSurface::pond_count),
+            flattened: sum(|block| block.draped.flattened),
+            draped: sum(|block| block.draped.vertices),
+            draped_outside: sum(|block| block.draped.outside),
             tiles: written.tiles,
             file_bytes: written.file_bytes,
             blocks: written.blocks,
@@ -242,13 +242,9 @@ impl Assembly {
     }
 
     /// Returns the number of sites in holes of the complete file.
-    async fn sites_in_holes(
-        &self,
-        path: &Path,
-        metadata: &Metadata,
-        state: &mut ConquestState,
-    ) -> Result<u64, BuildError> {
-        let with_sites = take(&mut state.with_sites);
+    async fn sites_in_holes(&self, path: &Path, metadata: &Metadata, state: &ConquestState) -> Result<u64, BuildError> {
+        let with_sites = state.blocks.iter().flat_map(|block| &block.with_sites);
+        let with_sites: Vec<u32> = with_sites.copied().collect();
         if with_sites.is_empty() || metadata.hole_triangles == 0 {
             return Ok(0);
         }

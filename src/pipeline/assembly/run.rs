@@ -18,7 +18,7 @@ use crate::pipeline::error::BuildError;
 use crate::pipeline::finish::borders::RegionTotals;
 use crate::pipeline::ingest::point_store::PointStore;
 use crate::pipeline::output::writer::Sender;
-use crate::pipeline::records::TileState;
+use crate::pipeline::records::{Draped, TileState};
 use crate::pipeline::resume::journal::JournalReader;
 use crate::pipeline::run::{Began, Computed, run};
 
@@ -102,9 +102,10 @@ impl Assembly {
     ) -> Result<Prefetched, BuildError> {
         if let Some(mut store) = store {
             if !store.items.is_empty() {
-                if let Some(surface) = unread.surface {
-                    surface.drape(&mut store).await?;
-                }
+                let draped = match unread.surface {
+                    Some(surface) => surface.drape(&mut store).await?,
+                    None => Draped::default(),
+                };
                 conquest.board.add(BlockPoints {
                     number: 0,
                     store,
@@ -113,6 +114,7 @@ impl Assembly {
                         .take(0)
                         .map_err(|error| BuildError::io(self.folder.spill(), "read segments in", error))?,
                     of_leaves: Vec::new(),
+                    draped,
                     _permit: None,
                 });
             }

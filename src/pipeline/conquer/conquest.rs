@@ -14,7 +14,6 @@ use crate::memory::{HELD_WORK_BYTES, MemoryPlan, MemoryUse, SEAM_WORK_BYTES};
 pub(crate) use crate::pipeline::conquer::conquest_state::{ConquestLimits, ConquestState};
 use crate::pipeline::conquer::constrain::FinalOutput;
 use crate::pipeline::conquer::constrain::refusal::{Crossed, Overlaps, Refusal};
-use crate::pipeline::conquer::deferral::Deferral;
 use crate::pipeline::conquer::leaf::{Leaf, LeafError, LeafInput, LeafRules, conquer};
 use crate::pipeline::conquer::merge::merge;
 use crate::pipeline::conquer::node::Workspace;
@@ -25,6 +24,7 @@ use crate::pipeline::options::{BuildOptions, Phase};
 use crate::pipeline::output::border_log::BorderLog;
 use crate::pipeline::output::ordered::{Closed, Ordered};
 use crate::pipeline::output::writer::{Sender, ToWrite};
+use crate::pipeline::plan::HeldLimits;
 use crate::pipeline::records::{BlockState, DoneEdge, GENERATION, Pending, Seam, TileState};
 use crate::pipeline::resume::journal::FinishedBlock;
 use crate::pipeline::summary::LevelSummary;
@@ -44,8 +44,7 @@ pub(crate) struct Conquest {
     pub(crate) buffers: Buffers,
     pub(crate) rules: LeafRules,
     pub(crate) holes: HoleRules,
-    /// Segments that are deferred until the file is complete.
-    pub(crate) deferral: Arc<Deferral>,
+    pub(crate) held_limits: HeldLimits,
 }
 
 impl Conquest {
@@ -57,7 +56,7 @@ impl Conquest {
         let mut workspace = Workspace::new(
             self.options.engine.create(),
             self.buffers.clone(),
-            Arc::clone(&self.deferral),
+            self.held_limits,
             self.memory.most_sources(),
         );
         while let Some(task) = self.board.take() {
@@ -117,6 +116,10 @@ impl Conquest {
         } = block;
         let tiles = block.tiles.len() as u32;
         let points = seam.below + block.duplicates;
+        if self.board.block_cell(number) == Rect::PLANE {
+            // The log has its edges already.
+            self.note_root(&seam.pending);
+        }
         self.log.lock().restore(tiles, chunks, block.late_triangles);
         let mut state = self.state.lock();
         state.points_done += points;
@@ -164,7 +167,7 @@ impl Conquest {
             Err(error) => return self.refuse(error),
         };
         if scope.cell == Rect::PLANE {
-            self.take_subsegments(&leaf.seam.pending)?;
+            self.take_root(&leaf.seam.pending)?;
         }
         let core = workspace.core.encode(tile, GENERATION, &workspace.buffers);
         let core = self.options.codec().store(core, Part::Core);
@@ -190,10 +193,10 @@ impl Conquest {
     fn note_leaf(&self, tile: TileId, block: u32, points: usize, [vertices, settled]: [usize; 2], leaf: &Leaf) {
         let mut state = self.state.lock();
         state.points_done += points as u64;
-        state.without_z.count += leaf.without_z;
         let of_block = &mut state.blocks[block as usize];
         of_block.duplicates += leaf.duplicates;
         of_block.ends += leaf.ends;
+        of_block.without_z += leaf.without_z;
         of_block.digest += leaf.digest;
         of_block.held_triangles += leaf.seam.pending.held.len() as u64;
         count(&mut of_block.levels, vertices, settled, &leaf.seam);
@@ -210,8 +213,8 @@ impl Conquest {
             owned_triangles: 0,
         };
         let seeded = leaf.seeded.iter().map(|&component| (tile.0, component));
-        state.seeded.extend(seeded);
-        state.with_sites.extend(leaf.has_sites.then_some(tile.0));
+        of_block.seeded.extend(seeded);
+        of_block.with_sites.extend(leaf.has_sites.then_some(tile.0));
     }
 
     fn merge(&self, workspace: &mut Workspace, node: u32, seams: Vec<Seam>, sender: &Sender) -> Result<(), Closed> {
@@ -225,7 +228,7 @@ impl Conquest {
             Err(refusal) => return self.refuse(refusal.into()),
         };
         if scope.cell == Rect::PLANE {
-            self.take_subsegments(&seam.pending)?;
+            self.take_root(&seam.pending)?;
         }
         let mut log = self.log.lock();
         let appended = log.append_triangles(&late).and_then(|()| log.append_edges(&edges));
@@ -267,22 +270,27 @@ impl Conquest {
         Err(Closed)
     }
 
-    /// Takes the subsegments that are pending at the root. There are none unless the input is
-    /// collinear: without triangles, the subsegments themselves become edges.
-    fn take_subsegments(&self, pending: &Pending) -> Result<(), Closed> {
-        if pending.subsegments.is_empty() {
-            return Ok(());
-        }
+    /// Takes what is left at the root, and logs its edges.
+    fn take_root(&self, pending: &Pending) -> Result<(), Closed> {
+        let edges = self.note_root(pending);
+        let appended = self.log.lock().append_edges(&edges);
+        self.logged(appended)
+    }
+
+    /// Takes what is left at the root: the deferred segments, and pending subsegments. There are none
+    /// of these unless the input is collinear: without triangles, the subsegments themselves become
+    /// edges, which are returned.
+    fn note_root(&self, pending: &Pending) -> Vec<DoneEdge> {
         let edges = pending.subsegments.iter().map(|subsegment| DoneEdge {
             ends: subsegment.ends.map(|index| pending.vertices[index as usize]),
             source: subsegment.source,
         });
         let edges: Vec<DoneEdge> = edges.collect();
-        let appended = self.log.lock().append_edges(&edges);
-        self.logged(appended)?;
+        let mut state = self.state.lock();
+        state.deferred = pending.deferred.clone();
         let next_on_line = edges.iter().filter_map(|edge| edge.end_elsewhere());
-        self.state.lock().next_on_line.extend(next_on_line);
-        Ok(())
+        state.next_on_line.extend(next_on_line);
+        edges
     }
 
     fn logged(&self, appended: std::io::Result<()>) -> Result<(), Closed> {
@@ -303,7 +311,10 @@ impl Conquest {
     ) -> Result<(), Closed> {
         if let Some(block) = scope.block.filter(|_| scope.is_block && self.limits.has_journal) {
             let tiles = self.state.lock().blocks[block as usize].tile_range();
-            let chunks = self.log.lock().finish_block(tiles);
+            let (chunks, next_number) = {
+                let mut log = self.log.lock();
+                (log.finish_block(tiles), log.next_number())
+            };
             let chunks = match chunks {
                 Ok(chunks) => chunks,
                 Err(error) => return self.logged(Err(error)),
@@ -313,6 +324,7 @@ impl Conquest {
                 state: self.state.lock().blocks[block as usize].clone(),
                 cores: Vec::new(),
                 chunks,
+                next_number,
             };
             let finished = ToWrite::Finished(Box::new((finished, seam.clone())));
             sender.blocking_send(finished).map_err(|_| Closed)?;

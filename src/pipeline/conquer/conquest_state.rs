@@ -8,7 +8,7 @@ use crate::pipeline::conquer::constrain::refusal::Crossed;
 use crate::pipeline::conquer::growth::SeamGrowth;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::missing_z::FoundWithoutZ;
-use crate::pipeline::records::{BlockState, Nexts};
+use crate::pipeline::records::{BlockState, Deferred, Nexts};
 use crate::pipeline::summary::LevelSummary;
 
 /// The limits of conquest, and the known size of its input.
@@ -39,7 +39,7 @@ pub(crate) struct ConquestState {
     pub(crate) points_done: u64,
     /// Segments that cross.
     pub(crate) crossings: FirstCrossings,
-    /// Vertices without z when others have z: either an error, or those that got 0.
+    /// Vertices without z when others have z, if these are an error.
     pub(crate) without_z: FoundWithoutZ,
     /// Whether vertices without z are an error.
     pub(crate) lacks_z: bool,
@@ -47,10 +47,8 @@ pub(crate) struct ConquestState {
     pub(crate) crossed: Option<Crossed>,
     /// For collinear input: for a tile, the vertex of another tile to which an edge of it leads.
     pub(crate) next_on_line: Nexts,
-    /// Pairs of a tile and a component of its core that contains a seed.
-    pub(crate) seeded: Vec<(u32, u32)>,
-    /// The tiles with sites, in the order in which they were done.
-    pub(crate) with_sites: Vec<u32>,
+    /// What the root and all nodes below it deferred, once the root is done.
+    pub(crate) deferred: Deferred,
     /// When the first block was divided.
     pub(crate) conquer_began: Option<Instant>,
     /// Time that threads waited for tiles to be written, summed over the threads.

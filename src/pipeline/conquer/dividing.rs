@@ -40,13 +40,14 @@ impl Conquest {
             block.of_leaves = segments_of_leaves(&tree, cell, &block.segments);
             self.find_crossings(&block, &division, cell, threads);
         }
-        let mut many = false;
+        let (draped, mut many) = (block.draped, false);
         self.board.divided(block, division, |first_tile| {
             many = first_tile as usize + tiles > MAX_TILES as usize;
             self.add_block(BlockState {
                 first_tile,
                 tree,
                 tiles: vec![TileState::default(); tiles],
+                draped,
                 ..BlockState::default()
             });
         });

@@ -138,7 +138,7 @@ pub(crate) fn conquer(workspace: &mut Workspace, input: LeafInput<'_>, rules: &L
     if rules.has_regions {
         // With deferred lines, rings do not close yet. The edit that inserts these lines finds the
         // regions.
-        let has_rings = rules.has_holes && workspace.deferral.is_empty();
+        let has_rings = rules.has_holes && leaf.seam.pending.deferred.is_empty();
         leaf.components = components(&core, &mut boundary_edges, has_rings).map_err(LeafError::OpenRing)?;
         for anchor in &leaf.components.anchors {
             leaf.digest.triangles += anchor.triangles;

@@ -5,12 +5,10 @@
 //! closed circumdisc is strictly inside the cell, so that no vertex of another cell can remove it.
 //! (Wu, section 3.3, calls it safe.)
 
-use std::sync::Arc;
-
 use crate::geometry::{Point, Rect, disc_strictly_inside};
 use crate::io::Buffers;
 use crate::mesh::{Engine, Inserter, Triangulation, smallest_first};
-use crate::pipeline::conquer::deferral::Deferral;
+use crate::pipeline::plan::HeldLimits;
 use crate::pipeline::records::Subsegment;
 use crate::store::CoreDraft;
 
@@ -23,8 +21,7 @@ pub(crate) struct Workspace {
     /// For each point its index in the seam, or [`u32::MAX`].
     in_seam: Vec<u32>,
     pub(crate) inserter: Inserter,
-    /// The deferred segments.
-    pub(crate) deferral: Arc<Deferral>,
+    pub(crate) held_limits: HeldLimits,
     /// The constraint and wall bits of each triangle of a leaf's mesh, or empty.
     pub(crate) edge_bits: Vec<u8>,
     /// The constraint edges of a leaf that are done, sorted, once for each source.
@@ -51,14 +48,14 @@ pub(crate) enum Fate {
 }
 
 impl Workspace {
-    pub(crate) fn new(engine: Box<dyn Engine>, buffers: Buffers, deferral: Arc<Deferral>, most_sources: usize) -> Self {
+    pub(crate) fn new(engine: Box<dyn Engine>, buffers: Buffers, held_limits: HeldLimits, most_sources: usize) -> Self {
         Self {
             engine,
             mesh: Triangulation::default(),
             fates: Vec::new(),
             in_seam: Vec::new(),
             inserter: Inserter::default(),
-            deferral,
+            held_limits,
             edge_bits: Vec::new(),
             edges: Vec::new(),
             most_sources,

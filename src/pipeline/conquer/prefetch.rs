@@ -27,6 +27,7 @@ use crate::pipeline::ingest::point_store::PointStore;
 use crate::pipeline::ingest::spill;
 use crate::pipeline::ingest::spill::run::{HEADER, chunk_length, decode_chunk};
 use crate::pipeline::plan::Block;
+use crate::pipeline::records::Draped;
 
 /// Bytes of one read.
 const READ_BYTES: u64 = 1 << 20;
@@ -82,9 +83,10 @@ pub(crate) async fn feed(
         done.waited += began.elapsed();
         let span = tracing::debug_span!("prefetch", block = number, points = block.points);
         let mut store = load(block, folder, has_z).instrument(span).await?;
-        if let Some(surface) = surface {
-            surface.drape(&mut store).await?;
-        }
+        let draped = match surface {
+            Some(surface) => surface.drape(&mut store).await?,
+            None => Draped::default(),
+        };
         done.bytes += block.runs.iter().map(|run| run.length).sum::<u64>();
         if !has_journal {
             let paths: Vec<PathBuf> = block.runs.iter().map(|run| run.path(folder)).collect();
@@ -103,6 +105,7 @@ pub(crate) async fn feed(
             store,
             segments: its_segments,
             of_leaves: Vec::new(),
+            draped,
             _permit: permit.ok(),
         });
         if !is_wanted {

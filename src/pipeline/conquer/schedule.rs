@@ -18,7 +18,7 @@ use tokio::sync::OwnedSemaphorePermit;
 use crate::constraints::segment::Segment;
 use crate::geometry::Rect;
 use crate::pipeline::ingest::point_store::PointStore;
-use crate::pipeline::records::Seam;
+use crate::pipeline::records::{Draped, Seam};
 use crate::store::divide::Division;
 use crate::store::{KdNode, KdTree, TileId};
 
@@ -31,6 +31,8 @@ pub(crate) struct BlockPoints {
     /// each leaf.
     pub(crate) segments: Vec<Segment>,
     pub(crate) of_leaves: Vec<Vec<u32>>,
+    /// Its vertices that took their z from the surface.
+    pub(crate) draped: Draped,
     /// The memory that the block takes, which is released for another block on drop.
     pub(crate) _permit: Option<OwnedSemaphorePermit>,
 }

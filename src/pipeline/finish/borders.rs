@@ -44,12 +44,18 @@ pub(crate) fn write_borders(
 ) -> Result<RegionTotals, BuildError> {
     let progress = &conquest.options.progress;
     let mut log = conquest.log.lock();
-    let mut seeded = std::mem::take(&mut conquest.state.lock().seeded);
-    seeded.sort_unstable();
-    let seeded = Seeded::of(&seeded);
-    let nexts = std::mem::take(&mut conquest.state.lock().next_on_line);
+    let (seeded, nexts, is_whole) = {
+        let mut state = conquest.state.lock();
+        let of_blocks = state.blocks.iter().flat_map(|block| &block.seeded);
+        let mut seeded: Vec<(u32, u32)> = of_blocks.copied().collect();
+        seeded.sort_unstable();
+        (
+            Seeded::of(&seeded),
+            std::mem::take(&mut state.next_on_line),
+            state.deferred.is_empty(),
+        )
+    };
     let mut kept = VecDeque::new();
-    let is_whole = conquest.deferral.is_empty();
     let regions = match conquest.rules.has_regions && is_whole {
         true => Some(find_regions(
             &mut log, tiles, conquest, &seeded, &nexts, threads, &mut kept,
@@ -238,7 +244,7 @@ fn find_regions(
     threads: usize,
     kept: &mut VecDeque<GroupMeshes>,
 ) -> Result<Regions, BuildError> {
-    let late = log.triangle_count();
+    let late = log.next_number();
     let open: u64 = tiles.iter().map(|tile| u64::from(tile.open_components)).sum();
     let (needed, budget) = (RegionFinder::BYTES * (late + open), conquest.memory.rest());
     let finder = RegionFinder::new(late, tiles, conquest.holes).filter(|_| needed <= budget);

@@ -260,7 +260,10 @@ impl RegionFinder {
             let root = self.regions.find(node) as usize;
             first_met[root] = first_met[root].min(self.met[node as usize]);
         }
-        let mut roots: Vec<u32> = (0..nodes).filter(|&node| self.regions.find(node) == node).collect();
+        // A resumed build leaves out numbers of late triangles. No tile has these.
+        let is_used = |node: u32| first_met[node as usize] != u32::MAX;
+        let is_root = |&node: &u32| self.regions.find(node) == node;
+        let mut roots: Vec<u32> = (0..nodes).filter(|&node| is_used(node)).filter(is_root).collect();
         roots.sort_unstable_by_key(|&root| first_met[root as usize]);
         let mut number = first_met;
         for (&root, region) in roots.iter().zip(0..) {
@@ -274,7 +277,7 @@ impl RegionFinder {
         let mut of_regions = vec![Component::default(); roots.len()];
         if let Some(depths) = &mut self.depths {
             let (_, outside) = depths.find(self.nodes.outside);
-            for node in 0..nodes {
+            for node in (0..nodes).filter(|&node| number[node as usize] != u32::MAX) {
                 let region = &mut of_regions[number[node as usize] as usize];
                 region.depth = depths.find(node).1 - outside;
                 let (is_seeded, reaches_hull) = (self.seeded[node as usize], self.reaches_hull[node as usize]);

@@ -9,7 +9,6 @@ use std::cmp::Ordering;
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering as Memory};
 
 use tokio::task::yield_now;
 
@@ -19,6 +18,7 @@ use crate::io::Backend;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::point_store::{Attributes, PointStore};
 use crate::pipeline::options::Progress;
+use crate::pipeline::records::Draped;
 use crate::store::divide::Item;
 use crate::store::{Cache, OpenOptions, ReadError, TileReader};
 use crate::terrain::{Outline, Ponds};
@@ -37,12 +37,10 @@ pub(crate) struct PointSurface {
     reader: TileReader,
     rules: Draping,
     progress: Arc<Progress>,
-    draped: AtomicU64,
-    outside: AtomicU64,
-    flattened: AtomicU64,
 }
 
 /// Which vertices take which z.
+#[derive(Debug)]
 pub(crate) struct Draping {
     /// First record number of vertices that may take their z from the surface, if they have none.
     /// `None` if none may.
@@ -67,26 +65,27 @@ impl PointSurface {
             reader: TileReader::open(path, options).await?,
             rules,
             progress,
-            draped: AtomicU64::new(0),
-            outside: AtomicU64::new(0),
-            flattened: AtomicU64::new(0),
         })
     }
 
     /// Gives their z to the vertices of a block that are in ponds, and to those that have none, other
-    /// than points of the input. The order of the block's items changes.
-    pub(crate) async fn drape(&self, store: &mut PointStore) -> Result<(), BuildError> {
-        self.flatten(store).await?;
-        match self.rules.first_lacking {
-            Some(first) => self.drape_lacking(store, first).await,
-            None => Ok(()),
-        }
+    /// than points of the input. The order of the block's items changes. Returns the numbers of these
+    /// vertices.
+    pub(crate) async fn drape(&self, store: &mut PointStore) -> Result<Draped, BuildError> {
+        let flattened = self.flatten(store).await?;
+        let draped = match self.rules.first_lacking {
+            Some(first) => self.drape_lacking(store, first).await?,
+            None => Draped::default(),
+        };
+        Ok(Draped { flattened, ..draped })
     }
 
-    /// Gives the z of their pond to the vertices of a block that are in ponds.
-    async fn flatten(&self, store: &mut PointStore) -> Result<(), BuildError> {
+    /// Gives the z of their pond to the vertices of a block that are in ponds. Returns the number of
+    /// those that are points of the input.
+    async fn flatten(&self, store: &mut PointStore) -> Result<u64, BuildError> {
+        let mut flattened = 0;
         if self.rules.ponds.is_empty() {
-            return Ok(());
+            return Ok(flattened);
         }
         let PointStore { items, attributes } = store;
         let bounds = |items: &[Item]| Rect::around(items.iter().map(|item| item.point));
@@ -112,11 +111,11 @@ impl PointSurface {
                 if let Some(z) = ponds.z_at(item.point) {
                     attributes.set_z(item.position, z);
                     let is_point = attributes.record(item.position) < self.rules.first_end;
-                    self.flattened.fetch_add(u64::from(is_point), Memory::Relaxed);
+                    flattened += u64::from(is_point);
                 }
             }
         }
-        Ok(())
+        Ok(flattened)
     }
 
     /// Lets other tasks go on.
@@ -132,7 +131,8 @@ impl PointSurface {
     }
 
     /// Gives a z to each vertex of a block that has none and has at least this record number.
-    async fn drape_lacking(&self, store: &mut PointStore, first: u64) -> Result<(), BuildError> {
+    async fn drape_lacking(&self, store: &mut PointStore, first: u64) -> Result<Draped, BuildError> {
+        let mut draped = Draped::default();
         let lacking = Lacking::find(store, first);
         let PointStore { items, attributes } = store;
         let lacking_items = &items[..lacking.has_other.len()];
@@ -145,23 +145,29 @@ impl PointSurface {
                 self.give_turn().await?;
             }
             if !lacking.has_other[first]
-                && let Some(z) = self.z_at(group[0].point).await.map_err(EditError::Read)?
+                && let Some(z) = self.z_at(group[0].point, &mut draped).await.map_err(EditError::Read)?
             {
                 group.iter().for_each(|item| attributes.set_z(item.position, z));
-                self.draped.fetch_add(1, Memory::Relaxed);
+                draped.vertices += 1;
             }
             first += group.len();
         }
-        Ok(())
+        Ok(draped)
     }
 
-    /// Returns the z at a point, or at the nearest point of the hull. `None` if the surface is empty.
-    async fn z_at(&self, point: Point) -> Result<Option<f64>, ReadError> {
+    /// Returns the z at a point, or at the nearest point of the hull, and counts the latter. `None` if
+    /// the surface is empty.
+    async fn z_at(&self, point: Point, draped: &mut Draped) -> Result<Option<f64>, ReadError> {
         if let Some(z) = self.reader.z_at(point.x, point.y).await? {
             return Ok(Some(z));
         }
-        self.outside.fetch_add(1, Memory::Relaxed);
+        draped.outside += 1;
         Ok(self.rules.outline.z_near(point))
+    }
+
+    /// Returns which vertices take which z.
+    pub(crate) fn rules(&self) -> &Draping {
+        &self.rules
     }
 
     /// Returns the ponds.
@@ -169,26 +175,16 @@ impl PointSurface {
         &self.rules.ponds
     }
 
-    /// Returns the number of points of the input that took the z of a pond.
-    pub(crate) fn flattened(&self) -> u64 {
-        self.flattened.load(Memory::Relaxed)
-    }
-
-    /// Returns the number of vertices that took their z from the surface.
-    pub(crate) fn draped(&self) -> u64 {
-        self.draped.load(Memory::Relaxed)
-    }
-
-    /// Returns the number of these vertices that are outside the hull.
-    pub(crate) fn draped_outside(&self) -> u64 {
-        self.outside.load(Memory::Relaxed)
+    /// Returns the number of ponds.
+    pub(crate) fn pond_count(&self) -> u64 {
+        self.rules.ponds.count() as u64
     }
 }
 
 impl fmt::Debug for PointSurface {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("PointSurface")
-            .field("draped", &self.draped())
+            .field("ponds", &self.pond_count())
             .finish_non_exhaustive()
     }
 }

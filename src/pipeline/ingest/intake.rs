@@ -20,7 +20,6 @@ use crate::pipeline::ingest::spill::Spill;
 use crate::pipeline::ingest::spill::resplit::{SplitLimits, plan_blocks};
 use crate::pipeline::options::DuplicateRule;
 use crate::pipeline::plan::{BlockPlan, Run};
-use crate::pipeline::resume::journal::SavedPlan;
 use crate::store::KdTree;
 
 /// Number of batches that may wait for the thread that distributes them.
@@ -34,7 +33,7 @@ pub(crate) enum Intake {
     /// The points are being distributed to runs.
     Spilling(Spilling),
     /// The points arrived in an interrupted build, which is resumed.
-    Resumed(Box<SavedPlan>),
+    Resumed(BlockPlan),
 }
 
 /// A message to the thread that distributes points.
@@ -183,7 +182,7 @@ impl Intake {
         match self {
             Self::Memory(store) => Ok(Points::Memory(store)),
             Self::Spilling(spilling) => Ok(Points::Runs(spilling.finish().await?)),
-            Self::Resumed(saved) => Ok(Points::Runs(saved.plan)),
+            Self::Resumed(plan) => Ok(Points::Runs(plan)),
         }
     }
 }

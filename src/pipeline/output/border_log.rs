@@ -116,6 +116,9 @@ pub(crate) struct BorderLog {
     groups: Vec<TileGroup>,
     /// Number of triangles so far.
     triangles: u64,
+    /// The number of the next triangle. It exceeds `triangles` if an earlier build numbered triangles of
+    /// blocks that it did not finish.
+    next_number: u64,
     /// Bytes in all buffers, and the limit of these bytes.
     buffered: usize,
     buffers: usize,
@@ -144,6 +147,7 @@ impl BorderLog {
             has_z,
             groups: Vec::new(),
             triangles: 0,
+            next_number: 0,
             buffered: 0,
             buffers,
             written: 0,
@@ -227,9 +231,10 @@ impl BorderLog {
     /// Appends triangles and numbers them.
     pub(crate) fn append_triangles(&mut self, triangles: &[LateTriangle]) -> io::Result<()> {
         for triangle in triangles {
-            let number = u32::try_from(self.triangles).map_err(|_| io::ErrorKind::FileTooLarge)?;
+            let number = u32::try_from(self.next_number).map_err(|_| io::ErrorKind::FileTooLarge)?;
             let triangle = LateTriangle { number, ..*triangle };
             self.triangles += 1;
+            self.next_number += 1;
             for group in distinct(triangle.corners.map(|v| self.group_of(v.id.tile.0) as u32)) {
                 triangle.encode(self.has_z, &mut self.groups[group as usize].buffers[TRIANGLES]);
                 self.buffered += triangle_bytes(self.has_z);
@@ -281,7 +286,7 @@ impl BorderLog {
         Ok(self.groups[groups].iter().map(|group| group.chunks.clone()).collect())
     }
 
-    /// Adds the tiles of a block that an earlier build finished.
+    /// Adds the tiles of a block that an earlier build finished, and its number of triangles.
     pub(crate) fn restore(&mut self, tiles: u32, chunks: Vec<GroupChunks>, triangles: u64) {
         let first = self.groups.len();
         self.add_tiles(tiles);
@@ -291,9 +296,20 @@ impl BorderLog {
         self.triangles += triangles;
     }
 
+    /// Makes `number` the number of the next triangle. Those of all blocks that an earlier build
+    /// finished are less: merges begin while further blocks are restored.
+    pub(crate) fn number_from(&mut self, number: u64) {
+        self.next_number = number;
+    }
+
     /// Returns the number of triangles appended.
     pub(crate) fn triangle_count(&self) -> u64 {
         self.triangles
+    }
+
+    /// Returns the number of the next triangle. Those of all others are less.
+    pub(crate) fn next_number(&self) -> u64 {
+        self.next_number
     }
 
     /// Returns the bytes read back and the bytes written.

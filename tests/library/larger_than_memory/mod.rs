@@ -1,6 +1,8 @@
 //! The promise: points that exceed the memory give the same triangles, and a stopped build can be
 //! resumed.
 
+mod resumed;
+
 use std::collections::HashMap;
 use std::fs;
 use std::path::Path;

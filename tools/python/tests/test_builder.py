@@ -213,13 +213,30 @@ def test_an_interrupted_build_of_a_file_goes_on(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["points.f64", "t.tiles", "whole.tiles"]
 
 
+def test_an_interrupted_build_with_lines_goes_on_with_the_same_lines_only(tmp_path):
+    points, walls, sites, out = (tmp_path / name for name in ("p.f64", "walls.geojson", "s.csv", "t.tiles"))
+    np.random.default_rng(2).random((600_000, 2)).tofile(points)
+    walls.write_text(collection("LineString", [[[0.1, 0.1], [0.5, 0.52], [0.9, 0.2]]]))
+    sites.write_text("0.3,0.4\n0.6,0.7\n")
+    given = {**BLOCKS, "walls": walls, "sites": [sites]}
+    whole = dt.build(points, tmp_path / "whole.tiles", **given)
+    with pytest.raises(KeyboardInterrupt):
+        dt.build(points, out, **given, progress=Interruption())
+    with pytest.raises(dt.BuildError, match="other inputs or options"):
+        dt.build(points, out, **BLOCKS, walls=walls, resume=True)
+    summary = dt.build(points, out, **given, resume=True)
+    assert summary.resumed_blocks > 0 and summary.constraint_edges == whole.constraint_edges > 0
+    assert out.read_bytes() == (tmp_path / "whole.tiles").read_bytes()
+
+
 def test_other_builds_cannot_be_resumed(tmp_path):
     (tmp_path / "p.csv").write_text("0,0\n1,0\n0,1\n")
     (tmp_path / "l.geojson").write_text(collection("LineString", [[[0, 0], [1, 1]]]))
     for points, options in (
         (XY, {}),
         (None, {"lines": tmp_path / "l.geojson"}),
-        (tmp_path / "p.csv", {"lines": tmp_path / "l.geojson"}),
+        (tmp_path / "p.csv", {"lines": [XY[:2]]}),
+        (tmp_path / "p.csv", {"holes": XY[:1]}),
         ([tmp_path / "p.csv"], {}),
     ):
         with pytest.raises(ValueError, match="only a build of one file of points"):

@@ -7,8 +7,7 @@ use crate::mesh::{Inserter, LineStep, Stars};
 use crate::pipeline::conquer::constrain::node_mesh::NodeMesh;
 use crate::pipeline::conquer::constrain::overlaps::{LimitedSubsegments, covered};
 use crate::pipeline::conquer::constrain::refusal::{Crossed, Refusal};
-use crate::pipeline::conquer::deferral::Deferral;
-use crate::pipeline::records::{OpenSegment, Subsegment};
+use crate::pipeline::records::{Deferred, OpenSegment, Subsegment};
 use crate::store::{EdgeSource, LineKind, LinePart};
 
 /// Subsegments and segments of a node, by index into its vertices.
@@ -148,21 +147,19 @@ impl NodeLines {
     }
 
     /// Collects the lines of a node above the leaves: the subsegments that its children pass up,
-    /// and those that join one child's run of vertices on a segment to the next, unless the segment
-    /// is deferred.
+    /// and those that join one child's run of vertices on a segment to the next, unless a child
+    /// deferred the segment: the runs of the other children do not make a run of the whole.
     pub(crate) fn of_children(
         subsegments: Vec<Subsegment>,
         mut runs: Vec<OpenSegment>,
         points: &[Point],
-        (deferral, most_sources): (&Deferral, usize),
+        (deferred, most_sources): (&Deferred, usize),
     ) -> Self {
         let mut lines = Self::new(most_sources);
         lines.subsegments.subsegments = subsegments;
         runs.sort_unstable_by_key(|open| open.segment.key());
         for of_segment in runs.chunk_by(|a, b| a.segment == b.segment) {
-            // Checked once: other threads defer segments meanwhile, and the runs of some of the
-            // children do not make a run of the whole.
-            if !deferral.has(&of_segment[0].segment) {
+            if !deferred.has(&of_segment[0].segment) {
                 lines.join(of_segment, points);
             }
         }

@@ -41,7 +41,7 @@ use crate::mesh::Triangulation;
 use crate::pipeline::conquer::constrain::node_mesh::ConstrainOutcome;
 use crate::pipeline::conquer::constrain::refusal::Refusal;
 use crate::pipeline::conquer::node::{Fate, Workspace};
-use crate::pipeline::records::{DoneEdge, LateTriangle, OpenSegment, Pending, SeamVertex, Subsegment};
+use crate::pipeline::records::{Deferred, DoneEdge, LateTriangle, OpenSegment, Pending, SeamVertex, Subsegment};
 use lines::NodeLines;
 use node_mesh::NodeMesh;
 
@@ -68,14 +68,16 @@ pub(crate) fn constrain_leaf(
         is_on_line,
         workspace.most_sources,
     );
-    let Workspace { inserter, deferral, .. } = workspace;
-    let limit = if is_root { usize::MAX } else { deferral.leaf_limit() };
+    let limit = match is_root {
+        true => usize::MAX,
+        false => workspace.held_limits.in_leaf,
+    };
+    let inserter = &mut workspace.inserter;
     let meeting = segment_indices.iter().map(|&segment| segments[segment as usize]);
-    let meeting = meeting.filter(|segment| !deferral.has(segment)).collect();
-    let lines = NodeLines::of_leaf(&node, inserter, meeting);
+    let lines = NodeLines::of_leaf(&node, inserter, meeting.collect());
     let outcome = lines.and_then(|lines| {
         let lines = (lines.subsegments, lines.open);
-        node.constrain(inserter, lines, (deferral, limit), vertex)
+        node.constrain(inserter, lines, (Deferred::default(), limit), vertex)
     });
     for (fate, held) in workspace.fates.iter_mut().zip(&node.held) {
         if *held {
@@ -107,6 +109,7 @@ struct JoinedChildren {
     fixed: Vec<u8>,
     subsegments: Vec<Subsegment>,
     runs: Vec<OpenSegment>,
+    deferred: Deferred,
 }
 
 impl JoinedChildren {
@@ -123,6 +126,7 @@ impl JoinedChildren {
             settled,
             subsegments: Vec::new(),
             runs: Vec::new(),
+            deferred: Deferred::default(),
         }
     }
 
@@ -147,6 +151,7 @@ impl JoinedChildren {
         self.subsegments
             .extend(child.subsegments.iter().map(|subsegment| subsegment.renumbered(index)));
         self.runs.extend(child.open.iter().map(|open| open.renumbered(index)));
+        self.deferred.extend(child.deferred.0);
     }
 }
 
@@ -164,7 +169,7 @@ pub(crate) fn constrain_node(
     }
     let vertices = joined.vertices;
     let points: Vec<Point> = vertices.iter().map(|v| v.point).collect();
-    let rules = (&*workspace.deferral, workspace.most_sources);
+    let rules = (&joined.deferred, workspace.most_sources);
     let lines = NodeLines::of_children(joined.subsegments, joined.runs, &points, rules);
     let hull = std::mem::take(&mut workspace.mesh.hull);
     let is_on_line = workspace.mesh.triangles.is_empty();
@@ -182,10 +187,12 @@ pub(crate) fn constrain_node(
         workspace.most_sources,
     );
     let vertex = |index: u32| vertices[index as usize];
-    let Workspace { inserter, deferral, .. } = workspace;
-    let limit = if is_root { usize::MAX } else { deferral.node_limit() };
-    let ConstrainOutcome { done, pending } =
-        node.constrain(inserter, (lines.subsegments, lines.open), (deferral, limit), vertex)?;
+    let limit = match is_root {
+        true => usize::MAX,
+        false => workspace.held_limits.in_node,
+    };
+    let (lines, deferral) = ((lines.subsegments, lines.open), (joined.deferred, limit));
+    let ConstrainOutcome { done, pending } = node.constrain(&mut workspace.inserter, lines, deferral, vertex)?;
     let edges = done.into_iter().map(|subsegment| DoneEdge {
         ends: subsegment.ends.map(vertex),
         source: subsegment.source,

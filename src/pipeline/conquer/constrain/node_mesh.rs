@@ -7,8 +7,8 @@ use crate::geometry::{HalfEdge, Point, TriangleId};
 use crate::mesh::{Constrained, Inserter, LineStep, NONE, Stars, Topology, Triangulation};
 use crate::pipeline::conquer::constrain::overlaps::{LimitedSubsegments, for_each_part};
 use crate::pipeline::conquer::constrain::refusal::{Crossed, Refusal};
-use crate::pipeline::conquer::deferral::{Deferral, choose_deferred};
-use crate::pipeline::records::{OpenSegment, Pending, SeamVertex, Subsegment};
+use crate::pipeline::conquer::deferral::choose_deferred;
+use crate::pipeline::records::{Deferred, OpenSegment, Pending, SeamVertex, Subsegment};
 
 /// The triangles of a node.
 pub(crate) struct NodeMesh<'a> {
@@ -86,12 +86,12 @@ impl<'a> NodeMesh<'a> {
 
     /// Inserts the subsegments that can be inserted, and holds the triangles that the others cross,
     /// which are passed up. If these are more than `limit` triangles, defers the segments that hold
-    /// most.
+    /// most, beside those that are `deferred` already.
     pub(crate) fn constrain(
         &mut self,
         inserter: &mut Inserter,
         (subsegments, mut open): (LimitedSubsegments, Vec<OpenSegment>),
-        (deferral, limit): (&Deferral, usize),
+        (mut deferred, limit): (Deferred, usize),
         vertex: impl Fn(u32) -> SeamVertex,
     ) -> Result<ConstrainOutcome, Refusal> {
         let subsegments = subsegments.sorted(self.points.len());
@@ -127,11 +127,14 @@ impl<'a> NodeMesh<'a> {
         );
         let held = self.hold_for(inserter, &rest, &open)?;
         if self.held.iter().filter(|held| **held).count() > limit {
-            self.defer(&choose_deferred(&held, limit), deferral, &mut rest, &mut open);
+            deferred.extend(self.defer(&choose_deferred(&held, limit), &mut rest, &mut open));
             self.held.fill(false);
             self.hold_for(inserter, &rest, &open)?;
         }
-        let pending = self.pending(rest, open, vertex);
+        let pending = Pending {
+            deferred,
+            ..self.pending(rest, open, vertex)
+        };
         Ok(ConstrainOutcome { done, pending })
     }
 
@@ -184,15 +187,15 @@ impl<'a> NodeMesh<'a> {
         Ok(crossed)
     }
 
-    /// Defers subsegments and segments. `is_deferred` is in the order of the result of
-    /// [`hold_for`](Self::hold_for).
+    /// Takes out the subsegments and segments to be deferred, and returns them with the numbers of
+    /// their copies. `is_deferred` is in the order of the result of [`hold_for`](Self::hold_for).
     fn defer(
         &self,
         is_deferred: &[bool],
-        deferral: &Deferral,
         rest: &mut Vec<Subsegment>,
         open: &mut Vec<OpenSegment>,
-    ) {
+    ) -> Vec<(Segment, u64)> {
+        let mut deferred = Vec::new();
         let mut kept = Vec::with_capacity(rest.len());
         let groups: Vec<&[Subsegment]> = rest.chunk_by(|a, b| a.ends == b.ends).collect();
         let (of_rest, of_open) = is_deferred.split_at(groups.len());
@@ -204,20 +207,21 @@ impl<'a> NodeMesh<'a> {
             for copies in along.chunk_by(|a, b| a == b) {
                 let Subsegment { ends, source } = copies[0];
                 let ends = ends.map(|vertex| self.point(vertex));
-                deferral.add(Segment { ends, source }, copies.len());
+                deferred.push((Segment { ends, source }, copies.len() as u64));
             }
         }
         *rest = kept;
-        let mut copies: HashMap<_, usize> = HashMap::new();
+        let mut copies: HashMap<_, u64> = HashMap::new();
         for (open, _) in open.iter().zip(of_open).filter(|(_, is_deferred)| **is_deferred) {
             *copies.entry(open.segment.key()).or_default() += 1;
         }
         for open in open.iter() {
             if let Some(&copies) = copies.get(&open.segment.key()) {
-                deferral.add(open.segment, copies);
+                deferred.push((open.segment, copies));
             }
         }
         open.retain(|open| !copies.contains_key(&open.segment.key()));
+        deferred
     }
 
     /// Inserts subsegments that have the same ends. Records each part of them either as done or as
@@ -386,6 +390,7 @@ impl<'a> NodeMesh<'a> {
                 .map(|subsegment| subsegment.renumbered(index))
                 .collect(),
             open: open.into_iter().map(|open| open.renumbered(index)).collect(),
+            deferred: Deferred::default(),
         }
     }
 }

@@ -223,6 +223,18 @@ def crs_text(crs: Any) -> str | None:
     raise TypeError(f"crs must be text such as 'EPSG:25832', or a pyproj.CRS, not {type(crs).__name__}")
 
 
+def _files(given: Any) -> list[Any]:
+    """Returns the files of an argument of `build`, if it names any."""
+    if given is None:
+        return []
+    return list(given) if isinstance(given, (list, tuple)) else [given]
+
+
+def _is_files(given: Any) -> bool:
+    """Returns whether an argument of `build` has nothing but files."""
+    return all(isinstance(item, (str, bytes, os.PathLike)) for item in _files(given))
+
+
 def build(
     points: Any,
     out: str | os.PathLike[str],
@@ -292,7 +304,8 @@ def build(
     work_folder : str or path, optional
         The folder for spilled data; one beside the output without it.
     resume : bool
-        Continue a build of the same files that was interrupted. Not possible with arrays, lines or sites.
+        Continue a build of the same files that was interrupted. Not possible with arrays and tables, and with more
+        than one file of points.
     overwrite : bool
         Replace the output if it exists.
     progress : bool or callable, optional
@@ -328,26 +341,29 @@ def build(
     identity = None
     if isinstance(points, (str, os.PathLike)):
         points = _points.PointFile(points)
-    plain = lines is walls is obstacles is ponds is sites is holes is None and exterior == "keep"
-    if isinstance(points, _points.PointFile) and plain:
-        identity = _core.identity(path_text(points.path, "points"), points._arguments())
+    beside = (("ponds", ponds), ("lines", lines), ("walls", walls), ("obstacles", obstacles), ("sites", sites))
+    from_file = isinstance(points, _points.PointFile) and not points.keep_edges
+    if from_file and holes is None and all(_is_files(given) for _, given in beside):
+        files = [(kind, path_text(path, kind)) for kind, given in beside for path in _files(given)]
+        identity = _core.identity(path_text(points.path, "points"), points._arguments(), files, site_id)
     if resume and identity is None:
-        raise ValueError("only a build of one file of points, without lines and sites, can be resumed")
+        raise ValueError("only a build of one file of points, with lines and sites of files, can be resumed")
     builder = Builder(
         out, crs=crs, memory=memory, threads=threads, tile_vertices=tile_vertices, duplicates=duplicates,
         crossings=crossings, exterior=exterior, missing_z=missing_z, compress=compress, work_folder=work_folder,
         overwrite=overwrite, progress=progress, _resume=resume, _identity=identity,
     )  # fmt: skip
     try:
-        for kind, given in (("ponds", ponds), ("lines", lines), ("walls", walls), ("obstacles", obstacles)):
-            if given is not None:
-                builder.add_lines(given, kind)
-        if sites is not None:
-            builder.add_sites(sites, site_id=site_id)
-        if holes is not None:
-            builder.add_holes(holes)
-        if points is not None and builder._core.needs_points():
-            _points.push(builder._core, points, are_all=True)
+        if builder._core.needs_points():
+            for kind, given in beside:
+                if kind != "sites" and given is not None:
+                    builder.add_lines(given, kind)
+            if sites is not None:
+                builder.add_sites(sites, site_id=site_id)
+            if holes is not None:
+                builder.add_holes(holes)
+            if points is not None:
+                _points.push(builder._core, points, are_all=True)
         return builder.finish()
     finally:
         builder.close()

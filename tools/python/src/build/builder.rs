@@ -1,11 +1,12 @@
 //! The builder that Python calls.
 
-use std::path::PathBuf;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use arrow_array::RecordBatch;
 use delaunay_tiles::Progress;
-use delaunay_tiles::input::{MissingZ, PointBatch, PointSource};
+use delaunay_tiles::input::{MissingZ, PointBatch, PointSource, SiteSource};
 use numpy::PyReadonlyArray2;
 use numpy::ndarray::s;
 use pyo3::exceptions::PyRuntimeError;
@@ -19,18 +20,54 @@ use super::work::{Stop, Work, is_poly};
 use crate::error::{Failure, Outcome};
 use crate::runtime::{is_orphan, runtime, work_or_cancel};
 
-/// Returns what identifies the points of a file to a build that is resumed; `None` if they cannot be read
-/// again, or lines come with them.
+/// Returns what identifies the points of a file, and lines and sites of others, to a build that is
+/// resumed; `None` if they cannot be read again, or lines come with the points.
+///
+/// `beside` has the path of each other file, after "sites" or the kind of its lines.
 #[pyfunction]
-pub fn identity(py: Python<'_>, path: PathBuf, arguments: ReadArguments) -> PyResult<Option<String>> {
+pub fn identity(
+    py: Python<'_>,
+    path: PathBuf,
+    arguments: ReadArguments,
+    beside: Vec<(String, PathBuf)>,
+    site_id: Option<&str>,
+) -> PyResult<Option<String>> {
     if is_poly(&path) {
         return Ok(None);
     }
     let options = arguments.options(MissingZ::Drape)?;
-    let source = py
-        .detach(|| PointSource::open(&[path], &options))
-        .map_err(Failure::from)?;
-    Ok(source.identity())
+    let of_all = py.detach(|| -> Outcome<Option<String>> {
+        let Some(mut text) = PointSource::open(&[path], &options)?.identity() else {
+            return Ok(None);
+        };
+        _ = write!(text, "\nsite id: {site_id:?}");
+        for (role, path) in &beside {
+            let Some(of_file) = identity_beside(role, path, site_id)? else {
+                return Ok(None);
+            };
+            text += &of_file;
+        }
+        Ok(Some(text))
+    });
+    Ok(of_all?)
+}
+
+/// Returns what identifies a file of lines or sites; `None` if it cannot be read again.
+fn identity_beside(role: &str, path: &Path, site_id: Option<&str>) -> Outcome<Option<String>> {
+    let file = [path.to_owned()];
+    let stamps = match role {
+        "sites" => SiteSource::open(&file, site_id)?.stamps().to_vec(),
+        _ => Role::named(role)?.open(&file)?.stamps().to_vec(),
+    };
+    if !stamps.iter().any(|(stamped, _)| stamped == path) {
+        return Ok(None);
+    }
+    let mut text = String::new();
+    for (path, stamp) in stamps {
+        let path = std::path::absolute(&path).unwrap_or(path);
+        _ = write!(text, "\n{role}: {path:?} {} {}", stamp.length, stamp.modified);
+    }
+    Ok(Some(text))
 }
 
 /// A build in progress. Each method takes the work out, and returns it when it is done.

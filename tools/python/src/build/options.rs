@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use delaunay_tiles::geometry::Rect;
-use delaunay_tiles::input::{InputOptions, MissingZ};
+use delaunay_tiles::input::{InputOptions, MissingZ, SegmentSource};
 use delaunay_tiles::store::LineKind;
 use delaunay_tiles::{BuildOptions, Crossings, Progress};
 use pyo3::prelude::*;
@@ -137,6 +137,14 @@ impl Role {
             ("ponds", Self::Ponds),
         ];
         choice("kind", name, &roles)
+    }
+
+    /// Opens files of lines with this role.
+    pub fn open(self, paths: &[PathBuf]) -> Outcome<SegmentSource> {
+        Ok(match self.takes_polygons() {
+            true => SegmentSource::open_obstacles(paths)?,
+            false => SegmentSource::open(paths)?,
+        })
     }
 
     /// Returns whether only polygons have this role.

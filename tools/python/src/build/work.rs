@@ -94,10 +94,7 @@ impl Work {
 
     /// Pushes the lines of a file.
     pub fn push_line_file(&mut self, role: Role, path: PathBuf) -> Outcome<()> {
-        let source = match role.takes_polygons() {
-            true => SegmentSource::open_obstacles(&[path])?,
-            false => SegmentSource::open(&[path])?,
-        };
+        let source = role.open(&[path])?;
         self.stop.watch(source.reading());
         self.take_systems(source.crs_of_files())?;
         self.push_lines(role, source)

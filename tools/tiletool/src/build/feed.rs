@@ -30,14 +30,21 @@ impl Inputs {
         builder: Builder,
         cancelled: Arc<Notify>,
     ) -> anyhow::Result<(BuildSummary, InputCounts)> {
+        let Self {
+            source,
+            lines,
+            is_filtered,
+            crs,
+        } = self;
         if !builder.needs_points() {
-            let read = serde_json::from_str(&builder.description().memo).unwrap_or_default();
-            return Ok((builder.finish().await?, read));
+            // The lines were not read again, so errors and notes give their numbers.
+            let fed = Fed { lines, crs };
+            let built = fed.resume(&source, builder).await;
+            return built.map_err(|error| fed.lines.name_in(error));
         }
-        let Self { source, lines, .. } = self;
         let (builder, lines) = common::on_thread("lines", move || lines.feed(builder)).await?;
-        let fed = Fed { lines, crs: self.crs };
-        let built = fed.build_points(source, builder, self.is_filtered, &cancelled).await;
+        let fed = Fed { lines, crs };
+        let built = fed.build_points(source, builder, is_filtered, &cancelled).await;
         built.map_err(|error| fed.lines.name_in(error))
     }
 }
@@ -58,10 +65,25 @@ impl Fed {
     ) -> anyhow::Result<(BuildSummary, InputCounts)> {
         let mut extents = self.lines.extents().clone();
         let source = push_points(source, &mut builder, 0, !is_filtered, &mut extents, cancelled).await?;
-        let mut read = self.describe(&source, &mut builder, &extents)?;
+        let read = self.describe(&source, &mut builder, &extents)?;
+        self.finish(&source, builder, read).await
+    }
+
+    /// Goes on with a build whose inputs an interrupted one read.
+    async fn resume(&self, source: &PointSource, builder: Builder) -> anyhow::Result<(BuildSummary, InputCounts)> {
+        let read = serde_json::from_str(&builder.description().memo).unwrap_or_default();
+        self.finish(source, builder, read).await
+    }
+
+    async fn finish(
+        &self,
+        source: &PointSource,
+        builder: Builder,
+        mut read: InputCounts,
+    ) -> anyhow::Result<(BuildSummary, InputCounts)> {
         let summary = builder.finish().await?;
         // They come first, since they tell of faults.
-        let of_summary = self.notes(&source, &summary, read.records);
+        let of_summary = self.notes(source, &summary, read.records);
         read.notes.splice(..0, of_summary);
         Ok((summary, read))
     }

@@ -88,8 +88,8 @@ pub struct BuildArgs {
     /// Folder for spilled data [default: a folder beside the output]
     #[arg(long, value_name = "DIR")]
     tmp: Option<PathBuf>,
-    /// Resume an interrupted build from its last finished block; not possible with lines or sites
-    #[arg(long, conflicts_with_all = ["segments", "walls", "obstacles", "sites", "keep_edges"])]
+    /// Resume an interrupted build from its last finished block
+    #[arg(long)]
     resume: bool,
     /// Compress the tiles; the file takes half to a quarter of the space, and tiles take longer to
     /// load
@@ -135,13 +135,8 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         .agree(source.crs_of_files().iter().chain(lines.crs_of_files()))?;
     // A .poly file is read twice: for its points and for its segments.
     Unchanged::default().check(source.stamps().iter().chain(lines.stamps()))?;
-    let has_lines = !args.lines.is_empty(&args.inputs) || options.exterior_is_hole;
-    options.resumable = source.identity().filter(|_| !has_lines);
-    if args.resume && has_lines {
-        anyhow::bail!(
-            "a build with the lines of a .poly file or with --exterior hole cannot be resumed; leave out --resume"
-        );
-    }
+    let of_lines = args.lines.identity(&lines);
+    options.resumable = source.identity().zip(of_lines).map(|(points, lines)| points + &lines);
     let can_resume = options.resumable.is_some();
     let progress = Arc::clone(&options.progress);
     let readings: Arc<[Reading]> = lines.readings().chain([source.reading()]).cloned().collect();

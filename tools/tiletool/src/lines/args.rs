@@ -1,5 +1,6 @@
 //! The options that name files of lines and sites, and how these files are opened.
 
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
@@ -150,6 +151,39 @@ impl LineArgs {
         sets.push(open_set(LineKind::Obstacle, 0, &self.files.obstacles)?);
         let sites = SiteSource::open(&self.sites, self.site_id.as_deref())?;
         Ok(LineInput::new(sets, sites))
+    }
+
+    /// Returns a text that identifies the files, which are open as `input`, and the options beside
+    /// them, so that a build with them can be resumed. `None` if one of them is not a regular file.
+    pub fn identity(&self, input: &LineInput) -> Option<String> {
+        let Self {
+            files,
+            flatten,
+            sites,
+            keep_edges,
+            site_id,
+        } = self;
+        let roles = [
+            ("pond", flatten),
+            ("segments", &files.segments),
+            ("walls", &files.walls),
+            ("obstacles", &files.obstacles),
+            ("sites", sites),
+        ];
+        let mut text = format!("\nkeep edges: {keep_edges}\nsite id: {site_id:?}");
+        for (role, path) in roles
+            .iter()
+            .flat_map(|(role, paths)| paths.iter().map(move |path| (role, path)))
+        {
+            input.stamps().find(|(stamped, _)| stamped == path)?;
+            write!(text, "\n{role}: {:?}", std::path::absolute(path).ok()?).ok()?;
+        }
+        // Those of the files that belong to them too, such as the columns of shapefiles.
+        for (path, stamp) in input.stamps() {
+            let path = std::path::absolute(path).ok()?;
+            write!(text, "\n{path:?} {} {}", stamp.length, stamp.modified).ok()?;
+        }
+        Some(text)
     }
 
     /// Opens the files in the order in which their lines were added to a tile file: lines of the

@@ -166,10 +166,6 @@ fn segments_become_chains_of_edges() {
         assert!(error.contains(expected), "{error}");
         assert!(!scratch.path("no.tiles").exists() && !scratch.path("no.tiles.partial").exists());
     }
-    scratch.fails(
-        2,
-        &["build", "p.csv", "--segments", "s.csv", "--resume", "-o", "no.tiles"],
-    );
 }
 
 #[test]

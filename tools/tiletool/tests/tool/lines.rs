@@ -412,19 +412,6 @@ fn wrong_options_and_files_are_errors_that_name_them() {
         (2, "court.poly --exterior drop", &["drop", "keep", "hole"]),
         (2, "grid.csv --site-id name", &["--sites"]),
         (2, "--exterior hole", &["INPUT"]),
-        (2, "grid.csv --walls path.csv --resume", &["--resume", "--walls"]),
-        (
-            2,
-            "grid.csv --obstacles houses.geojson --resume",
-            &["--resume", "--obstacles"],
-        ),
-        (2, "grid.csv --sites shops.geojson --resume", &["--resume", "--sites"]),
-        (1, "court.poly --resume", &[".poly", "cannot be resumed"]),
-        (
-            1,
-            "grid.csv --exterior hole --resume",
-            &["--exterior hole", "cannot be resumed"],
-        ),
         (
             1,
             "--obstacles cross.csv",

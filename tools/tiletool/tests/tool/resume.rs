@@ -24,14 +24,59 @@ fn scratch() -> tempfile::TempDir {
     folder
 }
 
+/// Writes walls across all blocks, obstacles and sites beside the points of [`scratch`].
+fn write_lines(folder: &Path) {
+    let spiral = |i: u32| {
+        let (angle, radius) = (0.07 * f64::from(i), 0.001 * f64::from(i + 1));
+        format!("{},{}", radius * angle.cos(), radius * angle.sin())
+    };
+    let walls: String = (0..900).map(|i| format!("{},{}\n", spiral(i), spiral(i + 1))).collect();
+    fs::write(folder.join("walls.csv"), walls).unwrap();
+    let corners = |i: u32| (0.05 * f64::from(i % 20) - 0.5123, 0.05 * f64::from(i / 20) - 0.5078);
+    let house = |i: u32| {
+        let (x, y) = corners(i);
+        let (right, top) = (x + 0.0003, y + 0.0002);
+        format!(
+            r#"{{"type":"Feature","properties":null,"geometry":{{"type":"Polygon","coordinates":[[[{x},{y}],[{right},{y}],[{right},{top}],[{x},{top}],[{x},{y}]]]}}}}"#
+        )
+    };
+    let houses: Vec<String> = (0..400).map(house).collect();
+    let houses = format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, houses.join(","));
+    fs::write(folder.join("houses.geojson"), houses).unwrap();
+    let site = |i: u32| {
+        let (x, y) = corners(i);
+        format!("{},{},shop {i}\n", x + 0.0001, y + 0.0001)
+    };
+    fs::write(folder.join("sites.csv"), (0..400).map(site).collect::<String>()).unwrap();
+}
+
 #[test]
 fn a_build_killed_at_any_moment_resumes_to_the_same_bytes() {
+    killed_at_any_moment("build p.f64");
+}
+
+/// Walls and houses cross, and are split.
+#[test]
+fn a_build_with_lines_and_sites_killed_at_any_moment_resumes_to_the_same_bytes() {
+    killed_at_any_moment(
+        "build p.f64 --walls walls.csv --obstacles houses.geojson --sites sites.csv --crossings split",
+    );
+}
+
+/// Builds from the points of [`scratch`] and the lines beside them, kills the build at many moments, and
+/// compares what a resumed build makes with what one does that was not killed.
+fn killed_at_any_moment(command: &str) {
     let scratch = scratch();
     let folder = scratch.path();
-    run(folder, "build p.f64 -o whole.tiles --memory 1GB --tile-vertices 4000");
+    write_lines(folder);
+    run(
+        folder,
+        &format!("{command} -o whole.tiles --memory 1GB --tile-vertices 4000"),
+    );
     let digest = run(folder, "digest --recompute whole.tiles");
+    let build = format!("{command} -o p.tiles --memory 6MB --tile-vertices 4000 --threads 2");
     let began = Instant::now();
-    run(folder, &format!("{BUILD} --json"));
+    let undisturbed = json(folder, &format!("{build} --json"));
     let whole = began.elapsed();
     assert_eq!(run(folder, "digest --recompute p.tiles"), digest);
     let bytes = fs::read(folder.join("p.tiles")).unwrap();
@@ -48,17 +93,26 @@ fn a_build_killed_at_any_moment_resumes_to_the_same_bytes() {
         fs::remove_file(folder.join("p.tiles")).unwrap();
         // The build is killed up to three times before it may finish.
         for _ in 0..3 {
-            kill_after(tiletool(folder, &format!("{BUILD} --resume --quiet")), moment());
+            kill_after(tiletool(folder, &format!("{build} --resume --quiet")), moment());
             kills += 1;
             if folder.join("p.tiles").exists() {
                 break;
             }
         }
         if !folder.join("p.tiles").exists() {
-            let summary = json(folder, &format!("{BUILD} --resume --json"));
+            let summary = json(folder, &format!("{build} --resume --json"));
             resumed_blocks += summary["resumed_blocks"].as_u64().unwrap();
-            assert_eq!(summary["points"], 400_000);
-            assert_eq!(summary["records"], 400_000);
+            for same in [
+                "points",
+                "records",
+                "segments",
+                "vertices",
+                "crossings",
+                "sites",
+                "notes",
+            ] {
+                assert_eq!(summary[same], undisturbed[same], "{same}");
+            }
             assert!(!folder.join("p.tiles.partial").exists());
         }
         assert!(
@@ -68,6 +122,49 @@ fn a_build_killed_at_any_moment_resumes_to_the_same_bytes() {
     }
     assert_eq!(run(folder, "digest --recompute p.tiles"), digest);
     assert!(resumed_blocks > 0, "no build resumed from a finished block");
+}
+
+/// A build goes on only with the lines and sites that it had.
+#[test]
+fn other_lines_are_another_build() {
+    let scratch = scratch();
+    let folder = scratch.path();
+    write_lines(folder);
+    let build =
+        |lines: &str| format!("build p.f64 {lines} -o p.tiles --memory 6MB --tile-vertices 4000 --crossings split");
+    let lines = "--walls walls.csv --obstacles houses.geojson --sites sites.csv";
+    let mut child = start(folder, &build(lines));
+    wait_for_a_block(folder, "p.tiles");
+    child.kill().unwrap();
+    child.wait().unwrap();
+    fs::write(folder.join("others.csv"), "0,0,1,1\n").unwrap();
+    for (others, what) in [
+        ("", "walls"),
+        (
+            "--walls others.csv --obstacles houses.geojson --sites sites.csv",
+            "walls",
+        ),
+        (
+            "--segments walls.csv --obstacles houses.geojson --sites sites.csv",
+            "walls",
+        ),
+        ("--walls walls.csv --obstacles houses.geojson", "sites"),
+    ] {
+        let error = fails(folder, 1, &format!("{} --resume", build(others)));
+        assert!(
+            error.contains("other inputs or options") && error.contains(what),
+            "{error}"
+        );
+    }
+    // Changed meanwhile.
+    let sites = fs::read(folder.join("sites.csv")).unwrap();
+    fs::write(folder.join("sites.csv"), [&sites[..], b"0.1,0.1,new\n"].concat()).unwrap();
+    let error = fails(folder, 1, &format!("{} --resume", build(lines)));
+    assert!(
+        error.contains("other inputs or options") && error.contains("sites.csv"),
+        "{error}"
+    );
+    run(folder, &format!("{} --force", build(lines)));
 }
 
 #[test]
