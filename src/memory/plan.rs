@@ -150,8 +150,8 @@ impl MemoryPlan {
         [self.segments, self.sites]
     }
 
-    /// Returns the plan of a resumed build, whose segments and sites kept these [bytes](Self::arrivals)
-    /// before.
+    /// Returns the plan of a resumed build, whose segments and sites kept these
+    /// [bytes](Self::arrivals) before.
     ///
     /// # Errors
     /// Fails if sites, with ponds and seeds, take more than a quarter of the budget.

@@ -152,7 +152,8 @@ impl Builder {
         if draping.is_some() {
             context.memory = context.memory.with_surface();
         }
-        // With less memory, nodes must be smaller. Then the file has the same triangles, and other bytes.
+        // With less memory, nodes must be smaller. Then the file has the same triangles, and other
+        // bytes.
         let has_memory = context.memory.total() >= settings.memory;
         context.limits = has_memory.then_some(settings.limits);
         context.segments = settings.segments;
@@ -468,7 +469,8 @@ impl Builder {
     }
 }
 
-/// Returns the first line in which two texts differ: that of `a`, or of `b` if `a` has no more lines.
+/// Returns the first line in which two texts differ: that of `a`, or of `b` if `a` has no more
+/// lines.
 fn first_difference<'a>(a: &'a str, b: &'a str) -> Option<&'a str> {
     let padded = |text: &'a str| text.lines().map(Some).chain(repeat(None));
     let mut pairs = padded(a).zip(padded(b)).take_while(|(a, b)| a.or(*b).is_some());

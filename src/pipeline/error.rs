@@ -257,8 +257,8 @@ fn listed(first: &[Crossing], count: u64) -> String {
 }
 
 impl BuildError {
-    /// Returns whether the input is at fault, in a way that is found after all of it has arrived: the
-    /// same build would end in the same error.
+    /// Returns whether the input is at fault, in a way that is found after all of it has arrived:
+    /// the same build would end in the same error.
     pub(crate) fn is_of_input(&self) -> bool {
         matches!(
             self,

@@ -59,9 +59,9 @@ pub struct BuildOptions {
     /// The folder that work is spilled to. Default: the folder beside the output in which the file
     /// is completed.
     pub work_folder: Option<PathBuf>,
-    /// Text that identifies the points, lines and sites of this build: a line for each input and setting
-    /// that determines how they are read. If it is set, an interrupted build that outgrew the memory
-    /// keeps its work and can be resumed.
+    /// Text that identifies the points, lines and sites of this build: a line for each input and
+    /// for each setting that determines how they are read. If it is set, an interrupted build that
+    /// outgrew the memory keeps its work and can be resumed.
     pub resumable: Option<String>,
     /// Whether to resume an interrupted build, if there is one. That build must have had the same
     /// `resumable` text, tile size, work folder, and rules for duplicates, missing z and lines.

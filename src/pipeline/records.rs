@@ -215,8 +215,8 @@ impl Deferred {
         self.0.binary_search_by_key(&key, |(segment, _)| segment.key()).is_ok()
     }
 
-    /// Adds segments with the numbers of their copies. Where one is there already, the larger number
-    /// counts.
+    /// Adds segments with the numbers of their copies. Where one is there already, the larger
+    /// number counts.
     pub(crate) fn extend(&mut self, segments: impl IntoIterator<Item = (Segment, u64)>) {
         self.0.extend(segments);
         self.0

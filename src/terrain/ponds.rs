@@ -175,8 +175,9 @@ impl Ponds {
             .collect()
     }
 
-    /// Returns the ponds with these [shores](Self::shores), the [pond of each edge](Self::pond_of_edges),
-    /// and the [z of each pond](Self::levels). `None` if these do not match.
+    /// Returns the ponds with these [shores](Self::shores), the
+    /// [pond of each edge](Self::pond_of_edges), and the [z of each pond](Self::levels). `None` if
+    /// these do not match.
     pub(crate) fn of_parts(shores: Vec<[Point; 2]>, pond_of: Vec<u32>, z: Vec<f64>) -> Option<Self> {
         let is_pond = |&pond: &u32| (pond as usize) < z.len();
         let do_match = shores.len() == pond_of.len() && shores.len() <= Strips::MAX && pond_of.iter().all(is_pond);

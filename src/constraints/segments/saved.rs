@@ -16,8 +16,8 @@ use crate::constraints::segments::spool::SegmentSpool;
 
 impl SegmentSpool {
     /// Writes all segments of nonzero length to a file, once all points have arrived, and syncs it.
-    /// Returns their number. Errors are those of [`for_each_chunk`](Self::for_each_chunk), and those
-    /// of the file.
+    /// Returns their number. Errors are those of [`for_each_chunk`](Self::for_each_chunk), and
+    /// those of the file.
     pub(crate) fn save(&mut self, path: &Path) -> Result<u64, ConstraintError> {
         let cannot = |error| ConstraintError::io(path, "write", error);
         let mut file = BufWriter::new(File::create(path).map_err(cannot)?);

@@ -63,16 +63,17 @@ impl Assembly {
         }
         let unfinished = plan.blocks[finished.blocks as usize..].iter();
         let run_bytes: u64 = unfinished.flat_map(|block| &block.runs).map(|run| run.length).sum();
+        let is_to_save = has_journal && !is_resumed;
         let load = DiskLoad {
             points: plan.points - finished.points,
             has_z: plan.has_z,
             segments: segments.len(),
-            segment_bytes: segments.disk_bytes() + if has_journal { segments.saved_bytes() } else { 0 },
+            segment_bytes: segments.disk_bytes() + if is_to_save { segments.saved_bytes() } else { 0 },
             spilled_bytes: run_bytes + segments.spilled_bytes(),
         };
         check_disk(&self.folder, load)?;
         let has_lines = !segments.is_empty();
-        let segments = match has_journal && !is_resumed {
+        let segments = match is_to_save {
             true => self.save(&plan, limits, segments).await?,
             false => segments,
         };

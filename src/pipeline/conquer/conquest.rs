@@ -277,9 +277,9 @@ impl Conquest {
         self.logged(appended)
     }
 
-    /// Takes what is left at the root: the deferred segments, and pending subsegments. There are none
-    /// of these unless the input is collinear: without triangles, the subsegments themselves become
-    /// edges, which are returned.
+    /// Takes what is left at the root: the deferred segments, and pending subsegments. There are
+    /// none of these unless the input is collinear: without triangles, the subsegments themselves
+    /// become edges, which are returned.
     fn note_root(&self, pending: &Pending) -> Vec<DoneEdge> {
         let edges = pending.subsegments.iter().map(|subsegment| DoneEdge {
             ends: subsegment.ends.map(|index| pending.vertices[index as usize]),

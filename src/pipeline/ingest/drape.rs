@@ -155,8 +155,8 @@ impl PointSurface {
         Ok(draped)
     }
 
-    /// Returns the z at a point, or at the nearest point of the hull, and counts the latter. `None` if
-    /// the surface is empty.
+    /// Returns the z at a point, or at the nearest point of the hull, and counts the latter. `None`
+    /// if the surface is empty.
     async fn z_at(&self, point: Point, draped: &mut Draped) -> Result<Option<f64>, ReadError> {
         if let Some(z) = self.reader.z_at(point.x, point.y).await? {
             return Ok(Some(z));

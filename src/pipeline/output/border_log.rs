@@ -116,8 +116,8 @@ pub(crate) struct BorderLog {
     groups: Vec<TileGroup>,
     /// Number of triangles so far.
     triangles: u64,
-    /// The number of the next triangle. It exceeds `triangles` if an earlier build numbered triangles of
-    /// blocks that it did not finish.
+    /// The number of the next triangle. It exceeds `triangles` if an earlier build numbered
+    /// triangles of blocks that it did not finish.
     next_number: u64,
     /// Bytes in all buffers, and the limit of these bytes.
     buffered: usize,

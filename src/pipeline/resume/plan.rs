@@ -42,7 +42,8 @@ stored! {
 
 const MAGIC: &[u8; 8] = b"dtplan06";
 
-/// Writes a plan to `path` atomically: the file is renamed to `path` once it is complete and synced.
+/// Writes a plan to `path` atomically: the file is renamed to `path` once it is complete and
+/// synced.
 pub(crate) fn save(
     path: &Path,
     settings: &SavedSettings,

@@ -41,7 +41,8 @@ impl Input {
         }
     }
 
-    /// Builds, or resumes a build, with these options. Cancels it once `until` points were conquered.
+    /// Builds, or resumes a build, with these options. Cancels it once `until` points were
+    /// conquered.
     async fn build(&self, scratch: &Scratch, options: BuildOptions, until: u64) -> Result<BuildSummary, BuildError> {
         let options = options.progress(Arc::default());
         let progress = Arc::clone(&options.progress);
@@ -290,8 +291,7 @@ fn repeated_builds_give_the_same_bytes() {
     });
 }
 
-/// With other options or other lines, or with less memory than its largest block takes, a build does not
-/// go on, and its work stays.
+/// With other options a build does not go on, and its work stays.
 #[test]
 fn a_build_with_lines_goes_on_only_as_what_it_was() {
     let input = city();

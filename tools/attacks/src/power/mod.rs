@@ -241,7 +241,10 @@ fn commands(kind: u64, random: &mut ChaCha8Rng) -> (Vec<String>, String) {
         // So little memory that points are spilled.
         1 => (
             after(&[generate(points + 7000, "")]),
-            build("p.f64 --memory 165KiB", 60),
+            match below(random, 2) {
+                0 => build("p.f64 --memory 165KiB", 60),
+                _ => build("p.f64 --walls w.csv --memory 165KiB", 60),
+            },
         ),
         // So little memory that lines are deferred.
         2 => (
