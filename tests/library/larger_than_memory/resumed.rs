@@ -50,7 +50,7 @@ impl Input {
         let plan = scratch.folder.path().join("test.tiles.partial/plan");
         let watch = tokio::spawn(async move {
             let is_far = |(phase, done, _): (Phase, u64, u64)| phase == Phase::Conquer && done >= until;
-            while !is_far(progress.state()) || !(until % 4 == 0 || plan.exists()) {
+            while !is_far(progress.state()) || !(until.is_multiple_of(4) || plan.exists()) {
                 tokio::time::sleep(Duration::from_micros(100)).await;
             }
             progress.cancel();
