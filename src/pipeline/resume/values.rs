@@ -63,34 +63,25 @@ stored! {
     Seam { vertices, unsettled, level, below, pending }
 }
 
-impl Stored for DigestSum {
-    fn put(&self, out: &mut Vec<u8>) {
-        self.to_words().put(out);
-    }
+/// Stores values as the numbers that stand for them.
+macro_rules! stored_as {
+    ($($value:ty: $to:ident, $from:ident;)*) => {$(
+        impl Stored for $value {
+            fn put(&self, out: &mut Vec<u8>) {
+                self.$to().put(out);
+            }
 
-    fn take(from: &mut &[u8]) -> Option<Self> {
-        Stored::take(from).map(Self::from_words)
-    }
+            fn take(from: &mut &[u8]) -> Option<Self> {
+                Stored::take(from).map(Self::$from)
+            }
+        }
+    )*};
 }
 
-impl Stored for Digest {
-    fn put(&self, out: &mut Vec<u8>) {
-        self.to_words().put(out);
-    }
-
-    fn take(from: &mut &[u8]) -> Option<Self> {
-        Stored::take(from).map(Self::from_words)
-    }
-}
-
-impl Stored for LinePart {
-    fn put(&self, out: &mut Vec<u8>) {
-        self.to_bits().put(out);
-    }
-
-    fn take(from: &mut &[u8]) -> Option<Self> {
-        Stored::take(from).map(Self::from_bits)
-    }
+stored_as! {
+    DigestSum: to_words, from_words;
+    Digest: to_words, from_words;
+    LinePart: to_bits, from_bits;
 }
 
 impl Stored for LineKind {

@@ -131,8 +131,8 @@ fn other_lines_are_another_build() {
     let folder = scratch.path();
     write_lines(folder);
     let build =
-        |lines: &str| format!("build p.f64 {lines} -o p.tiles --memory 6MB --tile-vertices 4000 --crossings split");
-    let lines = "--walls walls.csv --obstacles houses.geojson --sites sites.csv";
+        |lines: &str| format!("build p.f64{lines} -o p.tiles --memory 6MB --tile-vertices 4000 --crossings split");
+    let lines = " --walls walls.csv --obstacles houses.geojson --sites sites.csv";
     let mut child = start(folder, &build(lines));
     if !wait_for_a_block(folder, &mut child) {
         println!("the build ended before it could be interrupted");
@@ -144,14 +144,14 @@ fn other_lines_are_another_build() {
     for (others, what) in [
         ("", "walls"),
         (
-            "--walls others.csv --obstacles houses.geojson --sites sites.csv",
+            " --walls others.csv --obstacles houses.geojson --sites sites.csv",
             "walls",
         ),
         (
-            "--segments walls.csv --obstacles houses.geojson --sites sites.csv",
+            " --segments walls.csv --obstacles houses.geojson --sites sites.csv",
             "walls",
         ),
-        ("--walls walls.csv --obstacles houses.geojson", "sites"),
+        (" --walls walls.csv --obstacles houses.geojson", "sites"),
     ] {
         let error = fails(folder, 1, &format!("{} --resume", build(others)));
         assert!(
