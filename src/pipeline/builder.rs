@@ -25,6 +25,7 @@ use crate::pipeline::ingest::ponds::PondInput;
 use crate::pipeline::ingest::sites::Sites;
 use crate::pipeline::options::{BuildOptions, Crossings, Phase, Steiner};
 use crate::pipeline::records::Description;
+use crate::pipeline::resume::journal::FinishedBlocks;
 use crate::pipeline::resume::plan::SavedPlan;
 use crate::pipeline::summary::BuildSummary;
 use crate::pipeline::work_folder::WorkFolder;
@@ -120,7 +121,8 @@ impl Builder {
         })
     }
 
-    /// Loads the work of an interrupted build. Removes it if there is no plan to continue from.
+    /// Loads the work of an interrupted build. Removes it if there is no plan to continue from, or if
+    /// something that the plan needs is lost, as after a power cut.
     fn resume(&mut self) -> Result<(), BuildError> {
         let BuildContext { folder, options, .. } = &self.context;
         let cannot = |error| BuildError::io(folder.path(), "resume the work in", error);
@@ -133,14 +135,17 @@ impl Builder {
                         what: line.to_owned(),
                     });
                 }
-                self.continue_from(saved)
+                if let Some(finished) = saved.finished(folder)? {
+                    return self.continue_from(saved, finished);
+                }
             }
-            _ => folder.empty().map_err(cannot),
+            _ => {}
         }
+        folder.empty().map_err(cannot)
     }
 
     /// Takes over the input and the settings of an interrupted build, apart from its segments.
-    fn continue_from(&mut self, saved: SavedPlan) -> Result<(), BuildError> {
+    fn continue_from(&mut self, saved: SavedPlan, finished: FinishedBlocks) -> Result<(), BuildError> {
         let SavedPlan {
             settings,
             given,
@@ -159,14 +164,14 @@ impl Builder {
         context.segments = settings.segments;
         context.first_end.store(settings.first_end, Ordering::Relaxed);
         self.next_record = given.next_record;
-        (self.given, self.draping, self.intake) = (given, draping, Intake::Resumed(plan));
+        (self.given, self.draping, self.intake) = (given, draping, Intake::Resumed(plan, finished));
         Ok(())
     }
 
     /// Returns whether points must be pushed. A resumed build has all its points.
     #[must_use]
     pub fn needs_points(&self) -> bool {
-        !matches!(self.intake, Intake::Resumed(_))
+        !matches!(self.intake, Intake::Resumed(..))
     }
 
     /// Returns the description set by [`describe`](Self::describe), in the interrupted build if
@@ -370,17 +375,16 @@ impl Builder {
     }
 
     async fn build(&mut self) -> Result<BuildSummary, BuildError> {
-        let is_resumed = !self.needs_points();
-        if is_resumed {
-            self.read_back().await?;
-        } else {
+        if self.needs_points() {
             if self.needs_surface()? {
                 self.triangulate_points().await?;
             }
             self.push_ends().await?;
+        } else {
+            self.read_back().await?;
         }
         let (assembly, points, segments) = self.assembly().await?;
-        assembly.build(points, segments, is_resumed).await
+        assembly.build(points, segments).await
     }
 
     /// Reads back what an interrupted build saved beside its plan: segments, and the surface.

@@ -69,13 +69,8 @@ impl Assembly {
     }
 
     /// Builds the file.
-    pub(crate) async fn build(
-        mut self,
-        points: Points,
-        segments: SegmentSpool,
-        is_resumed: bool,
-    ) -> Result<BuildSummary, BuildError> {
-        let prepared = self.prepare(points, segments, is_resumed).await?;
+    pub(crate) async fn build(mut self, points: Points, segments: SegmentSpool) -> Result<BuildSummary, BuildError> {
+        let prepared = self.prepare(points, segments).await?;
         let mut work = self.open(prepared)?;
         let ran = self.run(&mut work).await?;
         let written = self.publish(work, &ran).await?;
@@ -85,7 +80,7 @@ impl Assembly {
     /// Builds the surface: the triangulation of points alone. Returns the path of the file.
     pub(crate) async fn build_surface(mut self, points: Points) -> Result<PathBuf, BuildError> {
         let no_segments = SegmentSpool::new(self.folder.spill(), 0);
-        let prepared = self.prepare(points, no_segments, false).await?;
+        let prepared = self.prepare(points, no_segments).await?;
         let mut work = self.open(prepared)?;
         let ran = self.run(&mut work).await?;
         self.complete(work, &ran).await?;

@@ -22,7 +22,7 @@ impl Assembly {
     ) -> Result<Result<NextStateSummary, EditError>, BuildError> {
         let (then, is_dry_run) = (next.work.take(), next.is_dry_run);
         self.next = Some(next);
-        let prepared = self.prepare(points, segments, false).await?;
+        let prepared = self.prepare(points, segments).await?;
         let mut work = self.open(prepared)?;
         let path = work.path.clone();
         let ran = self.run(&mut work).await?;

@@ -15,7 +15,6 @@ use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::drape::PointSurface;
 use crate::pipeline::ingest::intake::Points;
 use crate::pipeline::ingest::point_store::PointStore;
-use crate::pipeline::ingest::spill::resplit::check_runs;
 use crate::pipeline::options::DuplicateRule;
 use crate::pipeline::plan::{BlockPlan, HeldLimits, NodeLimits};
 use crate::pipeline::resume::journal::FinishedBlocks;
@@ -40,15 +39,18 @@ impl Assembly {
         &mut self,
         points: Points,
         segments: SegmentSpool,
-        is_resumed: bool,
     ) -> Result<PreparedBuild, BuildError> {
-        let (plan, store) = match points {
+        let (plan, store, finished) = match points {
             Points::Memory(store) => (
                 BlockPlan::in_memory(store.items.len() as u64, store.attributes.has_z()),
                 Some(store),
+                None,
             ),
-            Points::Runs(plan) => (plan, None),
+            Points::Runs(plan) => (plan, None, None),
+            Points::Resumed(plan, finished) => (plan, None, Some(finished)),
         };
+        let is_resumed = finished.is_some();
+        let finished = finished.unwrap_or_default();
         if self.options.progress.is_cancelled() {
             return Err(BuildError::Cancelled);
         }
@@ -56,11 +58,6 @@ impl Assembly {
         tracing::info!(plan = %self.memory, %shares, "memory");
         let limits = self.limits.unwrap_or_else(|| self.node_limits(&shares));
         let has_journal = store.is_none() && self.options.resumable.is_some();
-        let mut finished = FinishedBlocks::default();
-        if is_resumed {
-            finished = FinishedBlocks::read(&self.folder)?;
-            check_runs(&plan.blocks[finished.blocks as usize..], self.folder.spill())?;
-        }
         let unfinished = plan.blocks[finished.blocks as usize..].iter();
         let run_bytes: u64 = unfinished.flat_map(|block| &block.runs).map(|run| run.length).sum();
         let is_to_save = has_journal && !is_resumed;

@@ -20,6 +20,7 @@ use crate::pipeline::ingest::spill::Spill;
 use crate::pipeline::ingest::spill::resplit::{SplitLimits, plan_blocks};
 use crate::pipeline::options::DuplicateRule;
 use crate::pipeline::plan::{BlockPlan, Run};
+use crate::pipeline::resume::journal::FinishedBlocks;
 use crate::store::KdTree;
 
 /// Number of batches that may wait for the thread that distributes them.
@@ -33,7 +34,7 @@ pub(crate) enum Intake {
     /// The points are being distributed to runs.
     Spilling(Spilling),
     /// The points arrived in an interrupted build, which is resumed.
-    Resumed(BlockPlan),
+    Resumed(BlockPlan, FinishedBlocks),
 }
 
 /// A message to the thread that distributes points.
@@ -104,6 +105,8 @@ impl ArrivedPoints<'_> {
 pub(crate) enum Points {
     Memory(PointStore),
     Runs(BlockPlan),
+    /// Points of an interrupted build, which finished some of the blocks.
+    Resumed(BlockPlan, FinishedBlocks),
 }
 
 impl Intake {
@@ -135,7 +138,7 @@ impl Intake {
     /// Takes a batch.
     pub(crate) async fn push(&mut self, batch: &PointBatch, context: &BuildContext) -> Result<(), BuildError> {
         match self {
-            Self::Resumed(_) => return Err(BuildError::PointsComplete),
+            Self::Resumed(..) => return Err(BuildError::PointsComplete),
             Self::Spilling(spilling) => return spilling.push(batch).await,
             Self::Memory(_) => {}
         }
@@ -173,7 +176,7 @@ impl Intake {
                 let (runs, tree) = spilling.flush().await?;
                 Ok(ArrivedPoints::Runs(folder, runs, tree))
             }
-            Self::Resumed(_) => Ok(ArrivedPoints::Runs(folder, Vec::new(), KdTree::default())),
+            Self::Resumed(..) => Ok(ArrivedPoints::Runs(folder, Vec::new(), KdTree::default())),
         }
     }
 
@@ -182,7 +185,7 @@ impl Intake {
         match self {
             Self::Memory(store) => Ok(Points::Memory(store)),
             Self::Spilling(spilling) => Ok(Points::Runs(spilling.finish().await?)),
-            Self::Resumed(plan) => Ok(Points::Runs(plan)),
+            Self::Resumed(plan, finished) => Ok(Points::Resumed(plan, finished)),
         }
     }
 }

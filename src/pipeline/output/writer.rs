@@ -22,6 +22,7 @@ use crate::pipeline::plan::Block;
 use crate::pipeline::records::Seam;
 use crate::pipeline::resume::journal;
 use crate::pipeline::resume::journal::FinishedBlock;
+use crate::pipeline::resume::plan::sync_inputs;
 use crate::pipeline::work_folder::WorkFolder;
 use crate::store::{Directory, Extent, InForce, StoredPart, TablePlace, TileWriter};
 
@@ -181,7 +182,7 @@ impl Output {
         self.entered_tiles = end;
         self.next_block += 1;
         let entry = journal::encode(&block, &seam);
-        let offset = journal.length;
+        let (offset, is_first) = (journal.length, journal.length == 0);
         journal.length += entry.len() as u64;
         self.journal_bytes += entry.len() as u64;
         let (tiles, border_log, file) = (
@@ -192,6 +193,11 @@ impl Output {
         let (blocks, folder) = (Arc::clone(&journal.blocks), Arc::clone(&journal.folder));
         let span = tracing::debug_span!("enter", block = block.number);
         let enter = async move {
+            if is_first {
+                // An entry makes a build go on from it, after a power cut too: so that must find the rest.
+                let (blocks, folder) = (Arc::clone(&blocks), Arc::clone(&folder));
+                blocking(move || sync_inputs(&folder, &blocks)).await??;
+            }
             tiles.sync_and_release().await?;
             border_log.sync().await?;
             file.write_at(offset, entry.into()).await?;

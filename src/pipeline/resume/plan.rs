@@ -6,9 +6,12 @@ use std::path::Path;
 use std::{fs, io};
 
 use crate::pipeline::context::Given;
+use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::drape::Draping;
-use crate::pipeline::plan::{BlockPlan, NodeLimits};
+use crate::pipeline::plan::{Block, BlockPlan, NodeLimits};
 use crate::pipeline::resume::codec::{Stored, decoded, stored};
+use crate::pipeline::resume::journal::FinishedBlocks;
+use crate::pipeline::work_folder::WorkFolder;
 
 /// A plan, and the build that it belongs to.
 #[derive(Debug)]
@@ -42,6 +45,16 @@ stored! {
 
 const MAGIC: &[u8; 8] = b"dtplan06";
 
+/// Syncs all that a build of these blocks reads again when it is resumed, and the names of its files.
+pub(crate) fn sync_inputs(folder: &WorkFolder, blocks: &[Block]) -> io::Result<()> {
+    let runs = blocks.iter().flat_map(|block| &block.runs);
+    let runs = runs.filter(|run| run.length > 0).map(|run| run.path(folder.spill()));
+    for path in runs.chain([folder.spill().to_owned(), folder.path().to_owned()]) {
+        File::open(path)?.sync_all()?;
+    }
+    Ok(())
+}
+
 /// Writes a plan to `path` atomically: the file is renamed to `path` once it is complete and
 /// synced.
 pub(crate) fn save(
@@ -69,6 +82,27 @@ pub(crate) fn save(
 }
 
 impl SavedPlan {
+    /// Returns the blocks that the build finished, or `None` if a file that the other blocks need is
+    /// lost or cut short. The content of these files is checked when they are read.
+    pub(crate) fn finished(&self, folder: &WorkFolder) -> Result<Option<FinishedBlocks>, BuildError> {
+        let finished = FinishedBlocks::read(folder)?;
+        let Some(unfinished) = self.plan.blocks.get(finished.blocks as usize..) else {
+            return Ok(None);
+        };
+        let runs = unfinished.iter().flat_map(|block| &block.runs);
+        let runs = runs.map(|run| (run.path(folder.spill()), run.length));
+        let lines = (self.settings.segments > 0).then(|| (folder.lines(), 1));
+        let surface = self.draping.is_some().then(|| (folder.surface(), 1));
+        let lost = runs.chain(lines).chain(surface).find(|(path, length)| {
+            let found = path.metadata().map_or(0, |metadata| metadata.len());
+            found < *length
+        });
+        if let Some((path, _)) = &lost {
+            tracing::warn!(path = %path.display(), "lost or cut short, so the build cannot be resumed");
+        }
+        Ok(lost.is_none().then_some(finished))
+    }
+
     /// Reads a plan. Returns `None` if `path` does not exist or holds no valid plan.
     pub(crate) fn load(path: &Path) -> io::Result<Option<Self>> {
         let bytes = match fs::read(path) {

@@ -6,7 +6,6 @@ use std::path::Path;
 use std::{fs, io};
 
 use crate::geometry::Point;
-use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::point_store::Record;
 use crate::pipeline::ingest::spill::run::{HEADER, chunk_length, decode_chunk};
 use crate::pipeline::ingest::spill::{SAMPLE, Spill, Spilled};
@@ -333,20 +332,7 @@ pub(crate) fn read_points(run: &Run, folder: &Path, take: &mut dyn FnMut(&[Point
 
 /// Returns an I/O error for a damaged run.
 pub(crate) fn damaged(path: &Path, problem: &str) -> io::Error {
-    let message = format!("{}: {problem}: the work is damaged, start again", shown::path(path));
+    let message = format!("{}: {problem}", shown::path(path));
     io::Error::new(io::ErrorKind::InvalidData, message)
 }
 
-/// Checks that all runs of `blocks` exist and are complete, before anything is changed.
-pub(crate) fn check_runs(blocks: &[Block], folder: &Path) -> Result<(), BuildError> {
-    for run in blocks.iter().flat_map(|block| &block.runs) {
-        let path = run.path(folder);
-        let length = path.metadata().map(|metadata| metadata.len());
-        let length = length.map_err(|error| BuildError::io(&path, "resume: a run is missing; cannot read", error))?;
-        if length < run.length {
-            let error = damaged(&path, "the run is cut short");
-            return Err(BuildError::io(&path, "resume", error));
-        }
-    }
-    Ok(())
-}

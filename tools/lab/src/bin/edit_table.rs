@@ -8,9 +8,10 @@ use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use bytesize::ByteSize;
 use clap::Parser;
 use delaunay_tiles::input::PointBatch;
@@ -248,25 +249,27 @@ async fn single(arguments: &Arguments, path: &Path, tile_bytes: Option<u64>) -> 
     Ok(Row(name, ours, format!("device {theirs}"), found / beside, "3"))
 }
 
-/// Locates points while the file stays as it is, while points come to it, and while only as many bytes are
-/// written and synced as an edit writes. The last is what the device and the system make of it.
-async fn queries(arguments: &Arguments, path: &Path, tile_bytes: u64) -> Result<[Row; 2]> {
+/// Locates points while the file stays as it is, while points come to it, while only as many bytes are
+/// written and synced as an edit writes, and while another thread computes. The last two are what the
+/// device and the processor make of it.
+async fn queries(arguments: &Arguments, path: &Path, tile_bytes: u64) -> Result<[Row; 3]> {
     let editor = Editor::open(path, EditOptions::default().memory(arguments.memory.as_u64())).await?;
     let device = Device::create(path, tile_bytes)?;
     let is_over = Arc::new(AtomicBool::new(false));
     // Several times in each state, since what the system has cached changes.
-    let mut p99 = [Vec::new(), Vec::new(), Vec::new()];
-    for round in 0..9_u64 {
+    let mut p99 = [const { Vec::new() }; 4];
+    for round in 0..12_u64 {
         is_over.store(false, Ordering::Relaxed);
         let reader = TileReader::open(path, OpenOptions::default()).await?;
         let querying = tokio::spawn(locate(reader, Arc::clone(&is_over), round));
+        let busy = (round % 4 == 3).then(|| thread::spawn(compute_until(Arc::clone(&is_over))));
         let began = Instant::now();
         for point in uniform(u64::from(arguments.commits), 500 + round) {
             if began.elapsed().as_secs() > 10 {
                 break;
             }
-            match round % 3 {
-                0 => tokio::time::sleep(PAUSE).await,
+            match round % 4 {
+                0 | 3 => tokio::time::sleep(PAUSE).await,
                 1 => {
                     let mut transaction = editor.begin().await?;
                     transaction.insert(&batch_of(&[point], 0))?;
@@ -279,9 +282,12 @@ async fn queries(arguments: &Arguments, path: &Path, tile_bytes: u64) -> Result<
             }
         }
         is_over.store(true, Ordering::Relaxed);
-        p99[(round % 3) as usize].push(querying.await??);
+        p99[(round % 4) as usize].push(querying.await??);
+        if let Some(busy) = busy {
+            black_box(busy.join().map_err(|_| anyhow!("a thread is gone"))?);
+        }
     }
-    let [without, edited, written] = p99.map(|times| median(&times));
+    let [without, edited, written, beside_busy] = p99.map(|times| median(&times));
     let row = |name, found: f64, most| {
         let [ours, beside] = [found, without].map(|seconds| format!("{:.3} ms", seconds * 1e3));
         Row(name, ours, format!("else {beside}"), found / without, most)
@@ -289,7 +295,19 @@ async fn queries(arguments: &Arguments, path: &Path, tile_bytes: u64) -> Result<
     Ok([
         row("a query in a hundred, while the file is edited", edited, "1.2"),
         row("the same, while a tile is written and synced each time", written, ""),
+        row("the same, while another thread computes", beside_busy, ""),
     ])
+}
+
+/// Returns what computes, in little memory, until it is over.
+fn compute_until(is_over: Arc<AtomicBool>) -> impl FnOnce() -> u64 {
+    move || {
+        let mut number = 1;
+        while !is_over.load(Ordering::Relaxed) {
+            number = mix(number);
+        }
+        number
+    }
 }
 
 /// Locates points until it is over. Returns the seconds that all but a hundredth take at most.

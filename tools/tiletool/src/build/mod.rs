@@ -3,6 +3,7 @@
 mod feed;
 mod report;
 
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::available_parallelism;
@@ -315,6 +316,15 @@ fn work_folder(output: &Path) -> PathBuf {
     folder.into()
 }
 
+/// Returns whether the work of an interrupted build could be read, but is not what was written.
+fn is_of_damaged_work(error: &anyhow::Error) -> bool {
+    let source = match error.downcast_ref() {
+        Some(BuildError::Io { source, .. }) => source,
+        _ => return false,
+    };
+    matches!(source.kind(), io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof)
+}
+
 /// Adds to the error of a stopped build whether its work was kept and how to resume it.
 fn how_to_resume(error: anyhow::Error, output: &Path, can_resume: bool) -> anyhow::Error {
     let folder = &work_folder(output);
@@ -350,6 +360,8 @@ fn how_to_resume(error: anyhow::Error, output: &Path, can_resume: bool) -> anyho
             ),
             false => error,
         }
+    } else if is_of_damaged_work(&error) {
+        anyhow::anyhow!("{what}; {shown} is damaged: repeat the command with --force, without --resume, to start again")
     } else if folder.join("plan").exists() {
         anyhow::anyhow!("{what}; the finished work is kept in {shown}: repeat the command with --resume to continue")
     } else if folder.exists() {
