@@ -86,7 +86,7 @@ impl EditTile {
     /// Copies a tile's content.
     pub(crate) fn of(tile: &Tile) -> Self {
         let vertices = tile.vertex_count();
-        let triangles: Vec<[VertexIndex; 3]> = tile.triangle_ids().map(|t| tile.corners(t)).collect();
+        let triangles = tile.all_corners();
         let corners = triangles.as_flattened().iter().map(|&corner| corner.0 + 1).max();
         let foreign: Vec<EditVertex> = (vertices..corners.unwrap_or(0))
             .map(|corner| {
@@ -95,10 +95,6 @@ impl EditTile {
                 EditVertex { id, point, z }
             })
             .collect();
-        let bits = |half_edge: HalfEdge| {
-            let s = half_edge.corner();
-            u8::from(tile.is_constraint(half_edge)) << s | u8::from(tile.is_wall(half_edge)) << (s + WALLS)
-        };
         let mut this = Self {
             id: tile.id(),
             points: tile.points().collect(),
@@ -116,14 +112,8 @@ impl EditTile {
                 .map(|(vertex, corner)| (vertex.id, corner))
                 .collect(),
             foreign,
-            twins: tile
-                .triangle_ids()
-                .map(|t| HalfEdge::of_triangle(t).map(|half_edge| tile.twin(half_edge).into()))
-                .collect(),
-            bits: tile
-                .triangle_ids()
-                .map(|t| HalfEdge::of_triangle(t).map(bits).into_iter().sum())
-                .collect(),
+            twins: tile.all_twins(),
+            bits: tile.all_edge_bits(WALLS),
             hubs: Hubs::of(vertices as usize, &triangles),
             triangles,
             free: Vec::new(),

@@ -25,7 +25,7 @@ use crate::pipeline::ingest::ponds::PondInput;
 use crate::pipeline::ingest::sites::Sites;
 use crate::pipeline::options::{BuildOptions, Crossings, Phase, Steiner};
 use crate::pipeline::records::Description;
-use crate::pipeline::resume::journal::FinishedBlocks;
+use crate::pipeline::records::FinishedBlocks;
 use crate::pipeline::resume::plan::SavedPlan;
 use crate::pipeline::summary::BuildSummary;
 use crate::pipeline::work_folder::WorkFolder;

@@ -47,6 +47,20 @@ pub(crate) struct BlockState {
     pub(crate) draped: Draped,
 }
 
+/// The blocks that an earlier build finished.
+#[derive(Debug, Default)]
+pub(crate) struct FinishedBlocks {
+    pub(crate) blocks: u32,
+    pub(crate) points: u64,
+    pub(crate) cores: Vec<Extent>,
+    pub(crate) journal_length: u64,
+    /// Lengths, in bytes, of the valid parts of the tile file and the border log.
+    pub(crate) file_length: u64,
+    pub(crate) log_length: u64,
+    /// More than the number of any triangle in the border log.
+    pub(crate) next_number: u64,
+}
+
 /// Numbers of the vertices that took their z from the surface of the points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Draped {

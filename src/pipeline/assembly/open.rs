@@ -20,7 +20,7 @@ use crate::pipeline::ingest::point_store::PointStore;
 use crate::pipeline::output::border_log::BorderLog;
 use crate::pipeline::output::writer::{Journal, Output};
 use crate::pipeline::plan::{Block, NodeLimits};
-use crate::pipeline::resume::journal::FinishedBlocks;
+use crate::pipeline::records::FinishedBlocks;
 use crate::store::{KdTree, front_end_for};
 
 /// A build whose files are open.

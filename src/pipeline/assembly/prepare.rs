@@ -17,7 +17,7 @@ use crate::pipeline::ingest::intake::Points;
 use crate::pipeline::ingest::point_store::PointStore;
 use crate::pipeline::options::DuplicateRule;
 use crate::pipeline::plan::{BlockPlan, HeldLimits, NodeLimits};
-use crate::pipeline::resume::journal::FinishedBlocks;
+use crate::pipeline::records::FinishedBlocks;
 use crate::pipeline::resume::plan::{SavedSettings, save};
 
 /// The parts of a build, once all points have arrived.

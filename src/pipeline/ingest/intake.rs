@@ -20,7 +20,7 @@ use crate::pipeline::ingest::spill::Spill;
 use crate::pipeline::ingest::spill::resplit::{SplitLimits, plan_blocks};
 use crate::pipeline::options::DuplicateRule;
 use crate::pipeline::plan::{BlockPlan, Run};
-use crate::pipeline::resume::journal::FinishedBlocks;
+use crate::pipeline::records::FinishedBlocks;
 use crate::store::KdTree;
 
 /// Number of batches that may wait for the thread that distributes them.

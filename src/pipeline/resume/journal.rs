@@ -13,7 +13,7 @@ use std::io::Read;
 use std::path::Path;
 
 use crate::pipeline::error::BuildError;
-use crate::pipeline::records::{BlockState, GroupChunks, Seam};
+use crate::pipeline::records::{BlockState, FinishedBlocks, GroupChunks, Seam};
 use crate::pipeline::resume::codec::{Stored, decoded, stored};
 use crate::pipeline::work_folder::WorkFolder;
 use crate::store::Extent;
@@ -89,20 +89,6 @@ impl JournalReader {
         }
         Ok(entry)
     }
-}
-
-/// The blocks that an earlier build finished.
-#[derive(Debug, Default)]
-pub(crate) struct FinishedBlocks {
-    pub(crate) blocks: u32,
-    pub(crate) points: u64,
-    pub(crate) cores: Vec<Extent>,
-    pub(crate) journal_length: u64,
-    /// Lengths, in bytes, of the valid parts of the tile file and the border log.
-    pub(crate) file_length: u64,
-    pub(crate) log_length: u64,
-    /// More than the number of any triangle in the border log.
-    pub(crate) next_number: u64,
 }
 
 impl FinishedBlocks {

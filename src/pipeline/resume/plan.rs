@@ -9,8 +9,8 @@ use crate::pipeline::context::Given;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::drape::Draping;
 use crate::pipeline::plan::{Block, BlockPlan, NodeLimits};
+use crate::pipeline::records::FinishedBlocks;
 use crate::pipeline::resume::codec::{Stored, decoded, stored};
-use crate::pipeline::resume::journal::FinishedBlocks;
 use crate::pipeline::work_folder::WorkFolder;
 
 /// A plan, and the build that it belongs to.

@@ -89,9 +89,29 @@ impl Packed {
         found.then(|| self.iter().find(|value| range.contains(value))).flatten()
     }
 
+    /// Adds the integers to `all`, three at a time, as `of` makes them of the lowest 32 bits. Takes less
+    /// time than [`get`](Self::get) for each.
+    pub(crate) fn extend_triples<T>(&self, all: &mut Vec<[T; 3]>, of: impl Fn(u32) -> T) {
+        let bytes = &self.data[..self.len * self.width];
+        match self.width {
+            1 => triples(bytes, all, |[a]: [u8; 1]| of(a.into())),
+            2 => triples(bytes, all, |value| of(u16::from_le_bytes(value).into())),
+            3 => triples(bytes, all, |[a, b, c]| of(u32::from_le_bytes([a, b, c, 0]))),
+            4 => triples(bytes, all, |value| of(u32::from_le_bytes(value))),
+            _ => all.extend((0..self.len / 3).map(|i| [0, 1, 2].map(|corner| of(self.get(3 * i + corner) as u32)))),
+        }
+    }
+
     pub(crate) fn iter(&self) -> impl ExactSizeIterator<Item = u64> + Clone {
         (0..self.len).map(|i| self.get(i))
     }
+}
+
+/// Adds the values of `WIDTH` bytes to `all`, three at a time, as `read` makes them.
+fn triples<const WIDTH: usize, T>(bytes: &[u8], all: &mut Vec<[T; 3]>, read: impl Fn([u8; WIDTH]) -> T) {
+    let values: &[[u8; WIDTH]] = bytes.as_chunks().0;
+    let values: &[[_; 3]] = values.as_chunks().0;
+    all.extend(values.iter().map(|&three| three.map(&read)));
 }
 
 /// Returns whether any value of `WIDTH` bytes is within `range`.
@@ -166,6 +186,22 @@ pub(crate) fn write<'b>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn triples_are_as_single_values() {
+        for largest in [200, 60_000, 1 << 20, 1 << 30, 1 << 40_u64] {
+            let mut builder = FlatBufferBuilder::new();
+            let values: Vec<u64> = (0..31).map(|i| largest * i / 30).collect();
+            let root = write(&mut builder, values.into_iter(), largest, 2);
+            builder.finish(root, None);
+            let bytes = Bytes::from(builder.finished_data().to_vec());
+            let packed = Packed::open(&bytes, flatbuffers::root::<schema::Packed>(&bytes).unwrap()).unwrap();
+            let mut triples = vec![[7; 3]];
+            packed.extend_triples(&mut triples, |value| value);
+            let singles: Vec<u32> = packed.iter().take(30).map(|value| value as u32).collect();
+            assert_eq!(triples[1..].as_flattened(), singles);
+        }
+    }
 
     #[test]
     fn values_and_marks_are_read_as_they_were_written() {

@@ -1,5 +1,6 @@
 //! A tile in memory: its two FlatBuffers, which are checked once and then read in place.
 
+mod copies;
 mod edge_bits;
 pub(crate) mod edges;
 mod notes;

@@ -335,4 +335,3 @@ pub(crate) fn damaged(path: &Path, problem: &str) -> io::Error {
     let message = format!("{}: {problem}", shown::path(path));
     io::Error::new(io::ErrorKind::InvalidData, message)
 }
-

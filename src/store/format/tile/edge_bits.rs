@@ -55,6 +55,21 @@ impl HalfEdgeBits {
         is_set(&self.walls, half_edge)
     }
 
+    /// Returns the bits of each of `count` triangles: three for constraints, and three for walls from bit
+    /// `walls` on.
+    pub(crate) fn of_triangles(&self, count: usize, walls: u32) -> impl Iterator<Item = u8> {
+        let three = |bits: &[u8], triangle: usize| {
+            (0..3).fold(0, |all, corner| {
+                all | u8::from(is_set(bits, 3 * triangle + corner)) << corner
+            })
+        };
+        let any = self.any();
+        (0..count).map(move |triangle| match any {
+            true => three(&self.constraints, triangle) | three(&self.walls, triangle) << walls,
+            false => 0,
+        })
+    }
+
     /// Returns whether any half-edge may be on a constraint.
     pub(crate) fn any(&self) -> bool {
         !self.constraints.is_empty()
