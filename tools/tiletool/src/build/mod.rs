@@ -404,4 +404,27 @@ mod tests {
             }
         }
     }
+
+    /// Such work cannot be resumed, however often one tries.
+    #[test]
+    fn the_error_of_damaged_work_says_how_to_start_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let output = folder.path().join("out.tiles");
+        std::fs::create_dir(work_folder(&output)).unwrap();
+        std::fs::write(work_folder(&output).join("plan"), "").unwrap();
+        for (kind, is_damaged) in [
+            (io::ErrorKind::InvalidData, true),
+            (io::ErrorKind::UnexpectedEof, true),
+            (io::ErrorKind::StorageFull, false),
+        ] {
+            let error = BuildError::Io {
+                path: output.clone(),
+                what: "read",
+                source: kind.into(),
+            };
+            let message = how_to_resume(error.into(), &output, true).to_string();
+            assert_eq!(message.contains("--force"), is_damaged, "{message}");
+            assert_eq!(message.contains("with --resume to continue"), !is_damaged, "{message}");
+        }
+    }
 }

@@ -1,5 +1,4 @@
-//! The promise: a build with lines, sites, holes and ponds that is stopped at any moment goes on,
-//! and gives the file of a build that was not stopped, byte for byte.
+//! Builds with lines, sites, holes and ponds.
 
 use std::fs;
 use std::sync::Arc;
