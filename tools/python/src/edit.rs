@@ -1,27 +1,26 @@
-//! Changes of a file: the editor that Python calls.
+//! Changes of a file: the transaction that Python fills and commits.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
+use delaunay_tiles::Point;
 use delaunay_tiles::crs::{Agreement, Crs};
-use delaunay_tiles::input::{MissingZ, PointBatch, SegmentBatch, SegmentSource, SiteBatch, SiteSource};
+use delaunay_tiles::input::{PointBatch, SegmentBatch, SegmentSource, SiteBatch, SiteSource};
 use delaunay_tiles::store::LineKind;
-use delaunay_tiles::{EditError, EditOptions, Point};
 use numpy::PyReadonlyArray2;
 use numpy::ndarray::ArrayView2;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use tokio::sync::Notify;
 
 use tiletool::lines::{LineInput, LineSet};
 
 use crate::build::{Role, batches};
 use crate::error::{Failure, Outcome};
-use crate::runtime::{is_orphan, runtime, work_or_cancel};
+use crate::runtime::{is_orphan, wait_for_edit};
 
-/// An edit in progress. Each method takes the editor out, and returns it when it is done.
+/// An edit in progress. Each method takes its state out, and returns it when it is done.
 #[pyclass(frozen, module = "delaunay_tiles._core")]
-pub struct Editor {
+pub struct Transaction {
     state: Mutex<Option<State>>,
 }
 
@@ -34,6 +33,8 @@ struct State {
     agreement: Agreement,
     /// Whether a call failed after it had had effects.
     is_broken: bool,
+    /// Tells the editor that a transaction is in progress.
+    in_use: Arc<()>,
 }
 
 impl State {
@@ -98,7 +99,25 @@ enum Lines {
     Go,
 }
 
-impl Editor {
+impl Transaction {
+    /// Takes a transaction of a file. `in_use` is kept until it ends.
+    pub fn new(file: &Path, transaction: delaunay_tiles::Transaction, in_use: Arc<()>) -> PyResult<Self> {
+        let mut state = State {
+            transaction,
+            records: 0,
+            lines: [0; 2],
+            agreement: Agreement::default(),
+            is_broken: false,
+            in_use,
+        };
+        if let Some(crs) = state.transaction.crs().map(str::to_owned) {
+            state.take_crs(file, &crs)?;
+        }
+        Ok(Self {
+            state: Mutex::new(Some(state)),
+        })
+    }
+
     fn with(&self, act: impl FnOnce(&mut State) -> Outcome<()>) -> PyResult<()> {
         let mut state = self.take()?;
         let done = act(&mut state);
@@ -122,48 +141,7 @@ impl Editor {
 }
 
 #[pymethods]
-impl Editor {
-    #[new]
-    fn new(
-        py: Python<'_>,
-        file: PathBuf,
-        memory: u64,
-        missing_z: &str,
-        skip_missing: bool,
-        dry_run: bool,
-    ) -> PyResult<Self> {
-        let missing_z = match missing_z {
-            "error" => MissingZ::Error,
-            "zero" => MissingZ::Zero,
-            "drape" => MissingZ::Drape,
-            other => {
-                let words = format!("missing_z must be 'drape', 'error' or 'zero', not {other:?}");
-                return Err(Failure::value(words).into());
-            }
-        };
-        let runtime = runtime()?;
-        let options = EditOptions::default().memory(memory);
-        let editor = delaunay_tiles::Editor::open(&file, options);
-        let open = || runtime.block_on(async { editor.await?.begin().await });
-        let mut transaction = py.detach(open).map_err(Failure::from)?;
-        transaction.missing_z(missing_z);
-        transaction.skip_missing(skip_missing);
-        transaction.dry_run(dry_run);
-        let mut state = State {
-            transaction,
-            records: 0,
-            lines: [0; 2],
-            agreement: Agreement::default(),
-            is_broken: false,
-        };
-        if let Some(crs) = state.transaction.crs().map(str::to_owned) {
-            state.take_crs(&file, &crs)?;
-        }
-        Ok(Self {
-            state: Mutex::new(Some(state)),
-        })
-    }
-
+impl Transaction {
     /// Inserts rows of x, y and perhaps z.
     fn insert(&self, points: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
         self.with(|state| {
@@ -246,6 +224,7 @@ impl Editor {
             mut transaction,
             records,
             is_broken,
+            in_use: _in_use,
             ..
         } = self.take()?;
         if is_broken {
@@ -254,15 +233,7 @@ impl Editor {
         if records > 0 {
             transaction.add_point_sources(&[(name.to_owned(), records)]);
         }
-        let stop = Notify::new();
-        let finish = async {
-            tokio::select! {
-                done = transaction.commit() => done,
-                () = stop.notified() => Err(EditError::Cancelled),
-            }
-        };
-        let work = |runtime: &tokio::runtime::Runtime| -> Outcome<_> { Ok(runtime.block_on(finish)?) };
-        let summary = work_or_cancel(py, work, |_| Ok(()), || stop.notify_one())?;
+        let summary = wait_for_edit(py, transaction.commit())?;
         Ok(serde_json::to_string(&summary).map_err(|error| Failure::other(error.to_string()))?)
     }
 
@@ -272,7 +243,7 @@ impl Editor {
     }
 }
 
-impl Drop for Editor {
+impl Drop for Transaction {
     fn drop(&mut self) {
         // In a child of a fork, the lock belongs to the parent, which goes on with it.
         if is_orphan() {

@@ -55,6 +55,11 @@ impl Failure {
         Self(python::BuildError::new_err(text.into()))
     }
 
+    /// Returns an error of an edit.
+    pub fn edit(text: impl Into<String>) -> Self {
+        Self(python::EditError::new_err(text.into()))
+    }
+
     /// Returns a `ValueError` for an argument, in the words of the command line.
     pub fn argument(text: String) -> Self {
         Self::value(with_keywords(&text))

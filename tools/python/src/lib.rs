@@ -6,7 +6,8 @@
 //!
 //! ```text
 //!   build             Builder: points, lines and sites from arrays, tables and files
-//!   edit              Editor: changes of points in a file
+//!   editor            Editor: a file that is locked for edits
+//!   edit              Transaction: changes of a file
 //!   reader            Reader: a file, its metadata and its verification
 //!     ▲
 //!     ├── elements    tiles as arrays, and where points lie
@@ -25,6 +26,7 @@
 mod build;
 mod columns;
 mod edit;
+mod editor;
 mod elements;
 mod error;
 mod mesh;
@@ -46,7 +48,10 @@ mod _core {
     use super::build::{Builder, identity};
 
     #[pymodule_export]
-    use super::edit::Editor;
+    use super::edit::Transaction;
+
+    #[pymodule_export]
+    use super::editor::Editor;
 
     #[pymodule_export]
     use super::elements::Tile;

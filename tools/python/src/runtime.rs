@@ -10,11 +10,12 @@ use std::task::{Context, Poll, Wake, Waker};
 use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 
+use delaunay_tiles::EditError;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use tokio::runtime::{Builder, Runtime};
-use tokio::sync::oneshot;
+use tokio::sync::{Notify, oneshot};
 
 use crate::error::{Failure, Outcome};
 
@@ -174,6 +175,26 @@ pub fn work_or_cancel<T: Send>(
             (None, Err(_)) => Err(PyRuntimeError::new_err("internal error: the work panicked")),
         }
     })
+}
+
+/// Waits for an edit, with the interpreter released. On Ctrl-C the edit is dropped.
+///
+/// # Errors
+/// Returns the error of the edit, or `KeyboardInterrupt`.
+pub fn wait_for_edit<T: Send>(py: Python<'_>, edit: impl Future<Output = Result<T, EditError>> + Send) -> PyResult<T> {
+    let stop = Notify::new();
+    let edit = async {
+        tokio::select! {
+            done = edit => done,
+            () = stop.notified() => Err(EditError::Cancelled),
+        }
+    };
+    work_or_cancel(
+        py,
+        |runtime| Ok(runtime.block_on(edit)?),
+        |_| Ok(()),
+        || stop.notify_one(),
+    )
 }
 
 /// Does asynchronous work on a thread for blocking work, from which it cannot move. Dropping the future drops

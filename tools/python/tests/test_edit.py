@@ -107,6 +107,78 @@ def test_a_reader_keeps_what_it_opened(field):
         assert after.metadata.vertices == 1000
 
 
+@pytest.fixture
+def plane(tmp_path):
+    path = tmp_path / "plane.tiles"
+    dt.build(np.random.default_rng(5).random((2000, 2)), path, tile_vertices=200)
+    return path
+
+
+def vertices(path):
+    with dt.open(path) as tiles:
+        return tiles.metadata.vertices
+
+
+def test_edits_go_to_the_log_and_then_to_the_file(plane, tmp_path):
+    new = np.random.default_rng(6).random((9, 2))
+    before, log = plane.read_bytes(), plane.with_name("plane.tiles.log")
+    with dt.Editor(plane, durability="log") as editor:
+        for number, point in enumerate(new, 1):
+            with dt.edit(editor) as changes:
+                changes.insert([point])
+            assert (changes.summary.inserted, changes.summary.pending_transactions) == (1, number)
+        assert plane.read_bytes() == before and log.stat().st_size > 0
+        assert editor.checkpoint().inserted == 9 and editor.checkpoint() is None
+        assert vertices(plane) == 2009
+        with dt.edit(editor) as changes:
+            changes.delete(new[:3])
+        assert vertices(plane) == 2009
+    assert vertices(plane) == 2006
+    dt.build(np.vstack([np.random.default_rng(5).random((2000, 2)), new[3:]]), tmp_path / "built.tiles")
+    assert checked(plane) == checked(tmp_path / "built.tiles")
+
+
+def test_finished_edits_of_the_log_outlive_an_exception(plane):
+    with pytest.raises(KeyError), dt.Editor(plane, durability="log") as editor:
+        with dt.edit(editor) as changes:
+            changes.insert([(0.25, 0.25)])
+        with dt.edit(editor) as changes:
+            changes.insert([(0.5, 0.25)])
+            raise KeyError("mine")
+    assert vertices(plane) == 2000
+    # The next editor makes what was finished.
+    with dt.Editor(plane):
+        assert vertices(plane) == 2001
+
+
+def test_an_editor_makes_one_edit_at_a_time(plane):
+    editor = dt.Editor(plane, memory="64MiB")
+    with pytest.raises(dt.EditError, match="another editor"):
+        dt.edit(plane)
+    first = dt.edit(editor)
+    for act in (lambda: dt.edit(editor), editor.checkpoint):
+        with pytest.raises(dt.EditError, match="in progress"):
+            act()
+    first.close()
+    with pytest.raises(TypeError, match="memory"):
+        dt.edit(editor, memory="1MiB")
+    with pytest.raises(ValueError, match="missing_z"):
+        dt.edit(editor, missing_z="guess")
+    second = dt.edit(editor)
+    second.insert([(0.25, 0.25)])
+    editor.close()
+    # It has the file until it ends.
+    with pytest.raises(dt.EditError, match="another editor"):
+        dt.Editor(plane)
+    assert second.finish().vertices == 2001
+    with pytest.raises(RuntimeError, match="closed"):
+        dt.edit(editor)
+    with pytest.raises(ValueError, match="durability"):
+        dt.Editor(plane, durability="ram")
+    with dt.Editor(plane) as again:
+        assert again.checkpoint() is None
+
+
 def test_an_exception_in_the_block_changes_nothing(field):
     path, points = field
     before = path.read_bytes()

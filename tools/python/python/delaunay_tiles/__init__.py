@@ -5,7 +5,7 @@ import os
 from . import _core
 from ._answers import Along, Distances, Footing, Nearest, Neighbours, Reached
 from ._build import Builder, BuildSummary, build
-from ._edit import EditSummary, edit
+from ._edit import Editor, EditSummary, edit
 from ._elements import Places, Table, Tile
 from ._errors import BuildError, EditError, Error, FileError, InputError, MemoryLimitError, QueryError, VerifyError
 from ._mesh import Triangulation, triangulate
@@ -34,6 +34,7 @@ __all__ = [
     "Distances",
     "EditError",
     "EditSummary",
+    "Editor",
     "Error",
     "FileError",
     "Footing",

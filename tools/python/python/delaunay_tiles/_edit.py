@@ -40,6 +40,7 @@ class EditSummary:
     tiles_written: int
     bytes_appended: int
     file_bytes: int
+    pending_transactions: int
 
     @classmethod
     def _of(cls, text: str) -> EditSummary:
@@ -48,6 +49,81 @@ class EditSummary:
         points["skipped"] += lines.pop("skipped") + sites.pop("skipped")
         found |= points | lines | {f"{name}_sites": count for name, count in sites.items()}
         return cls(**{name: found[name] for name in cls.__slots__})
+
+
+class Editor:
+    """A tile file that is locked for edits, of which `edit` makes one after another.
+
+    With ``durability="log"``, small edits are fast: those of at most 4,096 points, in a file of nothing but points,
+    are appended to a log beside the file (``NAME.log``), and are on the disk when the edit ends. They are made in the
+    file, many at once, by `checkpoint`; before that, readers do not see them. Other edits make a checkpoint first. If
+    the process ends before, the next editor of the file makes them as it opens it.
+
+    Used as a context manager, it makes a checkpoint at the end of the block, and closes the file. If the block raises
+    an exception, it only closes the file; finished edits stay in the log.
+
+    Parameters
+    ----------
+    file : str or path
+        The tile file to change.
+    memory : int or str
+        What each edit may use, such as ``"256MiB"``.
+    durability : {"file", "log"}
+        Where an edit is on the disk when it ends.
+
+    Raises
+    ------
+    FileError, OSError
+        The file cannot be opened, or changes in its log cannot be made.
+    EditError
+        Another editor has the file, or it has no triangles.
+
+    Examples
+    --------
+    >>> summary = dt.build([(x, y) for x in range(10) for y in range(10)], "live.tiles", overwrite=True)
+    >>> with dt.Editor("live.tiles", durability="log") as editor:
+    ...     for x in (2.5, 3.5, 4.5):
+    ...         with dt.edit(editor) as changes:
+    ...             changes.insert([(x, 0.5)])
+    >>> changes.summary.pending_transactions, dt.open("live.tiles").metadata.vertices
+    (3, 103)
+    """
+
+    def __init__(
+        self, file: str | os.PathLike[str], *, memory: int | str = "1GiB", durability: str = "file"
+    ) -> None:
+        self._core = _core.Editor(
+            path_text(file, "file"), byte_count(memory, "memory"), word(durability, "durability")
+        )
+
+    def checkpoint(self) -> EditSummary | None:
+        """Makes the edits of the log in the file. Returns their summary, or None if there are none.
+
+        Raises
+        ------
+        EditError
+            An edit is in progress.
+        MemoryLimitError, OSError
+            The memory or the disk does not suffice. The edits stay in the log.
+        """
+        text = self._core.checkpoint()
+        return None if text is None else EditSummary._of(text)
+
+    def close(self) -> None:
+        """Unlocks the file, once an edit in progress has ended. Edits that are in the log stay there."""
+        self._core.close()
+
+    def __enter__(self) -> Editor:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, where: TracebackType | None
+    ) -> None:
+        try:
+            if kind is None:
+                self.checkpoint()
+        finally:
+            self.close()
 
 
 class edit:
@@ -61,10 +137,10 @@ class edit:
 
     Parameters
     ----------
-    file : str or path
+    file : str, path or Editor
         The tile file to change.
     memory : int or str
-        What the edit may use, such as ``"256MiB"``. Each change of a point takes 80 bytes of it, 240 with moves, each
+        What the edit may use, such as ``"256MiB"``; by default 1 GiB, or what the `Editor` may use. Each change of a point takes 80 bytes of it, 240 with moves, each
         site 160 and twice its id, each segment 200, and all together at most half.
     missing_z : {"drape", "error", "zero"}
         What to do if the file has z, and ends of lines have none: take it from the surface before the edit, raise an
@@ -81,6 +157,8 @@ class edit:
         The file cannot be opened.
     EditError
         Another edit has the file, or it has no triangles.
+    TypeError
+        There is a memory for the edit of an `Editor`.
 
     Examples
     --------
@@ -96,21 +174,26 @@ class edit:
 
     def __init__(
         self,
-        file: str | os.PathLike[str],
+        file: str | os.PathLike[str] | Editor,
         *,
-        memory: int | str = "1GiB",
+        memory: int | str | None = None,
         missing_z: str = "drape",
         skip_missing: bool = False,
         dry_run: bool = False,
     ) -> None:
         self._summary: EditSummary | None = None
-        self._core = _core.Editor(
-            path_text(file, "file"),
-            byte_count(memory, "memory"),
-            word(missing_z, "missing_z"),
-            bool(skip_missing),
-            bool(dry_run),
-        )
+        arguments = (word(missing_z, "missing_z"), bool(skip_missing), bool(dry_run))
+        if isinstance(file, Editor):
+            if memory is not None:
+                raise TypeError("an Editor has a memory of its own: leave out the argument memory")
+            self._core = file._core.begin(*arguments)
+            return
+        editor = Editor(file, memory="1GiB" if memory is None else memory)
+        try:
+            self._core = editor._core.begin(*arguments)
+        finally:
+            # What was begun keeps the file locked.
+            editor.close()
 
     def insert(self, points: Any) -> None:
         """Inserts points: an array (n, 2), or (n, 3) if the file has z. They may lie outside the hull.
