@@ -33,6 +33,8 @@ struct State {
     agreement: Agreement,
     /// Whether a call failed after it had had effects.
     is_broken: bool,
+    /// Whether it may go to the log, which has no names of sources.
+    has_log: bool,
     /// Tells the editor that a transaction is in progress.
     in_use: Arc<()>,
 }
@@ -100,14 +102,21 @@ enum Lines {
 }
 
 impl Transaction {
-    /// Takes a transaction of a file. `in_use` is kept until it ends.
-    pub fn new(file: &Path, transaction: delaunay_tiles::Transaction, in_use: Arc<()>) -> PyResult<Self> {
+    /// Takes a transaction of a file. `in_use` is kept until it ends. `has_log` says whether it may go
+    /// to the log of the file.
+    pub fn new(
+        file: &Path,
+        transaction: delaunay_tiles::Transaction,
+        has_log: bool,
+        in_use: Arc<()>,
+    ) -> PyResult<Self> {
         let mut state = State {
             transaction,
             records: 0,
             lines: [0; 2],
             agreement: Agreement::default(),
             is_broken: false,
+            has_log,
             in_use,
         };
         if let Some(crs) = state.transaction.crs().map(str::to_owned) {
@@ -224,13 +233,14 @@ impl Transaction {
             mut transaction,
             records,
             is_broken,
+            has_log,
             in_use: _in_use,
             ..
         } = self.take()?;
         if is_broken {
             return Err(Failure::other("an earlier call failed halfway; the file is unchanged").into());
         }
-        if records > 0 {
+        if records > 0 && !has_log {
             transaction.add_point_sources(&[(name.to_owned(), records)]);
         }
         let summary = wait_for_edit(py, transaction.commit())?;

@@ -21,6 +21,7 @@ pub struct Editor {
 
 struct State {
     editor: delaunay_tiles::Editor,
+    has_log: bool,
     /// The transaction in progress has a clone.
     in_use: Arc<()>,
 }
@@ -61,6 +62,7 @@ impl Editor {
             file,
             state: Mutex::new(Some(State {
                 editor,
+                has_log: durability == Durability::Log,
                 in_use: Arc::default(),
             })),
         })
@@ -82,7 +84,7 @@ impl Editor {
             transaction.missing_z(missing_z);
             transaction.skip_missing(skip_missing);
             transaction.dry_run(dry_run);
-            Transaction::new(&self.file, transaction, Arc::clone(&state.in_use))
+            Transaction::new(&self.file, transaction, state.has_log, Arc::clone(&state.in_use))
         })
     }
 
