@@ -332,6 +332,6 @@ pub(crate) fn read_points(run: &Run, folder: &Path, take: &mut dyn FnMut(&[Point
 
 /// Returns an I/O error for a damaged run.
 pub(crate) fn damaged(path: &Path, problem: &str) -> io::Error {
-    let message = format!("{}: {problem}", shown::path(path));
+    let message = format!("{}: {problem}: the work is damaged, start again", shown::path(path));
     io::Error::new(io::ErrorKind::InvalidData, message)
 }

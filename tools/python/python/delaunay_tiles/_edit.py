@@ -140,8 +140,9 @@ class edit:
     file : str, path or Editor
         The tile file to change.
     memory : int or str
-        What the edit may use, such as ``"256MiB"``; by default 1 GiB, or what the `Editor` may use. Each change of a point takes 80 bytes of it, 240 with moves, each
-        site 160 and twice its id, each segment 200, and all together at most half.
+        What the edit may use, such as ``"256MiB"``; by default 1 GiB, or what the `Editor` may use. Each change of a
+        point takes 80 bytes of it, 240 with moves, each site 160 and twice its id, each segment 200, and all together
+        at most half.
     missing_z : {"drape", "error", "zero"}
         What to do if the file has z, and ends of lines have none: take it from the surface before the edit, raise an
         error, or give them 0. Points without z are an error, or get 0.

@@ -361,7 +361,7 @@ fn how_to_resume(error: anyhow::Error, output: &Path, can_resume: bool) -> anyho
             false => error,
         }
     } else if is_of_damaged_work(&error) {
-        anyhow::anyhow!("{what}; {shown} is damaged: repeat the command with --force, without --resume, to start again")
+        anyhow::anyhow!("{what}; repeat the command with --force, without --resume, to discard {shown}")
     } else if folder.join("plan").exists() {
         anyhow::anyhow!("{what}; the finished work is kept in {shown}: repeat the command with --resume to continue")
     } else if folder.exists() {
