@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use delaunay_tiles::input::MissingZ;
 use delaunay_tiles::{Durability, EditOptions};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
+use crate::build::{MISSING_Z, choice};
 use crate::edit::Transaction;
 use crate::error::Failure;
 use crate::runtime::{is_orphan, wait_for_edit};
@@ -48,14 +48,8 @@ impl Editor {
 impl Editor {
     #[new]
     fn new(py: Python<'_>, file: PathBuf, memory: u64, durability: &str) -> PyResult<Self> {
-        let durability = match durability {
-            "file" => Durability::File,
-            "log" => Durability::Log,
-            other => {
-                let words = format!("durability must be 'file' or 'log', not {other:?}");
-                return Err(Failure::value(words).into());
-            }
-        };
+        let choices = [("file", Durability::File), ("log", Durability::Log)];
+        let durability = choice("durability", durability, &choices)?;
         let options = EditOptions::default().memory(memory).durability(durability);
         let editor = wait_for_edit(py, delaunay_tiles::Editor::open(&file, options))?;
         Ok(Self {
@@ -70,15 +64,7 @@ impl Editor {
 
     /// Begins a transaction.
     fn begin(&self, py: Python<'_>, missing_z: &str, skip_missing: bool, dry_run: bool) -> PyResult<Transaction> {
-        let missing_z = match missing_z {
-            "error" => MissingZ::Error,
-            "zero" => MissingZ::Zero,
-            "drape" => MissingZ::Drape,
-            other => {
-                let words = format!("missing_z must be 'drape', 'error' or 'zero', not {other:?}");
-                return Err(Failure::value(words).into());
-            }
-        };
+        let missing_z = choice("missing_z", missing_z, &MISSING_Z)?;
         self.with(|state| {
             let mut transaction = wait_for_edit(py, state.editor.begin())?;
             transaction.missing_z(missing_z);

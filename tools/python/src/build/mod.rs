@@ -13,4 +13,4 @@ mod options;
 mod work;
 
 pub use builder::{Builder, identity};
-pub use options::Role;
+pub use options::{MISSING_Z, Role, choice};

@@ -30,8 +30,15 @@ pub struct BuildArguments {
     identity: Option<String>,
 }
 
+/// The names of what becomes of vertices without z.
+pub const MISSING_Z: [(&str, MissingZ); 3] = [
+    ("drape", MissingZ::Drape),
+    ("zero", MissingZ::Zero),
+    ("error", MissingZ::Error),
+];
+
 /// Returns the value of a name, or an error that lists the names.
-fn choice<T: Copy>(argument: &str, given: &str, choices: &[(&str, T)]) -> Outcome<T> {
+pub fn choice<T: Copy>(argument: &str, given: &str, choices: &[(&str, T)]) -> Outcome<T> {
     let found = choices.iter().find(|(name, _)| *name == given);
     found.map(|(_, value)| *value).ok_or_else(|| {
         let names: Vec<String> = choices.iter().map(|(name, _)| format!("'{name}'")).collect();
@@ -59,12 +66,7 @@ impl BuildArguments {
         let crossings = [("error", Crossings::Error), ("split", Crossings::Split)];
         options.crossings = choice("crossings", &self.crossings, &crossings)?;
         options.exterior_is_hole = choice("exterior", &self.exterior, &[("keep", false), ("hole", true)])?;
-        let missing_z = [
-            ("drape", MissingZ::Drape),
-            ("zero", MissingZ::Zero),
-            ("error", MissingZ::Error),
-        ];
-        options.missing_z = choice("missing_z", &self.missing_z, &missing_z)?;
+        options.missing_z = choice("missing_z", &self.missing_z, &MISSING_Z)?;
         Ok(options)
     }
 }
