@@ -157,7 +157,7 @@ impl Disk {
         let stored = self.read(id).await?;
         let seeds = Arc::clone(&self.seeds);
         let survey = move || {
-            let tile = EditTile::of(&stored);
+            let tile = EditTile::of(&stored, true);
             TileSurvey::of(&tile, &tile.in_order(), &TileParts::stored(&stored), &seeds)
         };
         self.workers.run(survey).await
@@ -250,7 +250,10 @@ impl Disk {
             return Ok(Arc::new(EditTile::empty(id)));
         }
         let tile = self.read(id).await?;
-        self.workers.run(move || Arc::new(EditTile::of(&tile))).await
+        let has_regions = self.has_regions;
+        self.workers
+            .run(move || Arc::new(EditTile::of(&tile, has_regions)))
+            .await
     }
 
     /// Writes a tile, after those of earlier calls.
@@ -316,16 +319,16 @@ impl Disk {
 
     fn encoded(&self, tile: &EditTile, codec: Codec) -> Encoded {
         let order = tile.in_order();
-        let (parts, table, triangles, survey) = if self.has_regions {
+        let (parts, table, survey) = if self.has_regions {
             let parts = TileParts::of(tile, &order);
             let survey = TileSurvey::of(tile, &order, &parts, &self.seeds);
-            (parts, survey.table.clone(), survey.triangles, Some(survey))
+            (parts, survey.table.clone(), Some(survey))
         } else {
             let parts = TileParts::whole(tile, &order);
-            let (table, triangles) = table_without_regions(tile, &order, &parts);
-            (parts, table, triangles, None)
+            let table = table_without_regions(tile, &order);
+            (parts, table, None)
         };
-        let drafts = tile.drafts(&order, &parts, triangles);
+        let drafts = tile.drafts(&order, &parts);
         let core = drafts.core.encode(tile.id, self.generation, &self.buffers);
         let border = drafts.border.encode(tile.id, self.generation, &self.buffers);
         Encoded {

@@ -11,9 +11,7 @@ use crate::edit::tile::parts::TileParts;
 use crate::edit::tile::{EditTile, TriangleOrder};
 use crate::geometry::{HalfEdge, Point, TriangleId};
 use crate::mesh::{Topology, Twin};
-use crate::store::{
-    ComponentId, ComponentRecord, DigestSum, EdgeSource, TileId, VertexId, component_table, triangle_hash,
-};
+use crate::store::{ComponentId, ComponentRecord, EdgeSource, TileId, VertexId, component_table, triangle_hash};
 
 /// A triangle that several tiles store.
 #[derive(Clone, Copy, Debug)]
@@ -57,8 +55,6 @@ pub(crate) struct TileSurvey {
     pub(crate) tile: TileId,
     /// The number of parts.
     pub(crate) parts: u32,
-    /// The number of the triangles that belong to the tile, and the sum of their hashes.
-    pub(crate) triangles: DigestSum,
     /// The component table, without regions, depths and links; empty without parts.
     pub(crate) table: Vec<u8>,
     /// The parts that are connected within the tile without a constraint between: each with the first
@@ -119,17 +115,16 @@ impl TileSurvey {
         Self {
             tile: tile.id,
             parts: parts.count(),
-            triangles: records.iter().fold(DigestSum::default(), |mut sum, record| {
-                sum += record.triangles;
-                sum
-            }),
             // A tile without triangles has no components, and no table.
             table: match records.is_empty() {
                 true => Vec::new(),
                 false => component_table::encode(tile.id, &records),
             },
             linked: linked(tile, parts, order),
-            shared: border.iter().map(|&triangle| shared(tile, parts, triangle)).collect(),
+            shared: border
+                .iter()
+                .map(|&triangle| shared(tile, triangle, parts.of_triangle(triangle)))
+                .collect(),
             neighbours: neighbours.into_iter().collect(),
             changes: changes(tile, parts, &records),
         }
@@ -145,18 +140,24 @@ impl TileSurvey {
     }
 }
 
-/// Returns the component table of a tile in a file without regions, where each tile is one component,
-/// and the sum of the triangles that belong to the tile.
-pub(crate) fn table_without_regions(tile: &EditTile, order: &TriangleOrder, parts: &TileParts) -> (Vec<u8>, DigestSum) {
-    let mut records = records(tile, order, parts, &Seeds::default());
-    let Some(record) = records.first_mut() else {
-        return Default::default();
-    };
-    let owners = order.border.iter().map(|&triangle| shared(tile, parts, triangle).owner);
+/// Returns the component table of a tile in a file without regions and constraints, where each tile is
+/// one component.
+pub(crate) fn table_without_regions(tile: &EditTile, order: &TriangleOrder) -> Vec<u8> {
+    if order.all().next().is_none() {
+        return Vec::new();
+    }
+    let owners = order.border.iter().map(|&triangle| shared(tile, triangle, 0).owner);
     let others: BTreeSet<TileId> = owners.filter(|&owner| owner != tile.id).collect();
-    record.links = others.into_iter().map(|tile| ComponentId { tile, number: 0 }).collect();
-    let triangles = record.triangles;
-    (component_table::encode(tile.id, &records), triangles)
+    let mut half_edges = order.all().flat_map(HalfEdge::of_triangle);
+    let is_at_hull = half_edges.any(|half_edge| tile.twin(half_edge) == Twin::Hull);
+    let record = ComponentRecord {
+        is_open: is_at_hull,
+        is_at_hull,
+        triangles: tile.owned(),
+        links: others.into_iter().map(|tile| ComponentId { tile, number: 0 }).collect(),
+        ..ComponentRecord::default()
+    };
+    component_table::encode(tile.id, &[record])
 }
 
 /// Returns what the triangles of a tile say of its parts, without regions, depths and links.
@@ -164,17 +165,21 @@ fn records(tile: &EditTile, order: &TriangleOrder, parts: &TileParts, seeds: &Se
     let mut records = vec![ComponentRecord::default(); parts.count() as usize];
     let core = order.core.iter().map(|&triangle| (triangle, true));
     let of_border = order.border.iter().map(|&triangle| (triangle, tile.owns(triangle)));
+    let is_whole = records.len() == 1;
     for (triangle, is_owned) in core.chain(of_border) {
         let record = &mut records[parts.of_triangle(triangle) as usize];
-        describe(tile, triangle, is_owned, seeds, record);
+        describe(tile, triangle, is_owned && !is_whole, seeds, record);
+    }
+    if let [record] = &mut records[..] {
+        record.triangles = tile.owned();
     }
     records
 }
 
-/// Adds what a triangle, which may belong to the tile, says of its component.
-fn describe(tile: &EditTile, triangle: TriangleId, is_owned: bool, seeds: &Seeds, record: &mut ComponentRecord) {
+/// Adds what a triangle says of its component, which may count it.
+fn describe(tile: &EditTile, triangle: TriangleId, counts: bool, seeds: &Seeds, record: &mut ComponentRecord) {
     let points = tile.corner_points(triangle);
-    if is_owned {
+    if counts {
         record.triangles.add_hash(triangle_hash(points));
     }
     record.is_seeded |= !seeds.is_empty() && seeds.any_in(points);
@@ -214,13 +219,10 @@ fn linked(tile: &EditTile, parts: &TileParts, order: &TriangleOrder) -> Vec<[u32
     linked
 }
 
-/// Describes a triangle of the border.
-fn shared(tile: &EditTile, parts: &TileParts, triangle: TriangleId) -> SharedTriangle {
+/// Describes a triangle of the border, in this part.
+fn shared(tile: &EditTile, triangle: TriangleId, part: u32) -> SharedTriangle {
     let corners = tile.triangle(HalfEdge::new(triangle, 0)).0;
-    SharedTriangle::of(
-        corners.map(|corner| (corner.id, corner.point)),
-        parts.of_triangle(triangle),
-    )
+    SharedTriangle::of(corners.map(|corner| (corner.id, corner.point)), part)
 }
 
 /// Returns the changes of depth across the constraints of a tile and at the hull. `records` are those

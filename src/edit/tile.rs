@@ -9,6 +9,7 @@ pub(crate) mod made;
 pub(crate) mod parts;
 pub(crate) mod points;
 mod replace;
+mod room;
 mod sites;
 mod sources;
 mod topology;
@@ -19,8 +20,9 @@ use foldhash::{HashMap, HashMapExt};
 use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, PackedHalfEdge, Point, TriangleId, VertexIndex};
 use crate::mesh::{Topology, WALLS};
-use crate::store::{LinePart, Tile, TileId, Vertex, VertexId, Weight};
+use crate::store::{DigestSum, LinePart, Tile, TileId, Vertex, VertexId, Weight, triangle_hash};
 use hubs::Hubs;
+use room::{bytes_of, make_room, room, with_room};
 use twin::PackedTwin;
 
 /// The corners of a removed triangle.
@@ -47,6 +49,8 @@ pub(crate) struct EditTile {
     triangles: Vec<[VertexIndex; 3]>,
     twins: Vec<[PackedTwin; 3]>,
     bits: Vec<u8>,
+    /// The number of the triangles that belong to the tile, and the sum of their hashes.
+    owned: DigestSum,
     /// Positions of removed triangles.
     free: Vec<TriangleId>,
     /// A half-edge that leaves each vertex of the tile.
@@ -83,10 +87,12 @@ pub(crate) struct NewVertex {
 }
 
 impl EditTile {
-    /// Copies a tile's content.
-    pub(crate) fn of(tile: &Tile) -> Self {
+    /// Copies a tile's content. In a file without regions, the component table has the sum of its
+    /// triangles. With regions, a tile that is being built has none yet, so that the sum is found anew.
+    pub(crate) fn of(tile: &Tile, has_regions: bool) -> Self {
         let vertices = tile.vertex_count();
-        let triangles = tile.all_corners();
+        let more = room(tile.triangle_count() as usize);
+        let triangles = tile.all_corners(more);
         let corners = triangles.as_flattened().iter().map(|&corner| corner.0 + 1).max();
         let foreign: Vec<EditVertex> = (vertices..corners.unwrap_or(0))
             .map(|corner| {
@@ -97,9 +103,12 @@ impl EditTile {
             .collect();
         let mut this = Self {
             id: tile.id(),
-            points: tile.points().collect(),
-            z: tile.vertex_indices().filter_map(|v| tile.z(v)).collect(),
-            records: tile.vertex_indices().map(|v| tile.record(v)).collect(),
+            points: with_room(tile.points()),
+            z: match tile.has_z() {
+                true => with_room(tile.vertex_indices().map(|v| tile.z(v).unwrap_or(0.0))),
+                false => Vec::new(),
+            },
+            records: with_room(tile.vertex_indices().map(|v| tile.record(v))),
             input_points: match tile.vertex_indices().all(|v| tile.is_input_point(v)) {
                 true => Vec::new(),
                 false => tile.vertex_indices().map(|v| tile.is_input_point(v)).collect(),
@@ -112,12 +121,13 @@ impl EditTile {
                 .map(|(vertex, corner)| (vertex.id, corner))
                 .collect(),
             foreign,
-            twins: tile.all_twins(),
-            bits: tile.all_edge_bits(WALLS),
+            twins: tile.all_twins(more),
+            bits: tile.all_edge_bits(WALLS, more),
             hubs: Hubs::of(vertices as usize, &triangles),
             triangles,
+            owned: DigestSum::default(),
             free: Vec::new(),
-            leaving: tile.vertex_indices().map(|v| tile.leaving(v).into()).collect(),
+            leaving: with_room(tile.vertex_indices().map(|v| tile.leaving(v).into())),
             sources: HashMap::new(),
             source_count: 0,
         };
@@ -128,6 +138,10 @@ impl EditTile {
                 .collect();
         }
         this.load_sources(tile);
+        this.owned = match &tile.component_records()[..] {
+            [record] if !has_regions => record.triangles,
+            _ => this.hashed(),
+        };
         this
     }
 
@@ -159,6 +173,11 @@ impl EditTile {
                 .map(|id| size_of::<String>() + id.len())
                 .sum::<usize>()
             + self.hubs.byte_size()
+    }
+
+    /// Returns the number of the triangles that belong to the tile, and the sum of their hashes.
+    pub(crate) fn owned(&self) -> DigestSum {
+        self.owned
     }
 
     pub(crate) fn points(&self) -> &[Point] {
@@ -275,7 +294,9 @@ impl EditTile {
                 (ends, sources)
             })
             .collect();
-        self.hubs = Hubs::of(self.points.len(), &self.triangles);
+        if !self.hubs.add_vertices(new.len()) {
+            self.hubs = Hubs::of(self.points.len(), &self.triangles);
+        }
         own
     }
 
@@ -298,6 +319,20 @@ impl EditTile {
         self.triangles[triangle.index()] == GONE
     }
 
+    /// Adds a triangle to the sum of those that belong to the tile, if it does.
+    fn count_in(&mut self, triangle: TriangleId) {
+        if self.owns(triangle) {
+            self.owned.add_hash(triangle_hash(self.corner_points(triangle)));
+        }
+    }
+
+    /// Takes a triangle out of the sum of those that belong to the tile, if it does.
+    fn count_out(&mut self, triangle: TriangleId) {
+        if self.owns(triangle) {
+            self.owned.remove_hash(triangle_hash(self.corner_points(triangle)));
+        }
+    }
+
     /// Returns whether a triangle belongs to the tile.
     pub(crate) fn owns(&self, triangle: TriangleId) -> bool {
         let corners = self.triangles[triangle.index()].map(|corner| self.vertex(corner));
@@ -309,18 +344,5 @@ impl EditTile {
 impl Weight for EditTile {
     fn weight(&self) -> usize {
         self.byte_size()
-    }
-}
-
-/// Returns the bytes of a list, including its spare capacity.
-fn bytes_of<T>(list: &Vec<T>) -> usize {
-    list.capacity() * size_of::<T>()
-}
-
-/// Makes room in a list for `more` entries, or for an eighth of its length if that is more. Tiles
-/// grow little, and a cache is full of them.
-fn make_room<T>(list: &mut Vec<T>, more: usize) {
-    if list.capacity() - list.len() < more {
-        list.reserve_exact(more.max(list.len() / 8));
     }
 }

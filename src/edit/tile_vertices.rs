@@ -26,7 +26,7 @@ pub(crate) fn find_vertices(
         }
         tiles.read_ahead(groups.clone().map(|group| group[0].0));
         let tile = tiles.get(group[0].0)?;
-        let table = PointTable::new(tile.points());
+        let table = PointTable::for_searches(tile.points(), group.len());
         for &(_, number, point) in group {
             found[number as usize] = table.at(point).map(|index| tile.vertex(VertexIndex(index)));
         }

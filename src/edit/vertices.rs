@@ -56,16 +56,18 @@ pub(crate) fn add(tiles: &mut Tiles, id: TileId, mut new: Vec<NewVertex>) -> Res
     Ok(inserter.split)
 }
 
-/// Returns a vertex near a point: one of a tile, or, if this one has none yet, of the tile that it
-/// was cut from.
+/// Returns a vertex near a point: the nearest of some of a tile, or, if this one has none yet, of the
+/// tile that it was cut from.
 fn near(tiles: &Tiles, id: TileId, point: Point) -> Result<VertexId, EditError> {
     let mut tile = tiles.get(id)?;
     while let (true, Some(former)) = (tile.points().is_empty(), tiles.former(tile.id)) {
         tile = tiles.get(former)?;
     }
     let distance = |p: &Point| (p.x - point.x).abs() + (p.y - point.y).abs();
-    let indexed = tile.points().iter().zip((0..).map(VertexIndex));
-    let nearest = indexed.min_by(|(a, _), (b, _)| distance(a).total_cmp(&distance(b)));
+    // The walk from there is about as long as the search.
+    let step = (tile.points().len() / 512).max(1);
+    let some = tile.points().iter().zip((0..).map(VertexIndex)).step_by(step);
+    let nearest = some.min_by(|(a, _), (b, _)| distance(a).total_cmp(&distance(b)));
     match nearest {
         Some((_, index)) => Ok(VertexId { tile: tile.id, index }),
         None => Err(tiles.damaged(id, Contradiction::NoVertices)),

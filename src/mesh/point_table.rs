@@ -5,13 +5,16 @@ use crate::geometry::Point;
 /// Marks an empty slot.
 const NONE: u32 = u32::MAX;
 
+/// Up to this number of searches, reading all points for each is faster than filling a table.
+const FEW: usize = 6;
+
 /// A hash table of points by their coordinates, with open addressing: a leaf looks up both ends of
 /// each of its segments.
 #[derive(Debug)]
 pub(crate) struct PointTable<'a> {
     points: &'a [Point],
     /// The index of a point, or [`NONE`]. The number of slots is a power of two and at least twice
-    /// the number of points.
+    /// the number of points. Without slots, each search reads all points.
     slots: Vec<u32>,
 }
 
@@ -32,8 +35,23 @@ impl<'a> PointTable<'a> {
         this
     }
 
+    /// Creates a table of distinct points for this number of searches.
+    pub(crate) fn for_searches(points: &'a [Point], searches: usize) -> Self {
+        match searches > FEW {
+            true => Self::new(points),
+            false => Self {
+                points,
+                slots: Vec::new(),
+            },
+        }
+    }
+
     /// Returns the index of the point with these coordinates.
     pub(crate) fn at(&self, point: Point) -> Option<u32> {
+        if self.slots.is_empty() {
+            let found = self.points.iter().position(|&other| other == point);
+            return found.map(|index| index as u32);
+        }
         let mut slot = self.first_slot(point);
         loop {
             match self.slots[slot] {
@@ -73,10 +91,12 @@ mod tests {
                 .collect::<Vec<_>>()
         });
         for points in grids {
-            let table = PointTable::new(&points);
+            let tables = [1, points.len()].map(|searches| PointTable::for_searches(&points, searches));
             for (&point, index) in points.iter().zip(0..) {
-                assert_eq!(table.at(point), Some(index));
-                assert_eq!(table.at(Point::new(point.x, -1.0 - point.y)), None);
+                for table in &tables {
+                    assert_eq!(table.at(point), Some(index));
+                    assert_eq!(table.at(Point::new(point.x, -1.0 - point.y)), None);
+                }
             }
         }
         assert_eq!(PointTable::new(&[]).at(Point::new(0.0, 0.0)), None);

@@ -85,7 +85,7 @@ pub(crate) fn delete(
 fn vertices_that_may_go(tiles: &Tiles, positions: &[Position]) -> Result<Vec<(VertexIndex, Gone)>, EditError> {
     let id = positions[0].0;
     let tile = tiles.get(id)?;
-    let table = PointTable::new(tile.points());
+    let table = PointTable::for_searches(tile.points(), positions.len());
     let mut found = Vec::with_capacity(positions.len());
     for &(_, point, gone) in positions {
         match table.at(point).map(VertexIndex) {

@@ -78,7 +78,7 @@ pub(crate) fn insert(
 fn put(tiles: &mut Tiles, changes: &[Change]) -> Result<(u64, u64), EditError> {
     let id = changes[0].tile;
     let tile = tiles.get(id)?;
-    let table = PointTable::new(tile.points());
+    let table = PointTable::for_searches(tile.points(), changes.len());
     let (mut new, mut there) = (Vec::new(), Vec::new());
     for &Change { point, after, .. } in changes {
         match table.at(point).map(VertexIndex) {

@@ -218,7 +218,7 @@ pub(crate) fn tile_at(tiles: &Tiles, point: Point) -> Result<TileId, EditError> 
 fn look_up(tiles: &Tiles, positions: &mut Positions) -> Result<(), EditError> {
     for group in positions.all.chunk_by_mut(|a, b| a.tile == b.tile) {
         let tile = tiles.get(group[0].tile)?;
-        let table = PointTable::new(tile.points());
+        let table = PointTable::for_searches(tile.points(), group.len());
         for position in group {
             let vertex = table.at(position.point).map(VertexIndex);
             position.before = vertex

@@ -91,7 +91,7 @@ fn new_vertices(
     first_record: u64,
 ) -> Result<Vec<(u32, NewVertex)>, EditError> {
     let tile = tiles.get(group[0].0)?;
-    let table = PointTable::new(tile.points());
+    let table = PointTable::for_searches(tile.points(), group.len());
     let mut new: BTreeMap<[u64; 2], (u32, NewVertex)> = BTreeMap::new();
     for &(_, number) in group {
         let call = &calls.all[number as usize];
@@ -130,7 +130,7 @@ fn carry_out(
     let id = group[0].0;
     let first_site = tiles.metadata().next_site;
     let tile = tiles.get(id)?;
-    let table = PointTable::new(tile.points());
+    let table = PointTable::for_searches(tile.points(), group.len());
     let found = group
         .iter()
         .map(|&(_, number)| table.at(calls.all[number as usize].point()).map(VertexIndex));

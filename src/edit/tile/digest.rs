@@ -8,14 +8,8 @@ impl EditTile {
     /// Returns the digest of all elements that belong to the tile, without holes: a tile that can
     /// be changed knows no regions.
     pub(crate) fn digest(&self) -> Digest {
-        self.digest_with(self.triangle_sum())
-    }
-
-    /// Returns the digest, given the number of the triangles that belong to the tile, and the sum of
-    /// their hashes.
-    pub(crate) fn digest_with(&self, triangles: DigestSum) -> Digest {
         let mut digest = Digest {
-            triangles,
+            triangles: self.owned,
             ..Digest::default()
         };
         digest.add_vertices(&self.points, &self.z);
@@ -34,8 +28,8 @@ impl EditTile {
         digest
     }
 
-    /// Returns the number of the triangles that belong to the tile, and the sum of their hashes.
-    fn triangle_sum(&self) -> DigestSum {
+    /// Returns what [`owned`](Self::owned) must be, found anew.
+    pub(super) fn hashed(&self) -> DigestSum {
         let mut sum = DigestSum::default();
         let TriangleOrder { core, border } = self.in_order();
         let of_border = border.into_iter().filter(|&triangle| self.owns(triangle));

@@ -4,11 +4,12 @@
 //! triangle that was late when the tile was first written may be in the core now.
 
 use crate::edit::tile::parts::TileParts;
+use crate::edit::tile::twin::PackedTwin;
 use crate::edit::tile::{EditTile, TriangleOrder};
 use crate::edit::vertex::EditVertex;
-use crate::geometry::{HalfEdge, Rect, TriangleId};
+use crate::geometry::{HalfEdge, PackedHalfEdge, Rect, TriangleId};
 use crate::mesh::{Topology, Twin};
-use crate::store::{BorderDraft, CoreDraft, Digest, DigestSum, Extent, TablePlace, TileEntry};
+use crate::store::{BorderDraft, CoreDraft, Digest, Extent, TablePlace, TileEntry};
 
 /// The drafts that a tile is written from.
 pub(crate) struct Drafts {
@@ -45,27 +46,29 @@ impl<'a> Numbering<'a> {
         }
     }
 
+    #[inline]
     fn half_edge(&self, half_edge: HalfEdge) -> HalfEdge {
         HalfEdge::new(self.triangles[half_edge.triangle().index()], half_edge.corner())
     }
 
-    fn is_in_core(&self, number: HalfEdge) -> bool {
-        number.triangle().index() < self.order.core.len()
+    /// Returns the number of a half-edge, if it is in the core.
+    #[inline]
+    fn in_core(&self, half_edge: HalfEdge) -> Option<HalfEdge> {
+        let triangle = self.triangles[half_edge.triangle().index()];
+        (triangle.index() < self.order.core.len()).then(|| HalfEdge::new(triangle, half_edge.corner()))
     }
 }
 
 impl EditTile {
-    /// Makes the core and the border. The parts become components. `triangles` is the sum of the
-    /// triangles that belong to the tile.
-    pub(crate) fn drafts(&self, order: &TriangleOrder, parts: &TileParts, triangles: DigestSum) -> Drafts {
+    /// Makes the core and the border. The parts become components.
+    pub(crate) fn drafts(&self, order: &TriangleOrder, parts: &TileParts) -> Drafts {
         let numbering = Numbering::of(self, order);
         let mut drafts = Drafts {
-            digest: self.digest_with(triangles),
+            digest: self.digest(),
             bounds: self.bounds(&order.border),
             core: self.core_draft(&numbering),
             border: self.border_draft(&numbering),
         };
-        drafts.border.vertex_sides = vertex_sides(&drafts.core, &drafts.border);
         self.put_sources(&mut drafts, &numbering);
         if parts.count() > 1 {
             let of = |triangles: &[TriangleId]| triangles.iter().map(|&triangle| parts.of_triangle(triangle)).collect();
@@ -78,19 +81,25 @@ impl EditTile {
     /// Makes the core, without its components and the sources of its edges.
     fn core_draft(&self, numbering: &Numbering) -> CoreDraft {
         let triangles = &numbering.order.core;
-        let in_core = |half_edge: HalfEdge| {
-            let twin = numbering.half_edge(self.twin(half_edge).half_edge()?);
-            numbering.is_in_core(twin).then_some(twin)
+        let in_core = |twin: PackedTwin| match twin.get() {
+            Twin::HalfEdge(twin) => numbering.in_core(twin).into(),
+            Twin::Hull | Twin::Elsewhere => PackedHalfEdge::NONE,
         };
-        let neighbours =
-            |&triangle: &TriangleId| HalfEdge::of_triangle(triangle).map(|half_edge| in_core(half_edge).into());
+        let neighbours = triangles.iter().map(|&triangle| {
+            let [a, b, c] = self.twins[triangle.index()];
+            [in_core(a), in_core(b), in_core(c)]
+        });
         CoreDraft {
             points: self.points.clone(),
             z: self.z.clone(),
             records: self.records.clone(),
             input_points: self.input_points.clone(),
-            triangles: self.numbered_corners(triangles, numbering),
-            neighbours: triangles.iter().map(neighbours).collect(),
+            // All are the tile's own.
+            triangles: triangles
+                .iter()
+                .map(|&triangle| self.triangles[triangle.index()].map(|corner| corner.0))
+                .collect(),
+            neighbours: neighbours.collect(),
             constraints: self.bits_of(triangles),
             components: Vec::new(),
             edge_sources: Vec::new(),
@@ -99,8 +108,7 @@ impl EditTile {
         }
     }
 
-    /// Makes the border, without a half-edge at each vertex, its components and the sources of its
-    /// edges.
+    /// Makes the border, without its components and the sources of its edges.
     fn border_draft(&self, numbering: &Numbering) -> BorderDraft {
         let triangles = &numbering.order.border;
         let twin = |half_edge: HalfEdge| match self.twin(half_edge) {
@@ -112,25 +120,22 @@ impl EditTile {
             core_triangles: numbering.order.core.len() as u32,
             foreign: numbering.foreign.iter().map(|v| (v.id, v.point)).collect(),
             foreign_z: (!self.z.is_empty()).then(|| numbering.foreign.iter().map(|v| v.z).collect()),
-            triangles: self.numbered_corners(triangles, numbering),
+            triangles: triangles
+                .iter()
+                .map(|&triangle| self.triangles[triangle.index()].map(|corner| numbering.corners[corner.index()]))
+                .collect(),
             neighbours: triangles
                 .iter()
                 .map(|&triangle| HalfEdge::of_triangle(triangle).map(twin))
                 .collect(),
             core_links: self.core_links(numbering),
-            vertex_sides: Vec::new(),
+            vertex_sides: self.vertex_sides(numbering),
             constraints: self.bits_of(triangles),
             components: Vec::new(),
             edge_sources: Vec::new(),
             // Files without triangles are not edited.
             edges: Vec::new(),
         }
-    }
-
-    fn numbered_corners(&self, triangles: &[TriangleId], numbering: &Numbering) -> Vec<[u32; 3]> {
-        let corners = triangles.iter().map(|&triangle| self.triangles[triangle.index()]);
-        let numbered = corners.map(|corners| corners.map(|corner| numbering.corners[corner.index()]));
-        numbered.collect()
     }
 
     /// Returns the bits of triangles; nothing if none is set.
@@ -147,14 +152,34 @@ impl EditTile {
         let border = numbering.order.border.iter();
         let half_edges = border.flat_map(|&triangle| HalfEdge::of_triangle(triangle));
         let links = half_edges.filter_map(|half_edge| {
-            let twin = numbering.half_edge(self.twin(half_edge).half_edge()?);
-            numbering
-                .is_in_core(twin)
-                .then(|| (twin.0, numbering.half_edge(half_edge).0))
+            let twin = numbering.in_core(self.twin(half_edge).half_edge()?)?;
+            Some((twin.0, numbering.half_edge(half_edge).0))
         });
         let mut links: Vec<(u32, u32)> = links.collect();
         links.sort_unstable();
         links
+    }
+
+    /// Returns a half-edge of the border that leaves each vertex of the tile that is a corner of the
+    /// border but not of the core, by vertex.
+    fn vertex_sides(&self, numbering: &Numbering) -> Vec<(u32, u32)> {
+        let own = self.points.len();
+        let is_in_core = |half_edge: HalfEdge| numbering.in_core(half_edge).is_some();
+        let mut is_done = vec![false; own];
+        let mut sides = Vec::new();
+        for &triangle in &numbering.order.border {
+            for half_edge in HalfEdge::of_triangle(triangle) {
+                let corner = self.origin(half_edge);
+                if let Some(is_done) = is_done.get_mut(corner.index())
+                    && !std::mem::replace(is_done, true)
+                    && !self.around(corner).any(is_in_core)
+                {
+                    sides.push((corner.0, numbering.half_edge(half_edge).0));
+                }
+            }
+        }
+        sides.sort_unstable();
+        sides
     }
 
     /// Returns the vertices of other tiles that border triangles have, by id; and the number of
@@ -193,7 +218,7 @@ impl EditTile {
             // They are kept as seen from the smaller corner, and written as seen along the smaller
             // half-edge.
             let is_against = (self.origin(half_edge) > self.destination(half_edge)) != (other < this);
-            let in_core = numbering.is_in_core(this.max(other)) && twin.is_some();
+            let in_core = twin.is_some() && this.max(other).triangle().index() < numbering.order.core.len();
             let list = if in_core {
                 &mut drafts.core.edge_sources
             } else {
@@ -252,24 +277,4 @@ impl Counts {
             table: TablePlace::Nowhere,
         }
     }
-}
-
-/// Returns a half-edge that leaves each vertex of the tile that is a corner of the border but not
-/// of the core.
-fn vertex_sides(core: &CoreDraft, border: &BorderDraft) -> Vec<(u32, u32)> {
-    let mut has_one = vec![false; border.vertices as usize];
-    for &corner in core.triangles.as_flattened() {
-        has_one[corner as usize] = true;
-    }
-    let mut half_edges = Vec::new();
-    for (&corner, half_edge) in border.triangles.as_flattened().iter().zip(3 * border.core_triangles..) {
-        if let Some(has_one) = has_one.get_mut(corner as usize)
-            && !*has_one
-        {
-            *has_one = true;
-            half_edges.push((corner, half_edge));
-        }
-    }
-    half_edges.sort_unstable();
-    half_edges
 }

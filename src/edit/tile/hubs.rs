@@ -5,6 +5,7 @@
 
 use foldhash::{HashMap, HashSet};
 
+use crate::edit::tile::room::{bytes_of, make_room, with_room};
 use crate::geometry::{HalfEdge, TriangleId, VertexIndex};
 
 /// A vertex with more triangles than this is a hub. Walking round other vertices is faster than
@@ -25,7 +26,7 @@ impl Hubs {
     /// tile are ignored.
     pub(crate) fn of(vertices: usize, triangles: &[[VertexIndex; 3]]) -> Self {
         let mut this = Self {
-            degrees: vec![0; vertices],
+            degrees: with_room((0..vertices).map(|_| 0)),
             ..Self::default()
         };
         for &corner in triangles.as_flattened() {
@@ -46,9 +47,17 @@ impl Hubs {
         this
     }
 
+    /// Makes room for more vertices, which no triangle has yet. Returns false if there are hubs: their
+    /// edges may end at corners of other tiles, which get other numbers.
+    pub(crate) fn add_vertices(&mut self, more: usize) -> bool {
+        make_room(&mut self.degrees, more);
+        self.degrees.resize(self.degrees.len() + more, 0);
+        self.hubs.is_empty()
+    }
+
     /// Returns about how many bytes of memory it takes.
     pub(crate) fn byte_size(&self) -> usize {
-        4 * self.degrees.len() + 24 * self.half_edges.len()
+        bytes_of(&self.degrees) + 24 * self.half_edges.len()
     }
 
     /// Returns the number of triangles at a vertex of the tile.

@@ -7,7 +7,7 @@ use crate::edit::tile::hubs::Hubs;
 use crate::edit::vertex::{EditVertex, owner};
 use crate::geometry::{HalfEdge, TriangleId, VertexIndex};
 use crate::mesh::{Topology, Twin};
-use crate::store::{LinePart, TileId, VertexId};
+use crate::store::{DigestSum, LinePart, TileId, VertexId};
 
 /// The new ids of vertices. All others keep theirs.
 pub(crate) type Renamed = HashMap<VertexId, VertexId>;
@@ -92,6 +92,7 @@ impl<'a> MadeTile<'a> {
         let triangle = TriangleId(self.tile.triangles.len() as u32);
         self.tile.triangles.push(corners);
         self.tile.bits.push(bits);
+        self.tile.count_in(triangle);
         for (s, half_edge) in HalfEdge::of_triangle(triangle).into_iter().enumerate() {
             self.half_edges.insert([corners[s], corners[(s + 1) % 3]], half_edge);
             if let Some(leaving) = self.tile.leaving.get_mut(corners[s].index()) {
@@ -151,6 +152,7 @@ impl EditTile {
             triangles: Vec::new(),
             twins: Vec::new(),
             bits: Vec::new(),
+            owned: DigestSum::default(),
             free: Vec::new(),
             leaving: Vec::new(),
             hubs: Hubs::default(),

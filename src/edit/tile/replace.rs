@@ -4,7 +4,8 @@ use std::iter;
 
 use crate::edit::contradiction::Contradiction;
 use crate::edit::patch::{NewTriangle, OldPosition, Patch, PatchTwin, TilePositions, TileShare};
-use crate::edit::tile::{EditTile, GONE, REMOVED, make_room};
+use crate::edit::tile::room::make_room;
+use crate::edit::tile::{EditTile, GONE, REMOVED};
 use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, PackedHalfEdge, TriangleId, VertexIndex};
 use crate::mesh::{Topology, Twin};
@@ -137,6 +138,7 @@ impl EditTile {
         {
             let triangle = position.first.triangle();
             self.free.push(triangle);
+            self.count_out(triangle);
             let corners = std::mem::replace(&mut self.triangles[triangle.index()], GONE);
             self.hubs.remove(corners);
         }
@@ -161,6 +163,7 @@ impl EditTile {
                 self.triangles[triangle.index()] = corners;
                 self.bits[triangle.index()] = bits;
             }
+            self.count_in(triangle);
             positions.new[number.index()] = Some(triangle);
             self.hubs.add(corners, triangle);
             for (half_edge, corner) in iter::zip(HalfEdge::of_triangle(triangle), corners) {

@@ -44,6 +44,13 @@ impl DigestSum {
         self.sum = self.sum.wrapping_add(hash);
     }
 
+    /// Removes an element by its hash.
+    #[inline]
+    pub(crate) fn remove_hash(&mut self, hash: u128) {
+        self.count = self.count.wrapping_sub(1);
+        self.sum = self.sum.wrapping_sub(hash);
+    }
+
     fn add(&mut self, bytes: &[u8]) {
         self.add_hash(xxh3_128(bytes));
     }

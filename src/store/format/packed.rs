@@ -169,18 +169,33 @@ pub(crate) fn write<'b>(
     marks: u64,
 ) -> WIPOffset<schema::Packed<'b>> {
     let width = width_for(largest, marks);
-    let count = values.len();
-    let mut bytes = vec![0u8; (count + 1) * width + 8 - width];
-    let mut at = 0;
-    for value in values {
-        debug_assert!(value <= largest || value > u64::MAX - marks);
-        bytes[at..at + 8].copy_from_slice(&(value & mask(width)).to_le_bytes());
-        at += width;
-    }
-    bytes.truncate(count * width + 8 - width);
+    let values = values.inspect(|&value| debug_assert!(value <= largest || value > u64::MAX - marks));
+    let bytes = match width {
+        1 => lowest_bytes(values, |[a, ..]| [a]),
+        2 => lowest_bytes(values, |[a, b, ..]| [a, b]),
+        3 => lowest_bytes(values, |[a, b, c, ..]| [a, b, c]),
+        4 => lowest_bytes(values, |[a, b, c, d, ..]| [a, b, c, d]),
+        5 => lowest_bytes(values, |[a, b, c, d, e, ..]| [a, b, c, d, e]),
+        6 => lowest_bytes(values, |[a, b, c, d, e, f, ..]| [a, b, c, d, e, f]),
+        7 => lowest_bytes(values, |[a, b, c, d, e, f, g, _]| [a, b, c, d, e, f, g]),
+        _ => lowest_bytes(values, |all| all),
+    };
     let data = Some(builder.create_vector(&bytes));
     let width = width as u8;
     schema::Packed::create(builder, &schema::PackedArgs { width, data })
+}
+
+/// Returns `WIDTH` bytes of each value, as `of` takes them from its eight, and the padding.
+fn lowest_bytes<const WIDTH: usize>(
+    values: impl ExactSizeIterator<Item = u64>,
+    of: impl Fn([u8; 8]) -> [u8; WIDTH],
+) -> Vec<u8> {
+    // With room for the padding.
+    let mut all = Vec::with_capacity(values.len() + 8usize.div_ceil(WIDTH));
+    all.extend(values.map(|value| of(value.to_le_bytes())));
+    let mut bytes = all.into_flattened();
+    bytes.resize(bytes.len() + 8 - WIDTH, 0);
+    bytes
 }
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! Copies of what a tile says of all its triangles, which take less time than to ask for each.
+//! Copies of what a tile says of all its triangles, which take less time than to ask for each. Each has
+//! room for `more` triangles.
 
 use crate::geometry::{HalfEdge, VertexIndex};
 use crate::mesh::Twin;
@@ -6,16 +7,16 @@ use crate::store::format::tile::Tile;
 
 impl Tile {
     /// Returns the corners of all triangles.
-    pub(crate) fn all_corners(&self) -> Vec<[VertexIndex; 3]> {
-        let mut all = Vec::with_capacity(self.triangle_count() as usize);
+    pub(crate) fn all_corners(&self, more: usize) -> Vec<[VertexIndex; 3]> {
+        let mut all = Vec::with_capacity(self.triangle_count() as usize + more);
         self.triangles.extend_triples(&mut all, VertexIndex);
         self.border_triangles.extend_triples(&mut all, VertexIndex);
         all
     }
 
     /// Returns the twins of all half-edges, by triangle.
-    pub(crate) fn all_twins<T: From<Twin>>(&self) -> Vec<[T; 3]> {
-        let mut all: Vec<[T; 3]> = Vec::with_capacity(self.triangle_count() as usize);
+    pub(crate) fn all_twins<T: From<Twin>>(&self, more: usize) -> Vec<[T; 3]> {
+        let mut all: Vec<[T; 3]> = Vec::with_capacity(self.triangle_count() as usize + more);
         let half_edge = |value: u32| T::from(Twin::HalfEdge(HalfEdge(value)));
         // Marks are the largest values of a width, and half-edges have at most 32 bits.
         let mark = self.neighbours.largest() as u32;
@@ -39,12 +40,14 @@ impl Tile {
 
     /// Returns three bits for each triangle that say which of its half-edges are on constraints, and from
     /// bit `walls` on three that say which are on walls.
-    pub(crate) fn all_edge_bits(&self, walls: u32) -> Vec<u8> {
+    pub(crate) fn all_edge_bits(&self, walls: u32, more: usize) -> Vec<u8> {
         let core = self.core_triangle_count() as usize;
         let counts = [core, self.triangle_count() as usize - core];
         let parts = self.half_edge_bits.iter().zip(counts);
-        parts
-            .flat_map(|(bits, count)| bits.of_triangles(count, walls))
-            .collect()
+        let mut all = Vec::with_capacity(self.triangle_count() as usize + more);
+        for (bits, count) in parts {
+            all.extend(bits.of_triangles(count, walls));
+        }
+        all
     }
 }
