@@ -25,6 +25,8 @@ struct Numbering<'a> {
     order: &'a TriangleOrder,
     /// The number of the triangle at each position that has one.
     triangles: Vec<TriangleId>,
+    /// The first `kept` triangles have their positions as numbers: after most edits, almost all.
+    kept: usize,
     /// The vertices of other tiles that are corners.
     foreign: Vec<EditVertex>,
     /// The number of each corner.
@@ -34,13 +36,19 @@ struct Numbering<'a> {
 impl<'a> Numbering<'a> {
     fn of(tile: &EditTile, order: &'a TriangleOrder) -> Self {
         let mut triangles = vec![TriangleId(0); tile.triangles.len()];
-        for (triangle, number) in order.all().zip((0..).map(TriangleId)) {
+        for (triangle, number) in order.core.iter().zip((0..).map(TriangleId)) {
             triangles[triangle.index()] = number;
         }
+        for (triangle, number) in order.border.iter().zip((order.core.len() as u32..).map(TriangleId)) {
+            triangles[triangle.index()] = number;
+        }
+        let numbered = order.core.iter().zip((0..).map(TriangleId));
+        let kept = numbered.take_while(|&(&triangle, number)| triangle == number).count();
         let (foreign, corners) = tile.foreign_in_order(&order.border);
         Self {
             order,
             triangles,
+            kept,
             foreign,
             corners,
         }
@@ -54,6 +62,9 @@ impl<'a> Numbering<'a> {
     /// Returns the number of a half-edge, if it is in the core.
     #[inline]
     fn in_core(&self, half_edge: HalfEdge) -> Option<HalfEdge> {
+        if half_edge.index() < 3 * self.kept {
+            return Some(half_edge);
+        }
         let triangle = self.triangles[half_edge.triangle().index()];
         (triangle.index() < self.order.core.len()).then(|| HalfEdge::new(triangle, half_edge.corner()))
     }

@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use flatbuffers::{FlatBufferBuilder, Vector, WIPOffset};
 
-use crate::geometry::{PackedHalfEdge, Point};
+use crate::geometry::{HalfEdge, PackedHalfEdge, Point};
 use crate::io::Buffers;
 use crate::mesh::{Twin, WALLS};
 use crate::store::format::generated::tile as schema;
@@ -144,14 +144,14 @@ impl CoreDraft {
     pub(crate) fn encode(&self, tile: TileId, generation: u32, buffers: &Buffers) -> Bytes {
         let vertices = self.points.len() as u64;
         let half_edges = 3 * self.triangles.len() as u64;
-        let mut vertex_sides = vec![NOT_IN_CORE; self.points.len()];
-        for (&vertex, half_edge) in self.triangles.as_flattened().iter().zip(0u64..) {
-            vertex_sides[vertex as usize] = half_edge;
+        let mut vertex_sides = vec![PackedHalfEdge::NONE; self.points.len()];
+        for (&vertex, half_edge) in self.triangles.as_flattened().iter().zip(0..) {
+            vertex_sides[vertex as usize] = HalfEdge(half_edge).into();
         }
         let mut builder = FlatBufferBuilder::from_vec(buffers.zeroed(56 * self.points.len() + 1024));
-        let vertex_sides = packed::write(&mut builder, vertex_sides.into_iter(), half_edges, 1);
-        let neighbours = self.neighbours.as_flattened().iter();
-        let neighbours = neighbours.map(|twin| twin.get().map_or(NOT_IN_CORE, |twin| twin.0.into()));
+        let in_core = |half_edge: &PackedHalfEdge| half_edge.get().map_or(NOT_IN_CORE, |twin| twin.0.into());
+        let vertex_sides = packed::write(&mut builder, vertex_sides.iter().map(in_core), half_edges, 1);
+        let neighbours = self.neighbours.as_flattened().iter().map(in_core);
         let neighbours = packed::write(&mut builder, neighbours, half_edges, 1);
         let corners = self.triangles.as_flattened().iter().map(|&v| u64::from(v));
         let triangles = packed::write(&mut builder, corners, vertices, 0);
@@ -160,8 +160,8 @@ impl CoreDraft {
         let records = self.records.iter().map(|record| record - first_record);
         let records = packed::write(&mut builder, records, last_record - first_record, 0);
         let z = (!self.z.is_empty()).then(|| builder.create_vector(&self.z));
-        let coordinates: Vec<f64> = self.points.iter().flat_map(|p| [p.x, p.y]).collect();
-        let coordinates = builder.create_vector(&coordinates);
+        let coordinates: Vec<[f64; 2]> = self.points.iter().map(|p| [p.x, p.y]).collect();
+        let coordinates = builder.create_vector(coordinates.as_flattened());
         let constraints = half_edge_bits(&mut builder, &self.constraints, 0);
         let walls = half_edge_bits(&mut builder, &self.constraints, WALLS);
         let components = optional(&mut builder, self.components.iter().map(|&c| c.into()));
