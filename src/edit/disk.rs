@@ -91,6 +91,8 @@ impl Disk {
         let Target { path, file } = target;
         let free = free_space(&file, &reader, purpose);
         let generation = u32::try_from(reader.generation() + 1);
+        // Nobody reads a draft.
+        let workers = Workers::new(threads, purpose != Purpose::Draft);
         let written = Written {
             writer: TileWriter::behind(file.clone(), reader.file_length())
                 .draft(purpose == Purpose::Draft)
@@ -110,7 +112,7 @@ impl Disk {
             order: WriteOrder::default(),
             seeds: Arc::new(seeds),
             buffers: Buffers::default(),
-            workers: Workers::new(threads).map_err(|error| EditError::io(&path, "start a thread to edit", error))?,
+            workers: workers.map_err(|error| EditError::io(&path, "start a thread to edit", error))?,
             path,
             reads: AtomicU64::new(0),
             file,

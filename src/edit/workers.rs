@@ -8,6 +8,10 @@ use tokio::sync::oneshot;
 use crate::edit::error::EditError;
 use crate::io::start_thread;
 
+/// How much less urgent threads are that yield to others, as a nice value.
+#[cfg(target_os = "linux")]
+const LESS_URGENT: i32 = 10;
+
 type Job = Box<dyn FnOnce() + Send>;
 
 /// Threads for longer computations, at most as many as the system grants, besides the runtime's
@@ -19,13 +23,18 @@ pub(crate) struct Workers {
 }
 
 impl Workers {
-    pub(crate) fn new(threads: usize) -> io::Result<Self> {
+    /// Starts threads. If they are to `yield_first`, other threads that compute come first: those that
+    /// read the file that is edited must not wait.
+    pub(crate) fn new(threads: usize, yield_first: bool) -> io::Result<Self> {
         let (jobs, work) = mpsc::channel::<Job>();
         let work = Arc::new(parking_lot::Mutex::new(work));
         let start = |number| {
             let work = Arc::clone(&work);
             let next = move || work.lock().recv().ok();
             start_thread(&format!("tile-edit-desk-{number}"), move || {
+                if yield_first {
+                    lower_priority();
+                }
                 std::iter::from_fn(next).for_each(|job| job());
             })
         };
@@ -49,3 +58,14 @@ impl Workers {
             .map_err(|_| EditError::Internal("a tile could not be computed".to_owned()))
     }
 }
+
+/// Makes the calling thread less urgent than others of the process.
+#[cfg(target_os = "linux")]
+fn lower_priority() {
+    // Linux knows the nice value of each thread. If it refuses another one, the thread is as the others.
+    let _ = rustix::process::nice(LESS_URGENT);
+}
+
+/// Elsewhere, a nice value is that of the whole process.
+#[cfg(not(target_os = "linux"))]
+fn lower_priority() {}

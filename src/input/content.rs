@@ -2,7 +2,7 @@
 
 use crate::input::bytes::{ByteInput, is_gzip};
 use crate::input::error::{InputError, Location};
-use crate::input::options::Format;
+use crate::input::format::Format;
 use crate::input::watch::{Reading, Watched};
 use std::path::Path;
 

@@ -108,6 +108,7 @@ mod error;
     allow(dead_code, reason = "most flaws are of records in text or GeoJSON")
 )]
 mod flaw;
+mod format;
 mod formats;
 mod layer;
 mod lines;
@@ -128,8 +129,9 @@ pub use about::{CopcInfo, Field, LasInfo};
 pub use caught::panic_is_caught;
 pub use describe::{Contents, FileInfo, ItemCounts, describe};
 pub use error::{InputError, Location, RecordKind};
+pub use format::Format;
 pub use lines::SegmentBatch;
-pub use options::{Column, Columns, Format, InputOptions, MissingZ, Returns};
+pub use options::{Column, Columns, InputOptions, MissingZ, Returns};
 pub use points::{InputCounts, PointBatch};
 pub use sites::{SiteBatch, SiteId};
 pub use source::{LineOrigin, PointSource, PolySource, RowFile, SegmentSource, SiteSource, Source};

@@ -3,9 +3,10 @@
 use crate::input::about::About;
 use crate::input::describe::info::Contents;
 use crate::input::error::InputError;
+use crate::input::format::Format;
 use crate::input::formats::poly::beside;
 use crate::input::lines::SegmentBatch;
-use crate::input::options::{Format, InputOptions, MissingZ, Returns};
+use crate::input::options::{InputOptions, MissingZ, Returns};
 use crate::input::points::PointBatch;
 use crate::input::source::{PointSource, PolySource, SegmentSource};
 use crate::input::watch::Reading;

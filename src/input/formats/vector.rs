@@ -3,6 +3,7 @@
 use crate::input::bytes::ByteInput;
 use crate::input::content;
 use crate::input::error::InputError;
+use crate::input::format::Format;
 #[cfg(feature = "flatgeobuf")]
 use crate::input::formats::flatgeobuf;
 #[cfg(feature = "geojson")]
@@ -12,7 +13,6 @@ use crate::input::formats::geopackage;
 #[cfg(feature = "shapefile")]
 use crate::input::formats::shapefile;
 use crate::input::formats::shapes::Shapes;
-use crate::input::options::Format;
 use crate::input::watch::Watched;
 use std::fs::File;
 use std::sync::Arc;

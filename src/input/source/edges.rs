@@ -2,12 +2,12 @@
 
 use crate::input::bytes::ByteInput;
 use crate::input::error::{InputError, Location, RecordKind};
+use crate::input::format::Format;
 use crate::input::formats::node::Vertices;
 use crate::input::formats::poly::beside;
 use crate::input::formats::text_lines::Lines;
 use crate::input::formats::{obj, ply};
 use crate::input::lines::SegmentBatch;
-use crate::input::options::Format;
 use crate::input::source::lines::LineFormat;
 use crate::input::source::stream::Source;
 use crate::input::watch::{Watched, note};

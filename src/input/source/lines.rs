@@ -9,6 +9,7 @@
 use crate::input::bytes::ByteInput;
 use crate::input::content;
 use crate::input::error::{InputError, RecordKind};
+use crate::input::format::Format;
 use crate::input::formats::raw::pairs::Pairs;
 #[cfg(feature = "wkb")]
 use crate::input::formats::shapes::Decoded;
@@ -20,7 +21,6 @@ use crate::input::formats::vector::Vector;
 use crate::input::formats::wkb::Geometries;
 use crate::input::formats::{ele, obj, ply};
 use crate::input::lines::SegmentBatch;
-use crate::input::options::Format;
 use crate::input::reader::Started;
 #[cfg(feature = "wkb")]
 use crate::input::source::stream::Input;

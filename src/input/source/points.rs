@@ -5,6 +5,7 @@ use crate::geometry::Point;
 use crate::input::bytes::ByteInput;
 use crate::input::content;
 use crate::input::error::{InputError, Location, NOT_COPC, RecordKind};
+use crate::input::format::Format;
 #[cfg(feature = "las")]
 use crate::input::formats::las;
 use crate::input::formats::node::Node;
@@ -17,7 +18,7 @@ use crate::input::formats::shapes;
 use crate::input::formats::text;
 use crate::input::formats::vector::Vector;
 use crate::input::formats::{obj, ply};
-use crate::input::options::{Format, InputOptions};
+use crate::input::options::InputOptions;
 use crate::input::points::{InputCounts, PointBatch};
 use crate::input::reader::Started;
 use crate::input::sample::sample;

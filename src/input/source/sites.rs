@@ -8,11 +8,11 @@
 use crate::input::bytes::ByteInput;
 use crate::input::content;
 use crate::input::error::{InputError, RecordKind};
+use crate::input::format::Format;
 use crate::input::formats::shapes::Sites;
 #[cfg(feature = "text")]
 use crate::input::formats::text;
 use crate::input::formats::vector::Vector;
-use crate::input::options::Format;
 use crate::input::reader::Started;
 use crate::input::sites::SiteBatch;
 use crate::input::source::stream::{Records, Source, start_stream};

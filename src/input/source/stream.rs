@@ -8,7 +8,7 @@ use crate::input::about::About;
 use crate::input::bytes::ByteInput;
 use crate::input::content;
 use crate::input::error::{InputError, RecordKind};
-use crate::input::options::Format;
+use crate::input::format::Format;
 use crate::input::reader::{Batch, Reader, Sink, Started, Totals};
 use crate::input::sample::RandomAccess;
 use crate::input::watch::{FileStamp, Reading, Watch, Watched, note};

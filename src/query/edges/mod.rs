@@ -27,6 +27,7 @@
 //! The search does no I/O: [`EdgeSearch::step`](search::EdgeSearch::step) takes a tile, and returns
 //! when it needs another; [`run`] supplies the tiles.
 
+mod cavity;
 mod corner;
 mod distances;
 mod node;

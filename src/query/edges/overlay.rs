@@ -30,6 +30,7 @@ use std::collections::BTreeMap;
 
 use foldhash::{HashMap, HashSet};
 
+use super::cavity::Cavity;
 use super::corner::{Corner, EdgeKind, Face, FaceEdge, GraphVertex, Within, sorted};
 use crate::geometry::{Orientation, Point, in_circle, orient2d};
 use crate::query::free_space::{FreeSpace, Position, QueryPoint};
@@ -78,34 +79,6 @@ enum InsertPosition {
     On([GraphVertex; 2]),
     /// Outside the hull, in sight of this hull edge.
     Outside(FaceEdge),
-}
-
-/// A cavity, or a part of one, with the edges of its triangles.
-#[derive(Default)]
-struct Cavity {
-    half_edges: HashMap<[GraphVertex; 2], FaceEdge>,
-    /// The edges in the order of insertion, so that results do not depend on hashing.
-    order: Vec<[GraphVertex; 2]>,
-    open: Vec<FaceEdge>,
-    faces: Vec<Face>,
-}
-
-impl Cavity {
-    fn take(&mut self, face: Face) {
-        self.faces.push(face);
-        face.edges().into_iter().for_each(|face_edge| self.take_edge(face_edge));
-    }
-
-    fn take_edge(&mut self, face_edge: FaceEdge) {
-        if self.half_edges.insert(face_edge.ends(), face_edge).is_none() {
-            self.order.push(face_edge.ends());
-            self.open.push(face_edge);
-        }
-    }
-
-    fn has_twin(&self, [from, to]: [GraphVertex; 2]) -> bool {
-        self.half_edges.contains_key(&[to, from])
-    }
 }
 
 impl Overlay {
