@@ -2,6 +2,7 @@
 //! that has the file open keeps its old content. A compacted file has the same content.
 //! `constraints` and `regions` promise that edits give the triangles of a build.
 
+mod line_sequences;
 mod lines;
 mod log;
 mod points;
