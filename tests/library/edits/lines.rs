@@ -5,7 +5,7 @@
 use std::fs;
 
 use delaunay_tiles::geometry::Point;
-use delaunay_tiles::input::{SegmentBatch, SiteBatch, SiteId};
+use delaunay_tiles::input::{SegmentBatch, SiteId};
 use delaunay_tiles::store::LineKind;
 use delaunay_tiles::{BuildOptions, Builder, Crossings, EditError, EditOptions, Editor};
 
