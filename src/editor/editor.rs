@@ -14,7 +14,8 @@ use crate::editor::transaction::Transaction;
 ///
 /// After each transaction, the file has exactly the triangles that a build of the changed points,
 /// lines and sites would have. The file is locked against other editors. Readers may have it open, and
-/// see it as it was when they opened it.
+/// see it as it was when they opened it. On Linux, the threads that decode and encode tiles yield to
+/// others of the process: their nice value is 10 more.
 ///
 /// # Example
 ///
