@@ -321,16 +321,17 @@ impl Disk {
 
     fn encoded(&self, tile: &EditTile, codec: Codec) -> Encoded {
         let order = tile.in_order();
-        let (parts, table, survey) = if self.has_regions {
+        let (parts, table, triangles, survey) = if self.has_regions {
             let parts = TileParts::of(tile, &order);
             let survey = TileSurvey::of(tile, &order, &parts, &self.seeds);
-            (parts, survey.table.clone(), Some(survey))
+            (parts, survey.table.clone(), survey.triangles, Some(survey))
         } else {
             let parts = TileParts::whole(tile, &order);
-            let table = table_without_regions(tile, &order);
-            (parts, table, None)
+            let triangles = tile.owned();
+            let table = table_without_regions(tile, &order, triangles);
+            (parts, table, triangles, None)
         };
-        let drafts = tile.drafts(&order, &parts);
+        let drafts = tile.drafts(&order, &parts, triangles);
         let core = drafts.core.encode(tile.id, self.generation, &self.buffers);
         let border = drafts.border.encode(tile.id, self.generation, &self.buffers);
         Encoded {

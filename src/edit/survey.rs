@@ -11,7 +11,9 @@ use crate::edit::tile::parts::TileParts;
 use crate::edit::tile::{EditTile, TriangleOrder};
 use crate::geometry::{HalfEdge, Point, TriangleId};
 use crate::mesh::{Topology, Twin};
-use crate::store::{ComponentId, ComponentRecord, EdgeSource, TileId, VertexId, component_table, triangle_hash};
+use crate::store::{
+    ComponentId, ComponentRecord, DigestSum, EdgeSource, TileId, VertexId, component_table, triangle_hash,
+};
 
 /// A triangle that several tiles store.
 #[derive(Clone, Copy, Debug)]
@@ -55,6 +57,8 @@ pub(crate) struct TileSurvey {
     pub(crate) tile: TileId,
     /// The number of parts.
     pub(crate) parts: u32,
+    /// The number of the triangles that belong to the tile, and the sum of their hashes.
+    pub(crate) triangles: DigestSum,
     /// The component table, without regions, depths and links; empty without parts.
     pub(crate) table: Vec<u8>,
     /// The parts that are connected within the tile without a constraint between: each with the first
@@ -115,6 +119,10 @@ impl TileSurvey {
         Self {
             tile: tile.id,
             parts: parts.count(),
+            triangles: records.iter().fold(DigestSum::default(), |mut sum, record| {
+                sum += record.triangles;
+                sum
+            }),
             // A tile without triangles has no components, and no table.
             table: match records.is_empty() {
                 true => Vec::new(),
@@ -141,8 +149,8 @@ impl TileSurvey {
 }
 
 /// Returns the component table of a tile in a file without regions and constraints, where each tile is
-/// one component.
-pub(crate) fn table_without_regions(tile: &EditTile, order: &TriangleOrder) -> Vec<u8> {
+/// one component. `triangles` is the sum of the triangles that belong to the tile.
+pub(crate) fn table_without_regions(tile: &EditTile, order: &TriangleOrder, triangles: DigestSum) -> Vec<u8> {
     if order.all().next().is_none() {
         return Vec::new();
     }
@@ -153,7 +161,7 @@ pub(crate) fn table_without_regions(tile: &EditTile, order: &TriangleOrder) -> V
     let record = ComponentRecord {
         is_open: is_at_hull,
         is_at_hull,
-        triangles: tile.owned(),
+        triangles,
         links: others.into_iter().map(|tile| ComponentId { tile, number: 0 }).collect(),
         ..ComponentRecord::default()
     };
@@ -165,21 +173,17 @@ fn records(tile: &EditTile, order: &TriangleOrder, parts: &TileParts, seeds: &Se
     let mut records = vec![ComponentRecord::default(); parts.count() as usize];
     let core = order.core.iter().map(|&triangle| (triangle, true));
     let of_border = order.border.iter().map(|&triangle| (triangle, tile.owns(triangle)));
-    let is_whole = records.len() == 1;
     for (triangle, is_owned) in core.chain(of_border) {
         let record = &mut records[parts.of_triangle(triangle) as usize];
-        describe(tile, triangle, is_owned && !is_whole, seeds, record);
-    }
-    if let [record] = &mut records[..] {
-        record.triangles = tile.owned();
+        describe(tile, triangle, is_owned, seeds, record);
     }
     records
 }
 
-/// Adds what a triangle says of its component, which may count it.
-fn describe(tile: &EditTile, triangle: TriangleId, counts: bool, seeds: &Seeds, record: &mut ComponentRecord) {
+/// Adds what a triangle, which may belong to the tile, says of its component.
+fn describe(tile: &EditTile, triangle: TriangleId, is_owned: bool, seeds: &Seeds, record: &mut ComponentRecord) {
     let points = tile.corner_points(triangle);
-    if counts {
+    if is_owned {
         record.triangles.add_hash(triangle_hash(points));
     }
     record.is_seeded |= !seeds.is_empty() && seeds.any_in(points);

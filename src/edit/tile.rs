@@ -49,8 +49,9 @@ pub(crate) struct EditTile {
     triangles: Vec<[VertexIndex; 3]>,
     twins: Vec<[PackedTwin; 3]>,
     bits: Vec<u8>,
-    /// The number of the triangles that belong to the tile, and the sum of their hashes.
-    owned: DigestSum,
+    /// The number of the triangles that belong to the tile, and the sum of their hashes. `None` if that is
+    /// not known, as in a file with regions, where each part of a tile has a sum, found when it is written.
+    owned: Option<DigestSum>,
     /// Positions of removed triangles.
     free: Vec<TriangleId>,
     /// A half-edge that leaves each vertex of the tile.
@@ -88,7 +89,7 @@ pub(crate) struct NewVertex {
 
 impl EditTile {
     /// Copies a tile's content. In a file without regions, the component table has the sum of its
-    /// triangles. With regions, a tile that is being built has none yet, so that the sum is found anew.
+    /// triangles.
     pub(crate) fn of(tile: &Tile, has_regions: bool) -> Self {
         let vertices = tile.vertex_count();
         let more = room(tile.triangle_count() as usize);
@@ -125,7 +126,13 @@ impl EditTile {
             bits: tile.all_edge_bits(WALLS, more),
             hubs: Hubs::of(vertices as usize, &triangles),
             triangles,
-            owned: DigestSum::default(),
+            owned: match has_regions {
+                true => None,
+                false => match &tile.component_records()[..] {
+                    [record] => Some(record.triangles),
+                    _ => None,
+                },
+            },
             free: Vec::new(),
             leaving: with_room(tile.vertex_indices().map(|v| tile.leaving(v).into())),
             sources: HashMap::new(),
@@ -138,10 +145,6 @@ impl EditTile {
                 .collect();
         }
         this.load_sources(tile);
-        this.owned = match &tile.component_records()[..] {
-            [record] if !has_regions => record.triangles,
-            _ => this.hashed(),
-        };
         this
     }
 
@@ -177,7 +180,7 @@ impl EditTile {
 
     /// Returns the number of the triangles that belong to the tile, and the sum of their hashes.
     pub(crate) fn owned(&self) -> DigestSum {
-        self.owned
+        self.owned.unwrap_or_else(|| self.hashed())
     }
 
     pub(crate) fn points(&self) -> &[Point] {
@@ -321,15 +324,20 @@ impl EditTile {
 
     /// Adds a triangle to the sum of those that belong to the tile, if it does.
     fn count_in(&mut self, triangle: TriangleId) {
-        if self.owns(triangle) {
-            self.owned.add_hash(triangle_hash(self.corner_points(triangle)));
-        }
+        self.count(triangle, DigestSum::add_hash);
     }
 
     /// Takes a triangle out of the sum of those that belong to the tile, if it does.
     fn count_out(&mut self, triangle: TriangleId) {
-        if self.owns(triangle) {
-            self.owned.remove_hash(triangle_hash(self.corner_points(triangle)));
+        self.count(triangle, DigestSum::remove_hash);
+    }
+
+    fn count(&mut self, triangle: TriangleId, change: impl Fn(&mut DigestSum, u128)) {
+        if let Some(mut sum) = self.owned
+            && self.owns(triangle)
+        {
+            change(&mut sum, triangle_hash(self.corner_points(triangle)));
+            self.owned = Some(sum);
         }
     }
 

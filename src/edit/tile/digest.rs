@@ -8,8 +8,13 @@ impl EditTile {
     /// Returns the digest of all elements that belong to the tile, without holes: a tile that can
     /// be changed knows no regions.
     pub(crate) fn digest(&self) -> Digest {
+        self.digest_with(self.owned())
+    }
+
+    /// Returns the digest, given what [`owned`](Self::owned) returns.
+    pub(crate) fn digest_with(&self, triangles: DigestSum) -> Digest {
         let mut digest = Digest {
-            triangles: self.owned,
+            triangles,
             ..Digest::default()
         };
         digest.add_vertices(&self.points, &self.z);

@@ -9,7 +9,7 @@ use crate::edit::tile::{EditTile, TriangleOrder};
 use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, PackedHalfEdge, Rect, TriangleId};
 use crate::mesh::{Topology, Twin};
-use crate::store::{BorderDraft, CoreDraft, Digest, Extent, TablePlace, TileEntry};
+use crate::store::{BorderDraft, CoreDraft, Digest, DigestSum, Extent, TablePlace, TileEntry};
 
 /// The drafts that a tile is written from.
 pub(crate) struct Drafts {
@@ -71,11 +71,12 @@ impl<'a> Numbering<'a> {
 }
 
 impl EditTile {
-    /// Makes the core and the border. The parts become components.
-    pub(crate) fn drafts(&self, order: &TriangleOrder, parts: &TileParts) -> Drafts {
+    /// Makes the core and the border. The parts become components. `triangles` is the sum of the
+    /// triangles that belong to the tile.
+    pub(crate) fn drafts(&self, order: &TriangleOrder, parts: &TileParts, triangles: DigestSum) -> Drafts {
         let numbering = Numbering::of(self, order);
         let mut drafts = Drafts {
-            digest: self.digest(),
+            digest: self.digest_with(triangles),
             bounds: self.bounds(&order.border),
             core: self.core_draft(&numbering),
             border: self.border_draft(&numbering),

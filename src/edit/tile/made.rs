@@ -152,7 +152,7 @@ impl EditTile {
             triangles: Vec::new(),
             twins: Vec::new(),
             bits: Vec::new(),
-            owned: DigestSum::default(),
+            owned: Some(DigestSum::default()),
             free: Vec::new(),
             leaving: Vec::new(),
             hubs: Hubs::default(),
