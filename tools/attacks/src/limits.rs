@@ -1,8 +1,8 @@
 //! Runs commands that take `--memory`, with inputs, budgets, tiles and threads of random sizes,
 //! under a hard limit 16 MiB above the budget.
 //!
-//! A command may report that the memory is too little. It must not be killed, and its resident
-//! memory must not exceed the limit.
+//! A command may report that the memory is too little. It must not be killed, and its peak must not
+//! exceed the limit (see [`cases::fault`]).
 
 use std::sync::atomic::AtomicBool;
 

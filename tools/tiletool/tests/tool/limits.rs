@@ -44,16 +44,13 @@ fn commands_keep_to_their_memory_under_a_hard_limit() {
     };
     for case in &cases::ALL {
         let took = runner.run(case, MEMORY, &[]).unwrap();
-        let fault = cases::fault(&took, u64::MAX);
+        let fault = cases::fault(&took, MEMORY + MARGIN);
         assert_eq!(fault, None, "{}, with {}", case.name, limit.describe());
-        // A test build's code is larger than that of a release build, so it is not counted.
-        let Some(peak) = took.own_peak else {
+        if took.own_peak.is_none() {
             eprintln!(
                 "the system does not report the memory of a process: {} is not measured",
                 case.name
             );
-            continue;
-        };
-        assert!(peak <= MEMORY + MARGIN, "{}: {} MiB", case.name, peak / MEBIBYTE);
+        }
     }
 }
