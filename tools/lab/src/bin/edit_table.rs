@@ -30,6 +30,9 @@ struct Arguments {
     /// Number of points in the file
     #[arg(long, default_value_t = 10_000_000, value_parser = clap::value_parser!(u64).range(1000..1 << 29))]
     points: u64,
+    /// Number of vertices of a tile
+    #[arg(long, default_value_t = 32_768)]
+    tile_vertices: usize,
     /// Number of points that come and go at once
     #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..1 << 29))]
     changes: u64,
@@ -75,7 +78,7 @@ fn main() -> Result<()> {
 
 async fn measure(arguments: &Arguments, folder: &Path) -> Result<Vec<Row>> {
     let path = folder.join("edited.tiles");
-    let mut builder = Builder::new(&path, BuildOptions::default())?;
+    let mut builder = Builder::new(&path, BuildOptions::default().tile_vertices(arguments.tile_vertices))?;
     let all: Vec<Point> = uniform(arguments.points, 1);
     for (batch, first) in all.chunks(1 << 16).zip((0..).step_by(1 << 16)) {
         builder.push(&batch_of(batch, first)).await?;
