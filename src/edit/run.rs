@@ -44,8 +44,11 @@ pub(crate) async fn edit(
     let path = target.path.clone();
     let task = move || {
         let is_stopped = || stopped.load(Ordering::Relaxed) || is_cancelled();
+        let edited = edit_here(target, &work, memory, &is_stopped, runtime);
+        // Before the reply: whoever gets it may lock anew what this holds a lock of.
+        drop(is_cancelled);
         // If the receiver is gone, the result is not needed.
-        let _ = reply.send(edit_here(target, &work, memory, &is_stopped, runtime));
+        let _ = reply.send(edited);
     };
     start_thread("tile-edit", task).map_err(|error| EditError::io(&path, "start a thread to edit", error))?;
     let gone = |_| EditError::Internal("the editing thread is gone".to_owned());
@@ -274,4 +277,37 @@ fn in_curve_order(work: &Work, ends: &[EditVertex]) -> impl Iterator<Item = Loca
             source: piece.source,
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+    use std::time::Duration;
+
+    use super::*;
+
+    /// Sets a flag when it is dropped, which takes a while.
+    struct Slow(Arc<AtomicBool>);
+
+    impl Drop for Slow {
+        fn drop(&mut self) {
+            thread::sleep(Duration::from_millis(50));
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+
+    #[tokio::test]
+    async fn what_a_callback_holds_is_dropped_before_the_result_comes() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let is_dropped = Arc::new(AtomicBool::new(false));
+        let slow = Slow(Arc::clone(&is_dropped));
+        let is_cancelled = move || {
+            let _ = &slow;
+            false
+        };
+        let target = Target::lock(file.path()).unwrap();
+        let edited = edit(target, Arc::default(), 1 << 20, is_cancelled).await;
+        assert!(edited.is_err(), "an empty file was edited");
+        assert!(is_dropped.load(Ordering::Relaxed));
+    }
 }

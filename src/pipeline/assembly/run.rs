@@ -82,7 +82,7 @@ impl Assembly {
         let (first_tile, threads) = (work.first_tile, work.shares.threads);
         let compute = move || {
             let computed = run(&theirs, first_tile, threads, &sender);
-            drop((sender, folder));
+            drop((theirs, sender, folder));
             // The receiver may have been dropped.
             let _ = reply.send(computed);
         };
