@@ -2,7 +2,7 @@
 
 import os
 
-from . import _core
+from . import _core, distributed
 from ._answers import Along, Distances, Footing, Nearest, Neighbours, Reached
 from ._build import Builder, BuildSummary, build
 from ._edit import Editor, EditSummary, edit
@@ -62,6 +62,7 @@ __all__ = [
     "Volume",
     "aopen",
     "build",
+    "distributed",
     "edit",
     "open",
     "triangulate",
