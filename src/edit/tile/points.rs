@@ -122,9 +122,12 @@ impl EditTile {
         triangles.flatten().for_each(|corner| *corner = renumbered(*corner));
         let foreign = self.foreign_corners.values_mut();
         foreign.for_each(|corner| *corner = renumbered(*corner));
+        // Edges at vertices that go are gone. Others may have taken their sources over.
+        let is_left = |ends: [VertexIndex; 2]| ends.iter().all(|&end| renumbered(end).0 != REMOVED);
         let sources = std::mem::take(&mut self.sources);
         self.sources = sources
             .into_iter()
+            .filter(|&(ends, _)| is_left(ends))
             .map(|(ends, mut sources)| {
                 let [from, to] = ends.map(renumbered);
                 if from < to {
@@ -136,6 +139,7 @@ impl EditTile {
                 ([to, from], sources)
             })
             .collect();
+        self.source_count = self.sources.values().map(Vec::len).sum();
         let ids = if self.site_ids.is_empty() {
             vec![String::new(); self.sites.len()]
         } else {
