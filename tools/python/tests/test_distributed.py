@@ -110,7 +110,7 @@ def test_on_dask_workers_that_are_killed_change_nothing(folder, town):
 
         def kill() -> None:
             # Some tasks are done by then, and others are not.
-            while not is_over.is_set() and not client.has_what():
+            while not is_over.is_set() and not any(client.has_what().values()):
                 time.sleep(0.001)
             os.kill(first, signal.SIGKILL)
 
