@@ -1,7 +1,7 @@
 //! Compares the file with its sites: every site of the input is at one of the file's vertices, with
 //! its id, and the file has no others.
 //!
-//! Sites are distinguished by a hash of point, number and id. They are looked up in parts, like
+//! Sites are distinguished by a hash of point and id. They are looked up in parts, like
 //! points, in the tile that must have them. Each site of the file has a bit that is set when it is
 //! found, so the file and the input must contain identical sites equally often.
 
@@ -13,7 +13,6 @@ use xxhash_rust::xxh3::Xxh3;
 use crate::geometry::Point;
 use crate::input::{SiteBatch, SiteId};
 use crate::store::error::ReadError;
-use crate::store::format::metadata::Metadata;
 use crate::store::format::tile::Tile;
 use crate::store::format::tile::sites::Site;
 use crate::store::pass::{Needs, PassPlan, PassReader, Workspaces, by_tile, list_for, spawn};
@@ -102,7 +101,6 @@ impl PassReader {
         at_once: usize,
     ) -> Result<VerifyReport, VerifyError> {
         let directory = self.directory();
-        let has_numbers = has_numbers(&directory.metadata);
         let found_bits = Arc::new(TileBits::new(counts));
         let hashes = Arc::default();
         let mut sought = list_for(at_once);
@@ -121,13 +119,11 @@ impl PassReader {
                     end = Some(Err(missing((sites, point))));
                     break;
                 };
-                // The same numbers as in a build.
-                let (number, text) = match id {
-                    SiteId::Number(number) => (*number, None),
-                    SiteId::Text(text) => (if has_numbers { sites } else { 0 }, Some(text.as_str())),
-                };
                 sought.push(SoughtSite {
-                    hash: hash(point, number, text),
+                    hash: match id {
+                        SiteId::Number(number) => hash(point, *number, None),
+                        SiteId::Text(text) => hash(point, 0, Some(text)),
+                    },
                     site: sites,
                     point,
                     tile: tile.0,
@@ -168,14 +164,9 @@ impl PassReader {
         let mut sought = sorted.await?;
         let groups = by_tile(&sought, |s| s.tile);
         let (of_all, found_bits, hashes) = (Arc::clone(&sought), Arc::clone(found_bits), Arc::clone(hashes));
-        let has_numbers = has_numbers(&self.directory().metadata);
         let mut tiles = self.for_some_tiles(groups, plan, move |tile, group| {
             let of_site = |site: Site<'_>| {
-                let number = if has_numbers || site.id.is_none() {
-                    site.number
-                } else {
-                    0
-                };
+                let number = if site.id.is_none() { site.number } else { 0 };
                 hash(tile.point(site.vertex), number, site.id)
             };
             hashes.with(|hashes| {
@@ -204,12 +195,6 @@ impl PassReader {
     }
 }
 
-/// Returns whether sites with a text as their id have the numbers of a build: edits may have
-/// inserted and deleted some.
-fn has_numbers(metadata: &Metadata) -> bool {
-    metadata.last_transaction == 0
-}
-
 /// Looks up the sites that a tile must have, and sets their bits. `hashes` are those of the tile's
 /// sites, in order. Returns the first that is missing.
 fn find_in_tile(
@@ -228,7 +213,8 @@ fn find_in_tile(
     missing.min_by_key(|&(site, _)| site)
 }
 
-/// Returns the hash that distinguishes sites.
+/// Returns the hash that distinguishes sites. `number` is 0 where there is a text: the number of
+/// such a site only counts, and edits count anew.
 fn hash(p: Point, number: u64, text: Option<&str>) -> u128 {
     let mut hasher = Xxh3::new();
     for bits in [p.x.to_bits(), p.y.to_bits(), number] {
