@@ -268,8 +268,8 @@ pub use export::{ExportError, ExportOptions};
 pub use geometry::{Point, Rect};
 pub use memory::{MemoryShortage, MemoryUse, default_memory, peak_memory};
 pub use pipeline::{
-    BuildError, BuildOptions, BuildSummary, Builder, Crossings, Description, Duplicates, LevelSummary, Phase,
-    PhaseSummary, Progress, Steiner, UnknownDuplicates, Waits,
+    BlockTasks, BuildError, BuildOptions, BuildSummary, Builder, ConqueredBlock, Crossings, Description, Duplicates,
+    LevelSummary, Phase, PhaseSummary, Planned, Progress, Steiner, TaskOptions, UnknownDuplicates, Waits,
 };
 pub use query::{Distance, Location, Mode, Near, Path, PathOutcome, QueryError, QueryOptions, SiteFound, TriangleRef};
 pub use store::{Cache, OpenOptions, ReadError, TileReader, VerifyError};

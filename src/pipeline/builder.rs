@@ -32,6 +32,9 @@ use crate::store::LineKind;
 
 mod ends;
 mod next;
+mod tasks;
+
+pub use tasks::Planned;
 
 /// Builds a tile file from batches of points.
 ///
@@ -375,15 +378,21 @@ impl Builder {
 
     async fn build(&mut self) -> Result<BuildSummary, BuildError> {
         if self.needs_points() {
-            if self.needs_surface()? {
-                self.triangulate_points().await?;
-            }
-            self.push_ends().await?;
+            self.complete_points().await?;
         } else {
+            self.gather().await?;
             self.read_back().await?;
         }
         let (assembly, points, segments) = self.assembly().await?;
         assembly.build(points, segments).await
+    }
+
+    /// Adds what becomes points once all points have arrived.
+    async fn complete_points(&mut self) -> Result<(), BuildError> {
+        if self.needs_surface()? {
+            self.triangulate_points().await?;
+        }
+        self.push_ends().await
     }
 
     /// Reads back what an interrupted build saved beside its plan: segments, and the surface.

@@ -221,6 +221,28 @@ pub enum BuildError {
     /// The build cannot be resumed, because its inputs cannot be read again.
     #[error("only a build whose inputs can be read again can be resumed; standard input cannot")]
     NotResumable,
+    /// The build of a file left no blocks to tasks, or what it left is damaged.
+    #[error("{path}: there are no tasks; plan them first, as `tiletool build --tasks` does", path = shown::path(.0))]
+    NoTasks(PathBuf),
+    /// A build has no such block.
+    #[error("there is no block {block}; the build has {blocks}, numbered from 0")]
+    NoBlock {
+        /// The number of the block.
+        block: u32,
+        /// Number of blocks.
+        blocks: u32,
+    },
+    /// A task may take less memory than the plan has for it.
+    #[error(
+        "a task of this build needs {} MiB of memory, and may take {}; do it where there is more, or plan the build with less",
+        needed.div_ceil(1 << 20), given >> 20
+    )]
+    TaskMemory {
+        /// Bytes needed.
+        needed: u64,
+        /// Bytes that it may take.
+        given: u64,
+    },
     /// A method was called after points were pushed that must be called before.
     #[error(
         "{call} was called after points were pushed; lines, sites, hole points and expectations come before points"
@@ -303,6 +325,11 @@ impl From<EditError> for BuildError {
                 Self::io(&file, what, source)
             }
             // The file that was just written cannot be read back.
+            EditError::Read(ReadError::Memory { needed, allowed, .. }) => Self::Memory(MemoryShortage {
+                of: MemoryUse::Edit,
+                needed,
+                budget: allowed,
+            }),
             EditError::Read(error) => {
                 let (file, kind) = match &error {
                     ReadError::Io { file, source, .. } => (file, source.kind()),

@@ -20,8 +20,8 @@
 //! computing threads, which share a board of tasks (`conquer::schedule`). Their results pass in the
 //! order of the file (`output::ordered`) through a channel to the task that writes
 //! (`output::writer`). After the root, `finish` assembles the borders. `resume` holds the state
-//! from which an interrupted build continues. `records` holds the values that phases pass to each
-//! other.
+//! from which an interrupted build continues. `tasks` conquers blocks one by one, in any process, for a
+//! build that is then resumed. `records` holds the values that phases pass to each other.
 
 mod assembly;
 mod builder;
@@ -40,11 +40,13 @@ pub(crate) mod records;
 mod resume;
 mod run;
 pub(crate) mod summary;
+mod tasks;
 mod threads;
 pub(crate) mod work_folder;
 
-pub use builder::Builder;
+pub use builder::{Builder, Planned};
 pub use error::BuildError;
 pub use options::{BuildOptions, Crossings, Duplicates, Phase, Progress, Steiner, UnknownDuplicates};
 pub use records::Description;
 pub use summary::{BuildSummary, LevelSummary, PhaseSummary, Waits};
+pub use tasks::{BlockTasks, ConqueredBlock, TaskOptions};

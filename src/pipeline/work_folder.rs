@@ -7,10 +7,13 @@
 //! plan      the blocks, once all points arrived        ┐ of a build that outgrew the memory and
 //! journal   the finished blocks                        │ whose inputs can be read again
 //! lines     all segments, in the spill folder          ┘
+//! tasks     the settings of the tasks that conquer the blocks, if any do
 //! spill     the path of the spill folder, if the build was given one
 //! run-…     points of unfinished blocks                ┐ here, or in a folder of their own in the
 //! borders   the border log                             ┘ spill folder that the build was given
 //! segments  segments; its name is removed as soon as the file exists
+//! segments-… segments of a block         ┐ of tasks, where the runs are
+//! block-…   a block that was conquered   ┘
 //! ```
 
 use std::ffi::OsString;
@@ -20,6 +23,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::{fs, io};
 
+use tempfile::NamedTempFile;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::constraints::segments::chunk_store::SEGMENTS;
@@ -36,9 +40,13 @@ const JOURNAL: &str = "journal";
 const SPILL: &str = "spill";
 const BORDERS: &str = "borders";
 const LINES: &str = "lines";
+const TASKS: &str = "tasks";
 const RUN: &str = "run-";
+const BLOCK: &str = "block-";
+const SEGMENTS_OF: &str = "segments-";
 
-/// A locked work folder. It is removed on drop, unless it is to be kept.
+/// A work folder: locked by the build that writes the file, or shared by tasks. It is removed on drop,
+/// unless it is to be kept.
 #[derive(Debug)]
 pub(crate) struct WorkFolder {
     path: PathBuf,
@@ -48,8 +56,8 @@ pub(crate) struct WorkFolder {
     keep: AtomicBool,
     /// Whether the file has its name, so that nothing is left to keep.
     published: AtomicBool,
-    /// Keeps the lock.
-    _lock: File,
+    /// Keeps the lock, if the folder is locked.
+    _lock: Option<File>,
 }
 
 impl WorkFolder {
@@ -59,9 +67,7 @@ impl WorkFolder {
     ///
     /// Does not touch a folder that contains anything but the files of a build.
     pub(crate) fn create(output: &Path, tmp: Option<&Path>, discard: bool, resume: bool) -> Result<Self, BuildError> {
-        let mut name = OsString::from(output);
-        name.push(".partial");
-        let path = PathBuf::from(name);
+        let path = path_for(output);
         let spill = match tmp {
             None => path.clone(),
             Some(tmp) => {
@@ -80,7 +86,7 @@ impl WorkFolder {
                 // Until it is known that all the content is a build's.
                 keep: AtomicBool::new(true),
                 published: AtomicBool::new(false),
-                _lock: lock,
+                _lock: Some(lock),
             };
             if !resume && !discard && this.can_be_resumed() {
                 return Err(this.kept());
@@ -104,6 +110,25 @@ impl WorkFolder {
             return Ok(this);
         }
         Err(BuildError::Locked(path))
+    }
+
+    /// Opens the folder for tasks, beside other processes.
+    pub(crate) fn shared(output: &Path) -> Result<Self, BuildError> {
+        let path = path_for(output);
+        let noted = fs::read(path.join(SPILL));
+        let spill = match noted {
+            Ok(noted) => PathBuf::from(OsString::from_vec(noted)),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => path.clone(),
+            Err(error) => return Err(BuildError::io(&path, "read the tasks in", error)),
+        };
+        Ok(Self {
+            path,
+            spill,
+            output: output.to_owned(),
+            keep: AtomicBool::new(true),
+            published: AtomicBool::new(false),
+            _lock: None,
+        })
     }
 
     /// Creates the folder to spill to, or takes over the one of an earlier build.
@@ -217,6 +242,28 @@ impl WorkFolder {
         self.path.join(PLAN)
     }
 
+    /// Returns the path of the settings of tasks.
+    pub(crate) fn tasks(&self) -> PathBuf {
+        self.path.join(TASKS)
+    }
+
+    /// Returns the path of the segments of a block, for its task.
+    pub(crate) fn segments_of(&self, block: u32) -> PathBuf {
+        self.spill.join(format!("{SEGMENTS_OF}{block}"))
+    }
+
+    /// Returns the path of a block that a task conquered.
+    pub(crate) fn block(&self, block: u32) -> PathBuf {
+        self.spill.join(format!("{BLOCK}{block}"))
+    }
+
+    /// Makes a file that will take the place of another one in the folder, once it is complete.
+    pub(crate) fn replace(path: &Path) -> io::Result<NamedTempFile> {
+        let mut name = path.file_name().unwrap_or_default().to_owned();
+        name.push(".");
+        NamedTempFile::with_prefix_in(name, folder_of(path))
+    }
+
     /// Returns the path of the journal of finished blocks.
     pub(crate) fn journal(&self) -> PathBuf {
         self.path.join(JOURNAL)
@@ -274,6 +321,25 @@ impl Drop for WorkFolder {
     }
 }
 
+/// Opens a file for reading and for writing after its first `length` bytes. Truncates it to
+/// `length` bytes.
+pub(crate) fn open_at(path: &Path, length: u64, what: &'static str) -> Result<File, BuildError> {
+    let mut options = File::options();
+    options.read(true).write(true).create(true).truncate(false);
+    let file = options.open(path).and_then(|file| {
+        file.set_len(length)?;
+        Ok(file)
+    });
+    file.map_err(|error| BuildError::io(path, what, error))
+}
+
+/// Returns the path of the work folder of an output.
+fn path_for(output: &Path) -> PathBuf {
+    let mut name = OsString::from(output);
+    name.push(".partial");
+    PathBuf::from(name)
+}
+
 /// Returns the name of an output's folder within the folder to spill to. It is always the same, and
 /// no other output has it.
 fn spill_name(output: &Path) -> Result<OsString, BuildError> {
@@ -321,14 +387,18 @@ fn is_ours(path: &Path) -> io::Result<bool> {
         let entry = entry?;
         let name = entry.file_name();
         let name = name.to_str().unwrap_or_default();
-        let is_run = name
-            .strip_prefix(RUN)
-            .is_some_and(|number| number.parse::<u32>().is_ok());
+        // Those of tasks have another name while they are incomplete.
+        let complete = name.split_once('.').map_or(name, |(complete, _)| complete);
+        let is_number = |number: &str| number.parse::<u32>().is_ok();
+        let is_numbered = name.strip_prefix(RUN).is_some_and(is_number)
+            || [BLOCK, SEGMENTS_OF]
+                .iter()
+                .any(|of| complete.strip_prefix(of).is_some_and(is_number));
         let is_known = [
             LOCK, TILES, SURFACE, COMPACTED, PLAN, "plan.new", JOURNAL, SPILL, BORDERS, LINES, SEGMENTS,
         ]
         .contains(&name);
-        if !(is_run || is_known) || !entry.file_type()?.is_file() {
+        if !(is_numbered || is_known || complete == TASKS) || !entry.file_type()?.is_file() {
             return Ok(false);
         }
     }

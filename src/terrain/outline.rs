@@ -13,7 +13,7 @@ use crate::terrain::facet::{Corner, z_on_edge};
 const RUN: usize = 64;
 
 /// The edges of the hull, in an order that does not depend on the tiles.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Outline {
     edges: Vec<[Corner; 2]>,
     /// The boxes around each [`RUN`] edges.

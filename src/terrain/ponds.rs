@@ -110,7 +110,7 @@ impl Shores {
 /// Ponds, and the z that all vertices in each of them get.
 ///
 /// The [example of `Shores`](Shores) makes some.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Ponds {
     edges: Strips,
     /// The pond of each edge.

@@ -8,7 +8,7 @@ use std::ops::RangeInclusive;
 use crate::geometry::{Point, Rect};
 
 /// Segments in horizontal strips.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Strips {
     segments: Vec<[Point; 2]>,
     bounds: Rect,

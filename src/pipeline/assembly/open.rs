@@ -1,7 +1,7 @@
 //! Open: creates the files that a build writes and the state that its threads share.
 
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use parking_lot::Mutex;
@@ -21,6 +21,7 @@ use crate::pipeline::output::border_log::BorderLog;
 use crate::pipeline::output::writer::{Journal, Output};
 use crate::pipeline::plan::{Block, NodeLimits};
 use crate::pipeline::records::FinishedBlocks;
+use crate::pipeline::work_folder::open_at;
 use crate::store::{KdTree, front_end_for};
 
 /// A build whose files are open.
@@ -69,8 +70,8 @@ impl Assembly {
             has_journal,
         } = prepared;
         let path = self.folder.file();
-        let file = ThreadsFile::from(Arc::new(open(&path, finished.file_length, "make the file")?));
-        let log_file = open(&self.folder.borders(), finished.log_length, "make the border log")?;
+        let file = ThreadsFile::from(Arc::new(open_at(&path, finished.file_length, "make the file")?));
+        let log_file = open_at(&self.folder.borders(), finished.log_length, "make the border log")?;
         let log_file = Arc::new(log_file);
         let mut log = BorderLog::new(
             Arc::clone(&log_file),
@@ -144,7 +145,7 @@ impl Assembly {
         blocks: &Arc<Vec<Block>>,
     ) -> Result<Journal, BuildError> {
         let path = self.folder.journal();
-        let file = open(&path, finished.journal_length, "make the journal")?;
+        let file = open_at(&path, finished.journal_length, "make the journal")?;
         Ok(Journal {
             file: Arc::new(file),
             length: finished.journal_length,
@@ -153,16 +154,4 @@ impl Assembly {
             folder: Arc::clone(&self.folder),
         })
     }
-}
-
-/// Opens a file for reading and for writing after its first `length` bytes. Truncates it to
-/// `length` bytes.
-fn open(path: &Path, length: u64, what: &'static str) -> Result<File, BuildError> {
-    let mut options = File::options();
-    options.read(true).write(true).create(true).truncate(false);
-    let file = options.open(path).and_then(|file| {
-        file.set_len(length)?;
-        Ok(file)
-    });
-    file.map_err(|error| BuildError::io(path, what, error))
 }

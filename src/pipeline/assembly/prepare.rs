@@ -3,7 +3,6 @@
 
 use std::sync::Arc;
 
-use crate::constraints::seeds::Seeds;
 use crate::constraints::segments::blocks::BlockSegments;
 use crate::constraints::segments::spool::SegmentSpool;
 use crate::io::blocking;
@@ -15,7 +14,6 @@ use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::drape::PointSurface;
 use crate::pipeline::ingest::intake::Points;
 use crate::pipeline::ingest::point_store::PointStore;
-use crate::pipeline::options::DuplicateRule;
 use crate::pipeline::plan::{BlockPlan, HeldLimits, NodeLimits};
 use crate::pipeline::records::FinishedBlocks;
 use crate::pipeline::resume::plan::{SavedSettings, save};
@@ -78,7 +76,7 @@ impl Assembly {
         let distributed = blocking(move || segments.distribute(&tree, memory)).await;
         let cannot = |error| BuildError::io(self.folder.spill(), "distribute segments in", error);
         let segments = Arc::new(distributed.map_err(cannot)??);
-        let rules = self.leaf_rules(has_lines);
+        let rules = LeafRules::of(&mut self.given, &self.options, self.first_end, has_lines);
         Ok(PreparedBuild {
             plan,
             store,
@@ -158,25 +156,5 @@ impl Assembly {
         saved.map_err(|error| BuildError::io(&path, "write", error))?;
         self.folder.keep(true);
         Ok(segments)
-    }
-
-    /// Returns the rules for leaves.
-    fn leaf_rules(&mut self, has_regions: bool) -> LeafRules {
-        LeafRules {
-            duplicates: DuplicateRule {
-                duplicates: self.options.duplicates,
-                first_end: self.first_end,
-            },
-            has_regions: has_regions || !self.given.seeds.is_empty() || self.options.exterior_is_hole,
-            has_holes: self.given.has_obstacles || !self.given.seeds.is_empty() || self.options.exterior_is_hole,
-            seeds: Seeds::new(self.given.seeds.clone()),
-            first_site: if self.given.site_count > 0 {
-                self.given.first_site
-            } else {
-                u64::MAX
-            },
-            site_ids: std::mem::take(&mut self.given.site_ids),
-            first_crossing: self.given.first_crossing,
-        }
     }
 }

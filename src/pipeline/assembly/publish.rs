@@ -271,24 +271,30 @@ impl Assembly {
         cores: &[Extent],
         borders: &[(Extent, TablePlace)],
     ) -> Directory {
-        let trees: Vec<KdTree> = state.blocks.iter().map(|block| block.tree.clone()).collect();
+        let trees = state.blocks.iter().map(|block| (block.first_tile, block.tree.clone()));
+        let trees: Vec<(u32, KdTree)> = trees.collect();
         let tree = tree.with_leaves_cut(&trees);
         let ends: u64 = state.blocks.iter().map(|block| block.ends).sum();
         let mut regions = ran.regions.clone();
         state.blocks.iter().for_each(|block| regions.digest += block.digest);
         let states = &ran.tiles;
         let extents = cores.iter().zip(borders);
-        let entry = |(tile, (&core, &(border, table))): (&TileState, (&Extent, &(Extent, TablePlace)))| TileEntry {
-            core,
-            border,
-            generation: GENERATION,
-            vertices: tile.vertices,
-            core_triangles: tile.core_triangles,
-            border_triangles: tile.border_triangles,
-            owned_triangles: tile.owned_triangles,
-            bounds: tile.bounds,
-            table,
-        };
+        let entry =
+            |(tile, (&core, &(border, table))): (&TileState, (&Extent, &(Extent, TablePlace)))| match tile.vertices {
+                // A number that a task did not use.
+                0 => TileEntry::UNUSED,
+                _ => TileEntry {
+                    core,
+                    border,
+                    generation: GENERATION,
+                    vertices: tile.vertices,
+                    core_triangles: tile.core_triangles,
+                    border_triangles: tile.border_triangles,
+                    owned_triangles: tile.owned_triangles,
+                    bounds: tile.bounds,
+                    table,
+                },
+            };
         let tiles: Vec<TileEntry> = states.iter().zip(extents).map(entry).collect();
         let vertices = tiles.iter().map(|t| u64::from(t.vertices)).sum();
         let triangles = tiles.iter().map(|t| u64::from(t.owned_triangles)).sum();

@@ -12,8 +12,9 @@ use crate::pipeline::conquer::constrain::constrain_leaf;
 use crate::pipeline::conquer::constrain::refusal::Refusal;
 use crate::pipeline::conquer::core_digest;
 use crate::pipeline::conquer::node::{Fate, Workspace};
+use crate::pipeline::context::Given;
 use crate::pipeline::ingest::point_store::Attributes;
-use crate::pipeline::options::DuplicateRule;
+use crate::pipeline::options::{BuildOptions, DuplicateRule};
 use crate::pipeline::records::{BoundaryEdge, DoneEdge, Pending, Seam, SeamVertex, Subsegment};
 use crate::store::divide::Item;
 use crate::store::{CoreDraft, Digest, EdgeSource, LinePart, TileId, VertexId};
@@ -45,6 +46,29 @@ pub(crate) struct LeafRules {
     /// First record number of sites.
     pub(crate) first_site: u64,
     pub(crate) site_ids: Vec<SiteId>,
+}
+
+impl LeafRules {
+    /// Returns the rules for an input with lines or without. Takes the ids of its sites.
+    pub(crate) fn of(given: &mut Given, options: &BuildOptions, first_end: u64, has_lines: bool) -> Self {
+        let has_hole_rules = !given.seeds.is_empty() || options.exterior_is_hole;
+        Self {
+            duplicates: DuplicateRule {
+                duplicates: options.duplicates,
+                first_end,
+            },
+            has_regions: has_lines || has_hole_rules,
+            has_holes: given.has_obstacles || has_hole_rules,
+            seeds: Seeds::new(given.seeds.clone()),
+            first_site: if given.site_count > 0 {
+                given.first_site
+            } else {
+                u64::MAX
+            },
+            site_ids: std::mem::take(&mut given.site_ids),
+            first_crossing: given.first_crossing,
+        }
+    }
 }
 
 /// Error of conquering a leaf.

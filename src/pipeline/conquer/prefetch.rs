@@ -124,7 +124,7 @@ struct Loading {
 }
 
 /// Reads the points of a block.
-async fn load(block: &Block, folder: &Path, has_z: bool) -> Result<PointStore, BuildError> {
+pub(crate) async fn load(block: &Block, folder: &Path, has_z: bool) -> Result<PointStore, BuildError> {
     let mut loading = Loading {
         store: PointStore::with_capacity(block.points as usize, has_z),
         rest: Vec::new(),

@@ -180,6 +180,20 @@ impl Board {
         }
     }
 
+    /// Leaves one block on the board, which becomes block 0. Its tiles are numbered from `first_tile`
+    /// on.
+    pub(crate) fn only(self, block: u32, first_tile: u32) -> Self {
+        let node = self.block_nodes[block as usize];
+        let mut state = self.state.into_inner();
+        state.nodes[node as usize].block = Some(0);
+        (state.to_come, state.tiles) = (1, first_tile);
+        Self {
+            state: Mutex::new(state),
+            block_nodes: vec![node],
+            ..self
+        }
+    }
+
     /// Adds a block. Blocks must come in order. Returns `false` if no more are wanted.
     pub(crate) fn add(&self, block: BlockPoints) -> bool {
         let mut state = self.state.lock();

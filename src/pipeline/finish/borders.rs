@@ -117,10 +117,10 @@ impl BorderAssembly<'_> {
         group: &GroupMeshes,
         tiles: &mut [TileState],
         threads: usize,
-        borders: &Ordered<BorderToWrite, F>,
+        borders: &Ordered<Option<BorderToWrite>, F>,
     ) -> Result<(), BuildError>
     where
-        F: FnMut(u32, BorderToWrite) -> Result<(), Closed> + Send,
+        F: FnMut(u32, Option<BorderToWrite>) -> Result<(), Closed> + Send,
     {
         let progress = &self.conquest.options.progress;
         let range = group.borders.tiles();
@@ -137,12 +137,14 @@ impl BorderAssembly<'_> {
                     return;
                 }
                 let tile = TileId(number);
-                let border = self.border(tile, state, group, mesh);
-                let encoded = border.draft.encode(tile, GENERATION, &buffers);
-                let to_write = BorderToWrite {
-                    border: self.conquest.options.codec().store(encoded, Part::Border),
-                    table: component_table::encode(tile, &border.records),
-                };
+                let to_write = (state.vertices > 0).then(|| {
+                    let border = self.border(tile, state, group, mesh);
+                    let encoded = border.draft.encode(tile, GENERATION, &buffers);
+                    BorderToWrite {
+                        border: self.conquest.options.codec().store(encoded, Part::Border),
+                        table: component_table::encode(tile, &border.records),
+                    }
+                });
                 if borders.put(number, to_write).is_err() {
                     return;
                 }

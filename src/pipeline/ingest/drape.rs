@@ -40,7 +40,7 @@ pub(crate) struct PointSurface {
 }
 
 /// Which vertices take which z.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Draping {
     /// First record number of vertices that may take their z from the surface, if they have none.
     /// `None` if none may.

@@ -88,6 +88,16 @@ impl LateTriangle {
     }
 }
 
+/// Adds `more` to the numbers of the triangles of a chunk, if its content is of that kind.
+pub(crate) fn renumber(chunk: &mut [u8], kind: usize, has_z: bool, more: u32) {
+    if kind == TRIANGLES {
+        for triangle in chunk.chunks_exact_mut(triangle_bytes(has_z)) {
+            let number = words::<1>(&triangle[3 * CORNER..])[0] + more;
+            triangle[3 * CORNER..][..4].copy_from_slice(&number.to_le_bytes());
+        }
+    }
+}
+
 /// Returns the bytes of a triangle in the log.
 fn triangle_bytes(has_z: bool) -> usize {
     if has_z { TRIANGLE_WITH_Z } else { TRIANGLE }
@@ -153,6 +163,11 @@ impl BorderLog {
             written: 0,
             read: 0,
         }
+    }
+
+    /// Makes `tile` the number of the first tile.
+    pub(crate) fn from_tile(self, tile: u32) -> Self {
+        Self { tiles: tile, ..self }
     }
 
     /// Adds groups for the `tiles` tiles of another block.

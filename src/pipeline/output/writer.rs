@@ -30,7 +30,8 @@ use crate::store::{Directory, Extent, InForce, StoredPart, TablePlace, TileWrite
 #[derive(Debug)]
 pub(crate) enum ToWrite {
     Core(StoredPart),
-    Border(BorderToWrite),
+    /// The border of the next tile; `None` for a number that no tile has.
+    Border(Option<BorderToWrite>),
     /// A block is done, except that some of its cores may still be in the channel.
     Finished(Box<(FinishedBlock, Seam)>),
 }
@@ -136,7 +137,8 @@ impl Output {
     async fn take(&mut self, extent: ToWrite) -> io::Result<()> {
         match extent {
             ToWrite::Core(core) => self.cores.push(self.writer.append_core(core).await?),
-            ToWrite::Border(BorderToWrite { border, table }) => {
+            ToWrite::Border(None) => self.borders.push((Extent::raw(0, 0, 0), TablePlace::Nowhere)),
+            ToWrite::Border(Some(BorderToWrite { border, table })) => {
                 // Tables that lie apart lie behind the border, to be read with it.
                 let border = self.writer.append_border(border).await?;
                 self.borders.push((border, self.writer.place_table(table).await?));

@@ -46,6 +46,14 @@ pub(crate) fn encode(block: &FinishedBlock, seam: &Seam) -> Vec<u8> {
     out
 }
 
+/// Returns the block and the seam of a journal entry; `None` if it is damaged.
+pub(crate) fn decode(entry: &[u8]) -> Option<(FinishedBlock, Seam)> {
+    let (header, body) = entry.split_first_chunk::<8>()?;
+    let length = u32::from_le_bytes(*header.first_chunk()?) as usize;
+    let is_intact = body.len() == length && header[4..] == crc32c::crc32c(body).to_le_bytes();
+    is_intact.then(|| decoded(body)).flatten()
+}
+
 /// Reads the entries of a journal, one at a time.
 #[derive(Debug)]
 pub(crate) struct JournalReader {
@@ -72,18 +80,15 @@ impl JournalReader {
             return Ok(None);
         };
         self.file.read_exact(&mut header)?;
-        let word = |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
-        let (length, crc) = (word(0), word(4));
+        let length = u32::from_le_bytes([header[0], header[1], header[2], header[3]]);
         let Some(left) = left.checked_sub(length.into()) else {
             return Ok(None);
         };
-        let mut bytes = vec![0; length as usize];
-        self.file.read_exact(&mut bytes)?;
-        if crc32c::crc32c(&bytes) != crc {
-            return Ok(None);
-        }
+        let mut entry = header.to_vec();
+        entry.resize(8 + length as usize, 0);
+        self.file.read_exact(&mut entry[8..])?;
         self.left = left;
-        let entry = decoded(&bytes);
+        let entry = decode(&entry);
         if entry.is_some() {
             self.good += 8 + u64::from(length);
         }

@@ -247,10 +247,10 @@ impl KdTree {
         })
     }
 
-    /// Returns the tree with leaf i replaced by `subtrees[i]`. The leaves are numbered anew from
-    /// left to right.
-    pub(crate) fn with_leaves_cut(&self, subtrees: &[Self]) -> Self {
-        fn graft(tree: &KdTree, from: u32, subtrees: &[KdTree], out: &mut Vec<KdNode>, tiles: &mut u32) {
+    /// Returns the tree with leaf i replaced by `subtrees[i]`, whose leaves are numbered from the given
+    /// tile on.
+    pub(crate) fn with_leaves_cut(&self, subtrees: &[(u32, Self)]) -> Self {
+        fn graft(tree: &KdTree, from: u32, subtrees: &[(u32, KdTree)], out: &mut Vec<KdNode>, tiles: &mut u32) {
             match tree.nodes[from as usize] {
                 node @ (KdNode::X { right, .. } | KdNode::Y { right, .. }) => {
                     let index = out.len();
@@ -263,8 +263,8 @@ impl KdTree {
                     graft(tree, right, subtrees, out, tiles);
                 }
                 KdNode::Leaf(leaf) => {
-                    let (first, before) = (out.len() as u32, *tiles);
-                    let subtree = &subtrees[leaf.0 as usize];
+                    let first = out.len() as u32;
+                    let (before, subtree) = &subtrees[leaf.0 as usize];
                     out.extend(subtree.nodes.iter().map(|&node| match node {
                         KdNode::X { cut, right } => KdNode::X {
                             cut,
@@ -353,7 +353,7 @@ mod tests {
     fn leaves_are_replaced_by_subtrees() {
         let top = KdTree::new(tree()).unwrap();
         let leaf = KdTree::new(vec![KdNode::Leaf(TileId(0))]).unwrap();
-        let whole = top.with_leaves_cut(&[leaf.clone(), top.clone(), leaf]);
+        let whole = top.with_leaves_cut(&[(0, leaf.clone()), (1, top.clone()), (4, leaf)]);
         assert_eq!(KdTree::new(whole.nodes().to_vec()), Ok(whole.clone()));
         assert_eq!((whole.tiles(), whole.depth(), top.depth()), (5, 4, 2));
         // The subtree cuts the second leaf of the upper tree. The third leaf is replaced by a leaf.

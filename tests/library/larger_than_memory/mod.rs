@@ -1,6 +1,8 @@
 //! The promise: points that exceed the memory give the same triangles.
 
+mod inputs;
 mod resumed;
+mod tasks;
 
 use std::collections::HashMap;
 use std::fs;

@@ -1,0 +1,123 @@
+//! The output of a task: a file with all that a build needs of a block.
+//!
+//! ```text
+//! cores      of its tiles, as they are in the tile file
+//! log        its part of the border log
+//! entry      its results and its seam, as in the journal; extents count from the start of cores and log
+//! lengths    of the three, u64 each
+//! magic      8 bytes
+//! ```
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::os::unix::fs::FileExt;
+
+use tempfile::NamedTempFile;
+
+use crate::io::ThreadsFile;
+use crate::pipeline::records::Seam;
+use crate::pipeline::resume::journal::{self, FinishedBlock};
+use crate::pipeline::work_folder::WorkFolder;
+
+const MAGIC: &[u8; 8] = b"dtblok01";
+const FOOTER: u64 = 32;
+
+/// A block that a task conquered.
+#[derive(Debug)]
+pub(crate) struct BlockFile {
+    pub(crate) file: File,
+    pub(crate) finished: FinishedBlock,
+    pub(crate) seam: Seam,
+    pub(crate) cores_length: u64,
+    log_length: u64,
+}
+
+impl BlockFile {
+    /// Opens the file of a block. Returns `None` if there is none, or if it is damaged.
+    pub(crate) fn open(folder: &WorkFolder, block: u32) -> io::Result<Option<Self>> {
+        let file = match File::open(folder.block(block)) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            opened => opened?,
+        };
+        let Some(at) = file.metadata()?.len().checked_sub(FOOTER) else {
+            return Ok(None);
+        };
+        let mut footer = [0; FOOTER as usize];
+        file.read_exact_at(&mut footer, at)?;
+        let ([cores, log, entry], magic) = match footer.as_chunks::<8>().0 {
+            [cores, log, entry, magic] => ([cores, log, entry].map(|bytes| u64::from_le_bytes(*bytes)), magic),
+            _ => return Ok(None),
+        };
+        let before = cores.checked_add(log);
+        if magic != MAGIC || before.and_then(|before| before.checked_add(entry)) != Some(at) {
+            return Ok(None);
+        }
+        let mut bytes = vec![0; entry as usize];
+        file.read_exact_at(&mut bytes, cores + log)?;
+        let decoded = journal::decode(&bytes);
+        Ok(decoded.map(|(finished, seam)| Self {
+            file,
+            finished,
+            seam,
+            cores_length: cores,
+            log_length: log,
+        }))
+    }
+
+    /// Returns the bytes of the file.
+    pub(crate) fn length(&self) -> u64 {
+        self.file.metadata().map_or(0, |metadata| metadata.len())
+    }
+
+    /// Reads bytes of the border log. Fails if it has no such bytes.
+    pub(crate) fn read_log(&self, bytes: &mut [u8], offset: u64) -> io::Result<()> {
+        match offset.checked_add(bytes.len() as u64) {
+            Some(end) if end <= self.log_length => self.file.read_exact_at(bytes, self.cores_length + offset),
+            _ => Err(io::ErrorKind::InvalidData.into()),
+        }
+    }
+}
+
+/// The file of a block while its task is in progress. It is removed on drop, unless it is finished.
+pub(crate) struct UnfinishedBlockFile {
+    file: NamedTempFile,
+    /// The border log, without a name.
+    log: File,
+}
+
+impl UnfinishedBlockFile {
+    pub(crate) fn create(folder: &WorkFolder, block: u32) -> io::Result<Self> {
+        Ok(Self {
+            file: WorkFolder::replace(&folder.block(block))?,
+            log: tempfile::tempfile_in(folder.spill())?,
+        })
+    }
+
+    /// Returns the file for cores, from its start on.
+    pub(crate) fn cores(&self) -> io::Result<ThreadsFile> {
+        Ok(ThreadsFile::from(std::sync::Arc::new(self.file.as_file().try_clone()?)))
+    }
+
+    /// Returns the file for the border log.
+    pub(crate) fn log(&self) -> io::Result<File> {
+        self.log.try_clone()
+    }
+
+    /// Completes the file, and gives it its name once it is on the medium. Another one of the same
+    /// block, which has the same content, is replaced.
+    pub(crate) fn finish(self, folder: &WorkFolder, finished: &FinishedBlock, seam: &Seam) -> io::Result<()> {
+        let Self { mut file, mut log } = self;
+        let cores = file.seek(SeekFrom::End(0))?;
+        log.rewind()?;
+        let copied = io::copy(&mut Read::by_ref(&mut log), file.as_file_mut())?;
+        let entry = journal::encode(finished, seam);
+        let lengths = [cores, copied, entry.len() as u64].map(u64::to_le_bytes);
+        file.seek(SeekFrom::End(0))?;
+        file.write_all(&entry)?;
+        file.write_all(lengths.as_flattened())?;
+        file.write_all(MAGIC)?;
+        file.as_file().sync_all()?;
+        file.persist(folder.block(finished.number))?;
+        Ok(())
+    }
+}

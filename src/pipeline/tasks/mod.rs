@@ -1,0 +1,20 @@
+//! The blocks of a build as tasks, each of which any process may do that shares the work folder.
+//!
+//! ```text
+//! Builder ─▶ plan, tasks, runs, ─┬▶ conquer ─▶ block-0 ─┐
+//!            segments-…          ├▶ conquer ─▶ block-1 ─┼▶ gather: tiles, borders, journal ─▶ resumed build
+//!                                └▶ …                   ┘
+//! ```
+//!
+//! A task depends on the plan and on its own block alone, and its output gets its name when it is
+//! complete. So it may be done twice, anywhere and in any order, and it may be killed. Each block has
+//! a range of tile numbers from the plan; numbers that it does not use stay unused in the file.
+
+mod block_file;
+mod block_tasks;
+mod conquer;
+mod gather;
+pub(crate) mod saved;
+
+pub use block_tasks::BlockTasks;
+pub use conquer::{ConqueredBlock, TaskOptions};

@@ -1,0 +1,259 @@
+//! The promise: a file whose blocks were conquered by tasks, in any order, more than once, killed or not,
+//! is right by itself and has the triangles of one that was built at once.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use delaunay_tiles::store::Digest;
+use delaunay_tiles::{BlockTasks, BuildError, BuildOptions, BuildSummary, Builder, Planned, TaskOptions};
+use distributions::Kind;
+
+use crate::larger_than_memory::inputs::{Input, city, islands, long_lines, valley};
+use crate::support::{Random, Scratch, points_of, runtime};
+
+/// Returns the digest of a file, after it proved that the file is right by itself.
+async fn digest(scratch: &Scratch) -> Digest {
+    let reader = scratch.open().await;
+    reader.verify(true).await.unwrap();
+    reader.recompute_digest().await.unwrap()
+}
+
+/// Plans the tasks of a build.
+async fn planned(input: &Input, path: &Path, options: BuildOptions) -> Result<Planned, BuildError> {
+    let mut builder = Builder::new(path, options)?;
+    if builder.needs_points() {
+        input.push(&mut builder).await?;
+    }
+    builder.plan_tasks().await
+}
+
+/// Plans the tasks of a build, of which there are several.
+async fn tasks(input: &Input, path: &Path) -> BlockTasks {
+    match planned(input, path, input.options.clone()).await {
+        Ok(Planned::Tasks(tasks)) if tasks.blocks() > 2 => *tasks,
+        other => panic!("{}: {other:?}", input.name),
+    }
+}
+
+async fn finished(input: &Input, path: &Path, options: BuildOptions) -> Result<BuildSummary, BuildError> {
+    let builder = Builder::new(path, options.resume(true))?;
+    assert!(!builder.needs_points());
+    assert_eq!(builder.description().memo, input.name);
+    builder.finish().await
+}
+
+fn options_of(input: &Input, threads: usize) -> TaskOptions {
+    TaskOptions {
+        memory: input.options.memory,
+        threads,
+    }
+}
+
+fn block_file(scratch: &Scratch, block: u32) -> PathBuf {
+    scratch.folder.path().join(format!("test.tiles.partial/block-{block}"))
+}
+
+/// Conquers all blocks in a random order but the last one, which is left to the build. Returns the
+/// summary of the build.
+async fn conquer_and_finish(input: &Input, scratch: &Scratch, seed: u64) -> BuildSummary {
+    let mut random = Random(seed);
+    let blocks = tasks(input, &scratch.path).await.blocks();
+    let mut left: Vec<u32> = (0..blocks).collect();
+    while left.len() > 1 {
+        let block = left.swap_remove(random.below(left.len()));
+        // Each by another process.
+        let tasks = BlockTasks::open(&scratch.path).unwrap();
+        let options = options_of(input, 1 + random.below(3));
+        let done = tasks.conquer(block, options).await.unwrap();
+        assert_eq!(
+            (done.block, done.was_done, done.points),
+            (block, false, tasks.points(block))
+        );
+        assert!(tasks.is_done(block));
+        let bytes = fs::read(block_file(scratch, block)).unwrap();
+        assert_eq!(done.bytes_written, bytes.len() as u64);
+        match random.below(4) {
+            0 => assert!(tasks.conquer(block, options).await.unwrap().was_done),
+            // Another process did not know of this one.
+            1 => {
+                fs::remove_file(block_file(scratch, block)).unwrap();
+                let again = tasks.conquer(block, options_of(input, 2)).await.unwrap();
+                assert_eq!((again.was_done, again.bytes_written), (false, done.bytes_written));
+            }
+            // What a power cut left of it.
+            2 => {
+                fs::write(block_file(scratch, block), &bytes[..random.below(bytes.len())]).unwrap();
+                fs::write(block_file(scratch, block).with_extension("x3Yz"), &bytes[..9]).unwrap();
+            }
+            _ => {}
+        }
+    }
+    let summary = finished(input, &scratch.path, input.options.clone()).await.unwrap();
+    assert_eq!(summary.resumed_blocks, u64::from(blocks));
+    summary
+}
+
+#[test]
+fn blocks_that_tasks_conquered_give_the_triangles_of_one_build() {
+    let curve = Input::new("points", &points_of(Kind::Kuzmin, 100_000, 5), &[], 1_500_000);
+    runtime().block_on(async {
+        for input in [curve, city(), valley(), long_lines()] {
+            let whole = Scratch::new();
+            let mut builder = Builder::new(&whole.path, input.options.clone()).unwrap();
+            input.push(&mut builder).await.unwrap();
+            let at_once = builder.finish().await.unwrap();
+            let mut files = Vec::new();
+            for seed in [1, 2] {
+                let scratch = Scratch::new();
+                let summary = conquer_and_finish(&input, &scratch, seed).await;
+                assert_eq!(digest(&scratch).await, digest(&whole).await, "{}", input.name);
+                let counts = |of: &BuildSummary| {
+                    [
+                        of.points,
+                        of.vertices,
+                        of.triangles,
+                        of.duplicates,
+                        of.regions,
+                        of.hole_regions,
+                        of.draped,
+                        of.blocks,
+                    ]
+                };
+                assert_eq!(counts(&summary), counts(&at_once), "{}", input.name);
+                assert_eq!(fs::read_dir(scratch.folder.path()).unwrap().count(), 1, "work is left");
+                files.push(fs::read(&scratch.path).unwrap());
+            }
+            assert!(files[0] == files[1], "{}: one plan gave two files", input.name);
+        }
+    });
+}
+
+/// With Steiner points the triangles depend on the cells, and tasks have the same.
+#[test]
+fn tasks_split_lines_at_the_borders_of_the_same_cells() {
+    let input = islands();
+    runtime().block_on(async {
+        let [whole, scratch] = [Scratch::new(), Scratch::new()];
+        let mut builder = Builder::new(&whole.path, input.options.clone()).unwrap();
+        input.push(&mut builder).await.unwrap();
+        builder.finish().await.unwrap();
+        conquer_and_finish(&input, &scratch, 3).await;
+        assert_eq!(digest(&scratch).await, digest(&whole).await);
+    });
+}
+
+/// The build that gathers the blocks is stopped again and again.
+#[test]
+fn gathering_goes_on_from_where_it_was_stopped() {
+    let input = city();
+    runtime().block_on(async {
+        let [undisturbed, scratch] = [Scratch::new(), Scratch::new()];
+        conquer_and_finish(&input, &undisturbed, 4).await;
+        tasks(&input, &scratch.path).await;
+        let mut stops = 0;
+        loop {
+            let progress = std::sync::Arc::<delaunay_tiles::Progress>::default();
+            let options = input.options.clone().progress(std::sync::Arc::clone(&progress));
+            let journal = scratch.folder.path().join("test.tiles.partial/journal");
+            let length = move || journal.metadata().map_or(0, |metadata| metadata.len());
+            let before = length();
+            let watch = tokio::spawn(async move {
+                while length() == before {
+                    tokio::time::sleep(std::time::Duration::from_micros(100)).await;
+                }
+                progress.cancel();
+            });
+            let done = finished(&input, &scratch.path, options).await;
+            watch.abort();
+            match done {
+                Err(BuildError::Cancelled) => stops += 1,
+                done => break assert!(done.is_ok() && stops > 2, "{done:?} after {stops}"),
+            }
+        }
+        let [stopped, expected] = [&scratch, &undisturbed].map(|scratch| fs::read(&scratch.path).unwrap());
+        assert!(stopped == expected, "the file differs");
+    });
+}
+
+#[test]
+fn what_tasks_cannot_do_is_an_error() {
+    let input = city();
+    let options = || input.options.clone();
+    runtime().block_on(async {
+        let scratch = Scratch::new();
+        let none = BlockTasks::open(&scratch.path).map(|_| ());
+        assert!(matches!(none, Err(BuildError::NoTasks(_))), "{none:?}");
+        let fresh = planned(&input, &scratch.path, options().resumable(None)).await;
+        assert!(matches!(fresh, Err(BuildError::NotResumable)), "{fresh:?}");
+        let tasks = tasks(&input, &scratch.path).await;
+        let beyond = tasks.conquer(tasks.blocks(), options_of(&input, 1)).await;
+        let text = beyond.unwrap_err().to_string();
+        assert_eq!(
+            text,
+            format!(
+                "there is no block {0}; the build has {0}, numbered from 0",
+                tasks.blocks()
+            )
+        );
+        let memory = input.options.memory - 1;
+        let less = tasks.conquer(0, TaskOptions { memory, threads: 1 }).await;
+        assert!(
+            matches!(less, Err(BuildError::TaskMemory { given, .. }) if given == memory),
+            "{less:?}"
+        );
+        // Neither another build of the file, nor a plan with other options.
+        let other = planned(&input, &scratch.path, options()).await;
+        assert!(matches!(other, Err(BuildError::WorkKept { .. })), "{other:?}");
+        let other = planned(&input, &scratch.path, options().tile_vertices(400).resume(true)).await;
+        assert!(matches!(other, Err(BuildError::OtherBuild { .. })), "{other:?}");
+        let again = planned(&input, &scratch.path, options().resume(true)).await;
+        assert!(
+            matches!(&again, Ok(Planned::Tasks(again)) if again.blocks() == tasks.blocks()),
+            "{again:?}"
+        );
+        // Damaged tasks are no tasks.
+        let path = scratch.folder.path().join("test.tiles.partial/tasks");
+        let mut bytes = fs::read(&path).unwrap();
+        *bytes.last_mut().unwrap() ^= 1;
+        fs::write(&path, bytes).unwrap();
+        let none = BlockTasks::open(&scratch.path).map(|_| ());
+        assert!(matches!(none, Err(BuildError::NoTasks(_))), "{none:?}");
+    });
+}
+
+/// Points that fit into memory make no blocks.
+#[test]
+fn a_build_in_memory_leaves_no_tasks() {
+    let input = Input::new("few points", &points_of(Kind::Uniform, 1000, 1), &[], 64 << 20);
+    runtime().block_on(async {
+        let scratch = Scratch::new();
+        let built = planned(&input, &scratch.path, input.options.clone()).await;
+        assert!(
+            matches!(&built, Ok(Planned::Built(summary)) if summary.vertices == 1000),
+            "{built:?}"
+        );
+        assert_eq!(scratch.open().await.metadata().vertices, 1000);
+    });
+}
+
+/// Lines that cross are found by the task of their block, and by the build that goes on.
+#[test]
+fn tasks_find_lines_that_cross() {
+    let mut input = valley();
+    input.options = input.options.crossings(delaunay_tiles::Crossings::Error);
+    runtime().block_on(async {
+        let scratch = Scratch::new();
+        let tasks = tasks(&input, &scratch.path).await;
+        let mut found = 0;
+        for block in 0..tasks.blocks() {
+            match tasks.conquer(block, options_of(&input, 2)).await {
+                Ok(_) => {}
+                Err(BuildError::Crossings { .. }) => found += 1,
+                Err(error) => panic!("{error}"),
+            }
+        }
+        let finished = finished(&input, &scratch.path, input.options.clone()).await;
+        assert!(matches!(finished, Err(BuildError::Crossings { .. })), "{finished:?}");
+        assert!(found > 0, "they cross between blocks alone");
+    });
+}
