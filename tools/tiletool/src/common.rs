@@ -11,11 +11,12 @@ use std::thread::available_parallelism;
 use anyhow::{Context, anyhow};
 use bytesize::ByteSize;
 use clap::Args;
-use delaunay_tiles::default_memory;
+
 use delaunay_tiles::input::Format;
 use delaunay_tiles::io::start_thread;
 use delaunay_tiles::shown;
 use delaunay_tiles::store::{OpenOptions, ReadError, TileReader, pending_transactions};
+use delaunay_tiles::{Progress, default_memory};
 use serde::Serialize;
 use tokio::runtime::Builder;
 use tokio::signal::unix::{SignalKind, signal};
@@ -174,6 +175,27 @@ pub async fn interrupted() {
     tokio::select! {
         Ok(()) = tokio::signal::ctrl_c() => {}
         () = terminated => {}
+    }
+}
+
+/// Waits for a build or a part of it. Ctrl-C or SIGTERM cancels it, and `stop` then wakes it up.
+pub async fn until_interrupted<T>(
+    building: impl Future<Output = anyhow::Result<T>>,
+    progress: &Progress,
+    stop: impl Fn(),
+) -> anyhow::Result<T> {
+    tokio::pin!(building);
+    loop {
+        tokio::select! {
+            built = &mut building => break built,
+            // A second one ends the tool without waiting until the work is saved.
+            () = interrupted() => if progress.is_cancelled() {
+                anyhow::bail!("interrupted");
+            } else {
+                progress.cancel();
+                stop();
+            }
+        }
     }
 }
 

@@ -34,6 +34,7 @@ mod serve;
 mod shell;
 mod surface;
 mod system;
+mod task;
 mod unchanged;
 mod verify;
 
@@ -80,6 +81,7 @@ const FAILURE: u8 = 1;
 #[derive(Subcommand, Debug)]
 pub enum Command {
     Build(build::BuildArgs),
+    Task(task::TaskArgs),
     Insert(edit::points::InsertArgs),
     Delete(edit::points::DeleteArgs),
     Move(edit::points::MoveArgs),
@@ -166,6 +168,7 @@ pub fn log(verbose: u8) {
 pub fn run(command: Command) -> anyhow::Result<()> {
     match command {
         Command::Build(args) => build::run(args),
+        Command::Task(args) => task::run(args),
         Command::Insert(args) => edit::points::insert(args),
         Command::Delete(args) => edit::points::delete(args),
         Command::Move(args) => edit::points::move_points(args),

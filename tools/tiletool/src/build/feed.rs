@@ -5,7 +5,7 @@ use std::sync::Arc;
 use delaunay_tiles::crs::Crs;
 use delaunay_tiles::input::PointSource;
 use delaunay_tiles::store::Source;
-use delaunay_tiles::{BuildSummary, Builder, Description};
+use delaunay_tiles::{BuildSummary, Builder, Description, Planned};
 use tokio::sync::Notify;
 
 use super::report::InputCounts;
@@ -24,12 +24,13 @@ pub(super) struct Inputs {
 }
 
 impl Inputs {
-    /// Builds from lines and points. The input is read on a thread of its own, ahead of the builder.
+    /// Builds from lines and points, or plans tasks if `is_planned` is set. The input is read on a thread of its own, ahead of the builder.
     pub(super) async fn build(
         self,
         builder: Builder,
+        is_planned: bool,
         cancelled: Arc<Notify>,
-    ) -> anyhow::Result<(BuildSummary, InputCounts)> {
+    ) -> anyhow::Result<(Planned, InputCounts)> {
         let Self {
             source,
             lines,
@@ -38,12 +39,12 @@ impl Inputs {
         } = self;
         if !builder.needs_points() {
             // The lines were not read again, so errors and notes give their numbers.
-            let fed = Fed { lines, crs };
+            let fed = Fed { lines, crs, is_planned };
             let built = fed.resume(&source, builder).await;
             return built.map_err(|error| fed.lines.name_in(error));
         }
         let (builder, lines) = common::on_thread("lines", move || lines.feed(builder)).await?;
-        let fed = Fed { lines, crs };
+        let fed = Fed { lines, crs, is_planned };
         let built = fed.build_points(source, builder, is_filtered, &cancelled).await;
         built.map_err(|error| fed.lines.name_in(error))
     }
@@ -53,6 +54,7 @@ impl Inputs {
 struct Fed {
     lines: LineInput,
     crs: CrsArgs,
+    is_planned: bool,
 }
 
 impl Fed {
@@ -62,7 +64,7 @@ impl Fed {
         mut builder: Builder,
         is_filtered: bool,
         cancelled: &Notify,
-    ) -> anyhow::Result<(BuildSummary, InputCounts)> {
+    ) -> anyhow::Result<(Planned, InputCounts)> {
         let mut extents = self.lines.extents().clone();
         let source = push_points(source, &mut builder, 0, !is_filtered, &mut extents, cancelled).await?;
         let read = self.describe(&source, &mut builder, &extents)?;
@@ -70,7 +72,7 @@ impl Fed {
     }
 
     /// Goes on with a build whose inputs an interrupted one read.
-    async fn resume(&self, source: &PointSource, builder: Builder) -> anyhow::Result<(BuildSummary, InputCounts)> {
+    async fn resume(&self, source: &PointSource, builder: Builder) -> anyhow::Result<(Planned, InputCounts)> {
         let read = serde_json::from_str(&builder.description().memo).unwrap_or_default();
         self.finish(source, builder, read).await
     }
@@ -80,12 +82,17 @@ impl Fed {
         source: &PointSource,
         builder: Builder,
         mut read: InputCounts,
-    ) -> anyhow::Result<(BuildSummary, InputCounts)> {
-        let summary = builder.finish().await?;
-        // They come first, since they tell of faults.
-        let of_summary = self.notes(source, &summary, read.records);
-        read.notes.splice(..0, of_summary);
-        Ok((summary, read))
+    ) -> anyhow::Result<(Planned, InputCounts)> {
+        let done = match self.is_planned {
+            true => builder.plan_tasks().await?,
+            false => Planned::Built(Box::new(builder.finish().await?)),
+        };
+        if let Planned::Built(summary) = &done {
+            // They come first, since they tell of faults.
+            let of_summary = self.notes(source, summary, read.records);
+            read.notes.splice(..0, of_summary);
+        }
+        Ok((done, read))
     }
 
     /// Describes the inputs, which were read, to the builder.

@@ -16,7 +16,7 @@ use delaunay_tiles::io::output_target;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::overviews::OverviewOptions;
 use delaunay_tiles::store::{OpenOptions, TileEntry};
-use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Duplicates, Progress};
+use delaunay_tiles::{BlockTasks, BuildError, BuildOptions, BuildSummary, Builder, Duplicates, Planned, Progress};
 use tokio::sync::Notify;
 
 use crate::allocator;
@@ -28,6 +28,7 @@ use crate::overviews::MadeOverviews;
 use crate::plot::{self, PlotFile, Plotted};
 use crate::points::is_stopped;
 use crate::progress::Bar;
+use crate::task::TaskList;
 use crate::unchanged::Unchanged;
 use feed::Inputs;
 use report::{BuildReport, InputCounts, report};
@@ -92,6 +93,13 @@ pub struct BuildArgs {
     /// Resume an interrupted build from its last finished block
     #[arg(long)]
     resume: bool,
+    /// Read the inputs and plan blocks of points, which `tiletool task` then triangulates, on any machines
+    /// that share the folder of the output; --resume completes the file
+    ///
+    /// --memory determines the size of blocks, and each task needs as much. Points that fit into it make
+    /// no blocks: the file is built at once.
+    #[arg(long, conflicts_with_all = ["overviews", "plot"])]
+    tasks: bool,
     /// Compress the tiles; the file takes half to a quarter of the space, and tiles take longer to
     /// load
     #[arg(long)]
@@ -159,20 +167,26 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         if args.resume && builder.needs_points() && !args.quiet {
             common::say("note: there is no finished work to resume; the build starts from the beginning");
         }
-        let building = inputs.build(builder, Arc::clone(&cancelled));
-        until_interrupted(building, &progress, || {
+        let building = inputs.build(builder, args.tasks, Arc::clone(&cancelled));
+        common::until_interrupted(building, &progress, || {
             readings.iter().for_each(Reading::stop);
             cancelled.notify_one();
         })
         .await
     });
     drop(bar);
-    let (summary, read) = built.map_err(|error| how_to_resume(error, &args.output, can_resume))?;
+    let (planned, read) = built.map_err(|error| how_to_resume(error, &args.output, can_resume))?;
     for note in read.notes.iter().filter(|_| !args.quiet) {
         common::say(format_args!("note: {note}"));
     }
-    let overviews = args.make_overviews(memory)?;
-    args.print(memory, &summary, &read, overviews)
+    match planned {
+        Planned::Tasks(tasks) => args.print_tasks(&tasks),
+        Planned::Built(summary) => {
+            let overviews = args.make_overviews(memory)?;
+            args.print(memory, &summary, &read, overviews)
+        }
+        _ => anyhow::bail!("internal error: the build has an unknown outcome"),
+    }
 }
 
 impl BuildArgs {
@@ -244,6 +258,16 @@ impl BuildArgs {
         }
     }
 
+    /// Prints the tasks to which the blocks were left.
+    fn print_tasks(&self, tasks: &BlockTasks) -> anyhow::Result<()> {
+        let list = TaskList::of(tasks);
+        match (self.json, self.quiet) {
+            (true, _) => common::print_json("the tasks", &list),
+            (false, true) => Ok(()),
+            (false, false) => common::print("the tasks", &list.report(&self.output)),
+        }
+    }
+
     /// Returns the bytes of the tiles of the finished file before they were compressed, if they were.
     fn raw_bytes(&self) -> anyhow::Result<Option<u64>> {
         if !self.compress {
@@ -284,27 +308,6 @@ impl BuildArgs {
             let read = move || readings.iter().map(Reading::bytes).sum();
             Bar::of_build(Arc::clone(progress), Arc::new(move || (read(), total)))
         })
-    }
-}
-
-/// Waits for a build. Ctrl-C or SIGTERM cancels it, and `stop` then wakes it up.
-async fn until_interrupted<T>(
-    building: impl Future<Output = anyhow::Result<T>>,
-    progress: &Progress,
-    stop: impl Fn(),
-) -> anyhow::Result<T> {
-    tokio::pin!(building);
-    loop {
-        tokio::select! {
-            built = &mut building => break built,
-            // A second one ends the tool without waiting until the work is saved.
-            () = common::interrupted() => if progress.is_cancelled() {
-                anyhow::bail!("interrupted");
-            } else {
-                progress.cancel();
-                stop();
-            }
-        }
     }
 }
 

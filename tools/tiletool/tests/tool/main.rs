@@ -41,6 +41,7 @@ mod resume;
 mod serve;
 mod shell;
 mod sites;
+mod tasks;
 mod terrain;
 mod town;
 mod vector;

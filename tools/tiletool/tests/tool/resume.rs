@@ -18,14 +18,14 @@ fn start(folder: &Path, args: &str) -> Child {
 /// 400 000 points need 8 MB, so with 6 MB they are spilled.
 const BUILD: &str = "build p.f64 -o p.tiles --memory 6MB --tile-vertices 4000 --threads 2";
 
-fn scratch() -> tempfile::TempDir {
+pub fn scratch() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     run(folder.path(), "generate kuzmin -n 400000 --seed 7 -o p.f64");
     folder
 }
 
 /// Writes walls across all blocks, obstacles and sites beside the points of [`scratch`].
-fn write_lines(folder: &Path) {
+pub fn write_lines(folder: &Path) {
     let spiral = |i: u32| {
         let (angle, radius) = (0.07 * f64::from(i), 0.001 * f64::from(i + 1));
         format!("{},{}", radius * angle.cos(), radius * angle.sin())

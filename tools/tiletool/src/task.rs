@@ -1,0 +1,202 @@
+//! `tiletool task`: conquers blocks of a build that left them to tasks.
+
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread::available_parallelism;
+
+use anyhow::Context;
+use bytesize::ByteSize;
+use clap::Args;
+use delaunay_tiles::{BlockTasks, ConqueredBlock, TaskOptions, default_memory};
+use serde::Serialize;
+
+use crate::allocator;
+use crate::common::{self, bytes, counted, shown, thousands};
+
+/// Conquer blocks of a build that left them to tasks
+///
+/// `tiletool build --tasks` reads the inputs, and plans blocks of points. Each block is triangulated by
+/// itself then, by this command, on any machine that shares the folder of the file: in any order, at the
+/// same time, and if need be again. What was done before is not done again. `tiletool build --resume`
+/// completes the file, and conquers what is missing.
+///
+/// Without --block, the blocks are listed.
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Examples:
+  tiletool build survey.laz -o survey.tiles --memory 4GiB --tasks
+  tiletool task survey.tiles
+  tiletool task survey.tiles --block 0
+  tiletool task survey.tiles --block $SLURM_ARRAY_TASK_ID --threads $SLURM_CPUS_PER_TASK
+  tiletool build survey.laz -o survey.tiles --memory 4GiB --resume")]
+pub struct TaskArgs {
+    /// Tile file that is being built
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Number of the block, from 0; may be given several times
+    #[arg(long = "block", value_name = "NUMBER")]
+    blocks: Vec<u32>,
+    /// Memory limit, such as 512MiB or 2GB; a task needs that of the build [default: the available
+    /// memory]
+    #[arg(long, value_name = "BYTES")]
+    memory: Option<ByteSize>,
+    /// Number of threads that compute, at most that of the build [default: one per processor]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Print the result as one JSON object
+    #[arg(long)]
+    json: bool,
+    /// Print only errors
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// The output of `--json` for a block that was conquered.
+#[derive(Serialize)]
+struct BlockReport {
+    block: u32,
+    points: u64,
+    tiles: u32,
+    was_done: bool,
+    bytes_read: u64,
+    bytes_written: u64,
+    seconds: f64,
+}
+
+#[derive(Serialize)]
+struct BlocksReport {
+    blocks: Vec<BlockReport>,
+}
+
+/// The tasks of a build: the output of `--json`, whose keys are stable, and the report for people.
+#[derive(Serialize)]
+pub struct TaskList {
+    /// Bytes of memory that each needs.
+    memory: u64,
+    blocks: Vec<BlockEntry>,
+}
+
+#[derive(Serialize)]
+struct BlockEntry {
+    points: u64,
+    is_done: bool,
+}
+
+impl TaskList {
+    pub fn of(tasks: &BlockTasks) -> Self {
+        let entry = |block| BlockEntry {
+            points: tasks.points(block),
+            is_done: tasks.is_done(block),
+        };
+        Self {
+            memory: tasks.memory(),
+            blocks: (0..tasks.blocks()).map(entry).collect(),
+        }
+    }
+
+    /// Returns the report for people. `file` is that of the build.
+    pub fn report(&self, file: &Path) -> String {
+        let points: u64 = self.blocks.iter().map(|block| block.points).sum();
+        let left: Vec<usize> = (0..self.blocks.len())
+            .filter(|&block| !self.blocks[block].is_done)
+            .collect();
+        let head = format!(
+            "{}: {} of {} in all, each conquered with {}\n",
+            shown(file),
+            counted(self.blocks.len() as u64, "block", "blocks"),
+            counted(points, "point", "points"),
+            bytes(self.memory),
+        );
+        let next = match left[..] {
+            [] => {
+                "all are conquered; tiletool build --resume, with the inputs and options of the build, completes the \
+                   file\n"
+                    .to_owned()
+            }
+            [first, ..] => format!(
+                "{} left: {}\nconquer each on any machine that shares the folder, such as\n  tiletool task {} --block \
+                 {first}\nand then complete the file by the command of the build with --resume in place of --tasks\n",
+                thousands(left.len() as u64),
+                ranges(&left),
+                shown(file),
+            ),
+        };
+        head + &next
+    }
+}
+
+/// Returns ascending numbers as ranges.
+fn ranges(numbers: &[usize]) -> String {
+    let runs = numbers.chunk_by(|a, b| a + 1 == *b).map(|run| match run {
+        [first, .., last] => format!("{first}-{last}"),
+        _ => run[0].to_string(),
+    });
+    runs.collect::<Vec<_>>().join(", ")
+}
+
+/// Conquers blocks, or lists them.
+pub fn run(args: TaskArgs) -> anyhow::Result<()> {
+    let tasks = BlockTasks::open(&args.file)?;
+    if args.blocks.is_empty() {
+        let list = TaskList::of(&tasks);
+        return match args.json {
+            true => common::print_json("the blocks", &list),
+            false => common::print("the blocks", &list.report(&args.file)),
+        };
+    }
+    allocator::keep_to(tasks.memory());
+    let options = TaskOptions {
+        // A quarter of the available memory is the default of everything else.
+        memory: args
+            .memory
+            .map_or_else(|| default_memory().saturating_mul(4), |bytes| bytes.as_u64()),
+        threads: args
+            .threads
+            .map_or_else(|| available_parallelism().map_or(1, NonZero::get), usize::from),
+    };
+    let mut report = BlocksReport { blocks: Vec::new() };
+    common::block_on(async {
+        for &block in &args.blocks {
+            let progress = Arc::clone(tasks.progress());
+            let conquering = async { tasks.conquer(block, options).await.with_context(|| shown(&args.file)) };
+            let done = common::until_interrupted(conquering, &progress, || {}).await?;
+            if !args.json && !args.quiet {
+                common::print("the result", &line(&done))?;
+            }
+            report.blocks.push(BlockReport::of(done));
+        }
+        Ok(())
+    })?;
+    match args.json {
+        true => common::print_json("the result", &report),
+        false => Ok(()),
+    }
+}
+
+fn line(done: &ConqueredBlock) -> String {
+    match done.was_done {
+        true => format!("block {} was conquered before\n", done.block),
+        false => format!(
+            "block {}: {} in {}, {} written, {:.1} s\n",
+            done.block,
+            counted(done.points, "point", "points"),
+            counted(done.tiles.into(), "tile", "tiles"),
+            bytes(done.bytes_written),
+            done.seconds
+        ),
+    }
+}
+
+impl BlockReport {
+    fn of(done: ConqueredBlock) -> Self {
+        Self {
+            block: done.block,
+            points: done.points,
+            tiles: done.tiles,
+            was_done: done.was_done,
+            bytes_read: done.bytes_read,
+            bytes_written: done.bytes_written,
+            seconds: done.seconds,
+        }
+    }
+}
