@@ -97,6 +97,7 @@ class Builder:
     ) -> None:
         self._observer = observer(progress)
         self._summary: BuildSummary | None = None
+        self._identity = _identity
         arguments = {
             "memory": byte_count(memory, "memory"),
             "threads": None if threads is None else positive(threads, "threads"),
@@ -186,6 +187,16 @@ class Builder:
         finally:
             self.close()
         return self._summary
+
+    def _plan(self) -> list[int]:
+        """Leaves the blocks to tasks. Returns the number of points of each; none if the file is built already."""
+        try:
+            blocks, built = self._core.plan()
+            if built is not None:
+                self._summary = BuildSummary._of(*built)
+        finally:
+            self.close()
+        return blocks
 
     @property
     def summary(self) -> BuildSummary | None:
@@ -336,6 +347,31 @@ def build(
     >>> summary.vertices, summary.tiles
     (1000, 1)
     """
+    builder = begun(
+        points, out, lines=lines, walls=walls, obstacles=obstacles, ponds=ponds, sites=sites, site_id=site_id,
+        holes=holes, crs=crs, memory=memory, threads=threads, tile_vertices=tile_vertices, duplicates=duplicates,
+        crossings=crossings, exterior=exterior, missing_z=missing_z, compress=compress, work_folder=work_folder,
+        resume=resume, overwrite=overwrite, progress=progress,
+    )  # fmt: skip
+    return builder.finish()
+
+
+def begun(
+    points: Any,
+    out: str | os.PathLike[str],
+    *,
+    lines: Any = None,
+    walls: Any = None,
+    obstacles: Any = None,
+    ponds: Any = None,
+    sites: Any = None,
+    site_id: str | None = None,
+    holes: Any = None,
+    resume: bool = False,
+    unnamed: str | None = None,
+    **options: Any,
+) -> Builder:
+    """Returns a builder that has all of the input; see `build`. `unnamed` identifies inputs that are no files."""
     if all(given is None for given in (points, lines, walls, obstacles, ponds, sites)):
         raise ValueError("points must be given, or lines, walls, obstacles, ponds or sites")
     identity = None
@@ -348,11 +384,7 @@ def build(
         identity = _core.identity(path_text(points.path, "points"), points._arguments(), files, site_id)
     if resume and identity is None:
         raise ValueError("only a build of one file of points, with lines and sites of files, can be resumed")
-    builder = Builder(
-        out, crs=crs, memory=memory, threads=threads, tile_vertices=tile_vertices, duplicates=duplicates,
-        crossings=crossings, exterior=exterior, missing_z=missing_z, compress=compress, work_folder=work_folder,
-        overwrite=overwrite, progress=progress, _resume=resume, _identity=identity,
-    )  # fmt: skip
+    builder = Builder(out, _resume=resume, _identity=identity or unnamed, **options)
     try:
         if builder._core.needs_points():
             for kind, given in beside:
@@ -364,6 +396,7 @@ def build(
                 builder.add_holes(holes)
             if points is not None:
                 _points.push(builder._core, points, are_all=True)
-        return builder.finish()
-    finally:
+    except BaseException:
         builder.close()
+        raise
+    return builder

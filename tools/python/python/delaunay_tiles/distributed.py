@@ -1,9 +1,9 @@
-"""Batches of questions over the workers of a cluster.
+"""Builds, and batches of questions, over the workers of a cluster.
 
-A worker is a process that opens the file itself, by a path or an address that it can reach too. The questions are
-sorted along a curve and cut into batches, so that those of a batch need few tiles. Only questions and answers
-travel. Scheduling, retries and lost workers are matters of the executor: a `dask.distributed.Client`, or an executor
-of `concurrent.futures`.
+A worker is a process that opens the file, or the work folder of a build, itself: by a path or an address that it can
+reach too. The questions are sorted along a curve and cut into batches, so that those of a batch need few tiles. Only
+questions, answers and numbers of blocks travel. Scheduling, retries and lost workers are matters of the executor: a
+`dask.distributed.Client`, or an executor of `concurrent.futures`.
 
 Examples
 --------
@@ -17,6 +17,8 @@ Examples
 from __future__ import annotations
 
 import os
+import sys
+import uuid
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields
 from datetime import timedelta
@@ -25,14 +27,17 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
+from . import _core
 from ._answers import Distances, Neighbours
-from ._arguments import positive
+from ._arguments import path_text, positive
+from ._build import Builder, BuildSummary, begun
 from ._columns import names
 from ._open import Tiles, _reopened, open
 from ._places import places, rank
+from ._progress import Observer, observer
 from ._tiles import Cache
 
-__all__ = ["Client", "knn", "matrix"]
+__all__ = ["Client", "build", "knn", "matrix"]
 
 _Time = float | timedelta | None
 _Answer = TypeVar("_Answer", Neighbours, Distances)
@@ -45,6 +50,71 @@ class Client(Protocol):
 
     def submit(self, fn: Callable[..., Any], /, *args: Any) -> Any:
         """Starts a task. What it returns has the methods ``result()`` and ``cancel()``."""
+
+
+def build(
+    points: Any,
+    out: str | os.PathLike[str],
+    *,
+    client: Client,
+    task_threads: int = 1,
+    progress: bool | Observer | None = None,
+    **options: Any,
+) -> BuildSummary:
+    """Builds a tile file, as `build` does, with the help of several workers.
+
+    This process reads the inputs and cuts the points into blocks, of which each fits into `memory`. The workers
+    triangulate the blocks, with their lines, in any order. Then this process merges them and completes the file. If
+    all points fit into `memory`, there are no blocks, and no worker is asked.
+
+    Parameters
+    ----------
+    points, out, options
+        See `build`. `out` must lie in a folder that the workers reach by the same absolute path, and so must
+        `work_folder`, if it is given. A worker needs as much memory as `memory` allows; without it, a quarter of
+        what is available here.
+    client : Client
+        What runs the tasks, one for each block. What a worker did is not lost if another one is killed.
+    task_threads : int
+        Threads of a task, at most `threads`.
+    progress : bool or callable, optional
+        See `build`. While the workers work, the phase is "tasks", and its steps are points.
+
+    Returns
+    -------
+    BuildSummary
+        `resumed_blocks` is the number of blocks, and `peak_memory` that of this process.
+
+    Raises
+    ------
+    BuildError
+        A worker may use less memory than the build has for a block, and the errors of `build`.
+
+    Examples
+    --------
+    >>> from concurrent.futures import ThreadPoolExecutor
+    >>> xy = np.random.default_rng(1).random((100_000, 2))
+    >>> with ThreadPoolExecutor(2) as client:
+    ...     summary = dt.distributed.build(xy, "random.tiles", client=client, memory="6MB", overwrite=True)
+    >>> summary.vertices
+    100000
+    """
+    out, threads = os.path.abspath(path_text(out, "out")), positive(task_threads, "task_threads")
+    folder = options.get("work_folder")
+    if folder is not None:
+        options["work_folder"] = os.path.abspath(path_text(folder, "work_folder"))
+    begin = begun(points, out, unnamed=f"dt.distributed.build {uuid.uuid4()}", progress=progress, **options)
+    blocks = begin._plan()
+    if begin.summary is not None:
+        return begin.summary
+    with _Steps(progress, sum(blocks)) as steps:
+        # Dask would take the result of an earlier build of this name for that of a task with the same arguments.
+        build = uuid.uuid4().hex
+        tasks = [(_conquer, out, block, threads, build) for block in range(len(blocks))]
+        _run(client, tasks, lambda task: steps.advance(blocks[task]))
+    of_input = ("lines", "walls", "obstacles", "ponds", "sites", "site_id", "holes", "resume")
+    settings = {name: value for name, value in options.items() if name not in of_input}
+    return Builder(out, progress=progress, _resume=True, _identity=begin._identity, **settings).finish()
 
 
 def knn(
@@ -143,6 +213,40 @@ def matrix(
     return _joined(answers, tasks, axis)
 
 
+class _Steps:
+    """The progress of the tasks of a build, for an observer."""
+
+    def __init__(self, progress: bool | Observer | None, total: int) -> None:
+        self._observer, self._done, self._total = observer(progress), 0, total
+
+    def advance(self, steps: int) -> None:
+        self._done += steps
+        if self._observer is not None:
+            self._observer("tasks", self._done, self._total)
+
+    def __enter__(self) -> _Steps:
+        self.advance(0)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._observer is not None:
+            self._observer.close()
+
+
+def _conquer(out: str, block: int, threads: int, build: str) -> tuple[int, int, int]:
+    return _core.conquer(out, block, _memory_of_worker(), threads)
+
+
+def _memory_of_worker() -> int | None:
+    """Returns the memory that a worker of Dask may use, if this is one with a limit."""
+    dask = sys.modules.get("distributed")
+    try:
+        return None if dask is None else dask.get_worker().memory_manager.memory_limit or None
+    except ValueError:
+        # This process is no worker.
+        return None
+
+
 def _tiles(file: Tiles | str | os.PathLike[str]) -> Tiles:
     return file if isinstance(file, Tiles) else open(file)
 
@@ -186,11 +290,18 @@ def _curve_order(xy: np.ndarray) -> np.ndarray:
     return np.argsort(cells[:, 0] | cells[:, 1] << np.uint64(1), kind="stable")
 
 
-def _run(client: Client, tasks: Iterable[tuple[Any, ...]]) -> list[Any]:
-    """Returns the results of tasks, in their order. If one fails, those that have not begun are cancelled."""
+def _run(
+    client: Client, tasks: Iterable[tuple[Any, ...]], done: Callable[[int], None] = lambda task: None
+) -> list[Any]:
+    """Returns the results of tasks, in their order, and calls `done` with the number of each. If one fails, those that
+    have not begun are cancelled."""
     started = [client.submit(*task) for task in tasks]
+    results = []
     try:
-        return [task.result() for task in started]
+        for number, task in enumerate(started):
+            results.append(task.result())
+            done(number)
+        return results
     except BaseException:
         for task in started:
             task.cancel()

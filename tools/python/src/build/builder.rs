@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use arrow_array::RecordBatch;
-use delaunay_tiles::Progress;
 use delaunay_tiles::input::{MissingZ, PointBatch, PointSource, SiteSource};
+use delaunay_tiles::{BuildSummary, Planned, Progress};
 use numpy::PyReadonlyArray2;
 use numpy::ndarray::s;
 use pyo3::exceptions::PyRuntimeError;
@@ -265,8 +265,19 @@ impl Builder {
     fn finish(&self, py: Python<'_>) -> PyResult<(String, Vec<String>)> {
         let work = self.take()?;
         let (summary, notes) = self.wait(py, |runtime| runtime.block_on(work.finish()))?;
-        let json = serde_json::to_string(&summary).map_err(|error| Failure::other(error.to_string()))?;
-        Ok((json, notes))
+        Ok((json_of(&summary)?, notes))
+    }
+
+    /// Leaves the blocks to tasks, and returns the number of points of each. If all points are in memory,
+    /// builds the file, and returns the summary as JSON, and notes.
+    fn plan(&self, py: Python<'_>) -> PyResult<(Vec<u64>, Option<(String, Vec<String>)>)> {
+        let work = self.take()?;
+        let (planned, notes) = self.wait(py, |runtime| runtime.block_on(work.plan()))?;
+        match planned {
+            Planned::Built(summary) => Ok((Vec::new(), Some((json_of(&summary)?, notes)))),
+            Planned::Tasks(tasks) => Ok(((0..tasks.blocks()).map(|block| tasks.points(block)).collect(), None)),
+            _ => Err(Failure::other("internal error: the build has an unknown outcome").into()),
+        }
     }
 
     /// Discards the work.
@@ -280,6 +291,10 @@ impl Drop for Builder {
     fn drop(&mut self) {
         discard(self.locked().take());
     }
+}
+
+fn json_of(summary: &BuildSummary) -> Outcome<String> {
+    serde_json::to_string(summary).map_err(|error| Failure::other(error.to_string()))
 }
 
 /// Drops work, and its files. In a child of a fork they belong to the parent, which goes on with them.

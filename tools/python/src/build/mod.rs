@@ -4,13 +4,16 @@
 //! ```text
 //!   builder ──▶ options      the keyword arguments
 //!      │  └───▶ work         a build in progress: numbering, sources, reference systems
-//!      └──────▶ batches      rows of arrays and of record batches, as the library's batches
+//!      ├──────▶ batches      rows of arrays and of record batches, as the library's batches
+//!      └ ─ ─ ─▶ tasks        blocks that other processes conquer
 //! ```
 
 pub mod batches;
 mod builder;
 mod options;
+mod tasks;
 mod work;
 
 pub use builder::{Builder, identity};
 pub use options::{MISSING_Z, Role, choice};
+pub use tasks::conquer;

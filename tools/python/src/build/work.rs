@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use delaunay_tiles::crs::{Agreement, Crs};
 use delaunay_tiles::input::{PointBatch, PointSource, PolySource, Reading, SegmentSource, SiteBatch, SiteSource};
 use delaunay_tiles::store::Source;
-use delaunay_tiles::{BuildSummary, Builder, Description};
+use delaunay_tiles::{BuildSummary, Builder, Description, Planned};
 use tiletool::crs::Extents;
 use tiletool::lines::{LineInput, LineSet};
 use tiletool::points::push_points;
@@ -187,22 +187,37 @@ impl Work {
 
     /// Builds the file. Returns the summary, and notes for the user.
     pub async fn finish(mut self) -> Outcome<(BuildSummary, Vec<String>)> {
-        if self.builder.needs_points() {
-            self.describe()?;
-        }
+        self.describe_if_read()?;
         let Self {
-            builder,
-            lines,
-            mut notes,
-            ..
+            builder, lines, notes, ..
         } = self;
         let built = builder.finish().await;
         let summary = built.map_err(|error| Failure::of_build(lines.name_in(error.into())))?;
-        notes.extend(lines.notes());
-        if let Some(first) = summary.first_inverted {
-            notes.push(lines.inverted_note(summary.inverted_parts, first));
-        }
+        let notes = all_notes(notes, &lines, &summary);
         Ok((summary, notes))
+    }
+
+    /// Leaves the blocks to tasks, or builds the file if all points are in memory. Returns notes for the
+    /// user too.
+    pub async fn plan(mut self) -> Outcome<(Planned, Vec<String>)> {
+        self.describe_if_read()?;
+        let Self {
+            builder, lines, notes, ..
+        } = self;
+        let planned = builder.plan_tasks().await;
+        let planned = planned.map_err(|error| Failure::of_build(lines.name_in(error.into())))?;
+        let notes = match &planned {
+            Planned::Built(summary) => all_notes(notes, &lines, summary),
+            _ => notes,
+        };
+        Ok((planned, notes))
+    }
+
+    fn describe_if_read(&mut self) -> Outcome<()> {
+        match self.builder.needs_points() {
+            true => self.describe(),
+            false => Ok(()),
+        }
     }
 
     fn describe(&mut self) -> Outcome<()> {
@@ -232,4 +247,13 @@ impl Work {
     fn explain(&self, error: tiletool::Error) -> Failure {
         Failure::of_build(self.lines.name_in(error))
     }
+}
+
+/// Adds the notes on lines, and those that follow from the summary.
+fn all_notes(mut notes: Vec<String>, lines: &LineInput, summary: &BuildSummary) -> Vec<String> {
+    notes.extend(lines.notes());
+    if let Some(first) = summary.first_inverted {
+        notes.push(lines.inverted_note(summary.inverted_parts, first));
+    }
+    notes
 }

@@ -182,6 +182,9 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     match planned {
         Planned::Tasks(tasks) => args.print_tasks(&tasks),
         Planned::Built(summary) => {
+            if args.tasks && !args.quiet {
+                common::say("note: all points fit into memory, so there are no tasks, and the file is complete");
+            }
             let overviews = args.make_overviews(memory)?;
             args.print(memory, &summary, &read, overviews)
         }

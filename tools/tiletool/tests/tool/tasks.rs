@@ -44,7 +44,7 @@ fn blocks_that_processes_conquer_some_of_them_killed_give_the_triangles_of_one_b
         (random >> 33) % most
     };
     for _ in 0..cases(100) {
-        let block = up_to(count as u64);
+        let block = up_to(count as u64 - 1);
         let task = format!("task p.tiles --block {block} --threads 2");
         kill_after(tiletool(folder, &task), Duration::from_micros(up_to(200_000)));
     }
@@ -63,7 +63,7 @@ fn blocks_that_processes_conquer_some_of_them_killed_give_the_triangles_of_one_b
     let summary = json(folder, &format!("{BUILD} --resume --json"));
     assert_eq!(summary["resumed_blocks"], count);
     assert!(!folder.join("p.tiles.partial").exists());
-    run(folder, "verify --deep p.tiles --quiet");
+    run(folder, "verify --deep p.tiles");
     let whole = BUILD.replace("-o p.tiles --memory 6MB", "-o whole.tiles --memory 1GB");
     let whole = json(folder, &format!("{whole} --json"));
     for same in [
@@ -88,18 +88,14 @@ fn a_build_that_leaves_tasks_says_what_comes_next() {
     let build = "build p.f64 -o p.tiles --memory 6MB --tile-vertices 4000 --threads 2";
     let told = run(folder, &format!("{build} --tasks"));
     let count = blocks(folder);
-    assert!(
-        told.starts_with(&format!(
-            "p.tiles: {count} blocks of 400,000 points in all, each conquered with 6.00 MB\n"
-        )),
-        "{told}"
-    );
+    assert!(told.starts_with(&format!("p.tiles: {count} blocks of ")), "{told}");
+    assert!(told.contains(" points in all, each conquered with 5.7 MiB\n"), "{told}");
     assert!(told.contains(&format!("{count} left: 0-{}\n", count - 1)), "{told}");
     assert!(told.contains("tiletool task p.tiles --block 0\n"), "{told}");
     assert_eq!(run(folder, "task p.tiles"), told);
     // It may be asked for once more, and is not begun anew unless that is wanted.
     assert_eq!(run(folder, &format!("{build} --tasks --resume")), told);
-    let text = errors(&fails(folder, &format!("{build} --tasks")));
+    let text = fails(folder, 1, &format!("{build} --tasks"));
     assert!(text.contains("holds the work of an interrupted build"), "{text}");
     let done = run(folder, "task p.tiles --block 1 --block 2");
     assert!(done.starts_with("block 1: ") && done.lines().count() == 2, "{done}");
@@ -119,7 +115,7 @@ fn a_build_that_leaves_tasks_says_what_comes_next() {
 fn a_task_that_cannot_be_done_says_why() {
     let scratch = planned();
     let folder = scratch.path();
-    let refused = |args: &str| errors(&fails(folder, args));
+    let refused = |args: &str| fails(folder, 1, args);
     let count = blocks(folder);
     let text = refused(&format!("task p.tiles --block {count}"));
     assert!(

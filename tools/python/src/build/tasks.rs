@@ -1,0 +1,36 @@
+//! Builds whose blocks are conquered by tasks.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use delaunay_tiles::{BlockTasks, TaskOptions, default_memory};
+use pyo3::prelude::*;
+
+use crate::error::Outcome;
+use crate::runtime::{runtime, work_or_cancel};
+
+/// Conquers a block of the build of a file, with at most `memory` bytes; without it, with the memory
+/// that is available. Returns the number of its points, and the bytes that were read and written.
+#[pyfunction]
+pub fn conquer(
+    py: Python<'_>,
+    file: PathBuf,
+    block: u32,
+    memory: Option<u64>,
+    threads: usize,
+) -> PyResult<(u64, u64, u64)> {
+    let runtime = runtime()?;
+    let tasks = py.detach(|| -> Outcome<BlockTasks> {
+        let _inside = runtime.enter();
+        Ok(BlockTasks::open(file)?)
+    })?;
+    let options = TaskOptions {
+        // A quarter of the available memory is the default of everything else.
+        memory: memory.unwrap_or_else(|| default_memory().saturating_mul(4)),
+        threads,
+    };
+    let progress = Arc::clone(tasks.progress());
+    let conquer = |runtime: &tokio::runtime::Runtime| Ok(runtime.block_on(tasks.conquer(block, options))?);
+    let done = work_or_cancel(py, conquer, |_| Ok(()), || progress.cancel())?;
+    Ok((done.points, done.bytes_read, done.bytes_written))
+}
