@@ -27,6 +27,7 @@ __all__ = [
     "Transaction",
     "__version__",
     "along",
+    "conquer",
     "edge_distances",
     "footing",
     "identity",

@@ -93,11 +93,11 @@ def build(
     Examples
     --------
     >>> from concurrent.futures import ThreadPoolExecutor
-    >>> xy = np.random.default_rng(1).random((100_000, 2))
+    >>> xy = np.random.default_rng(1).random((1_000_000, 2))
     >>> with ThreadPoolExecutor(2) as client:
-    ...     summary = dt.distributed.build(xy, "random.tiles", client=client, memory="6MB", overwrite=True)
+    ...     summary = dt.distributed.build(xy, "random.tiles", client=client, memory="20MB", overwrite=True)
     >>> summary.vertices
-    100000
+    1000000
     """
     out, threads = os.path.abspath(path_text(out, "out")), positive(task_threads, "task_threads")
     folder = options.get("work_folder")
