@@ -11,9 +11,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use crate::constraints::segments::spool::SegmentSpool;
-use crate::io::blocking;
 use crate::memory::MemoryPlan;
-use crate::pipeline::assembly::prepare::PreparedBuild;
 use crate::pipeline::context::{BuildContext, Given};
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::drape::PointSurface;
@@ -21,9 +19,7 @@ use crate::pipeline::ingest::intake::Points;
 use crate::pipeline::next_state::NextState;
 use crate::pipeline::options::BuildOptions;
 use crate::pipeline::plan::NodeLimits;
-use crate::pipeline::resume::plan::sync_inputs;
 use crate::pipeline::summary::BuildSummary;
-use crate::pipeline::tasks::saved::SavedTasks;
 use crate::pipeline::work_folder::WorkFolder;
 
 mod next;
@@ -31,6 +27,7 @@ mod open;
 mod prepare;
 mod publish;
 mod run;
+mod tasks;
 
 /// Makes a file from the input of a build.
 pub(crate) struct Assembly {
@@ -76,36 +73,6 @@ impl Assembly {
     pub(crate) async fn build(mut self, points: Points, segments: SegmentSpool) -> Result<BuildSummary, BuildError> {
         let prepared = self.prepare(points, segments).await?;
         self.make(prepared).await
-    }
-
-    /// Leaves the blocks to tasks. Builds the file if all points are in memory, so that there are no
-    /// blocks.
-    pub(crate) async fn plan_tasks(
-        mut self,
-        points: Points,
-        segments: SegmentSpool,
-    ) -> Result<Option<BuildSummary>, BuildError> {
-        let prepared = self.prepare(points, segments).await?;
-        if !prepared.has_journal {
-            return self.make(prepared).await.map(Some);
-        }
-        let PreparedBuild { plan, segments, .. } = prepared;
-        let tasks = SavedTasks::of(&self.options, &plan.blocks)?;
-        let folder = Arc::clone(&self.folder);
-        let saved = blocking(move || {
-            sync_inputs(&folder, &plan.blocks)?;
-            tasks.save(&folder, &segments)
-        });
-        let cannot = |error| BuildError::io(self.folder.path(), "write the tasks in", error);
-        saved.await.flatten().map_err(cannot)?;
-        Ok(None)
-    }
-
-    async fn make(mut self, prepared: PreparedBuild) -> Result<BuildSummary, BuildError> {
-        let mut work = self.open(prepared)?;
-        let ran = self.run(&mut work).await?;
-        let written = self.publish(work, &ran).await?;
-        Ok(self.summarise(written, &ran))
     }
 
     /// Builds the surface: the triangulation of points alone. Returns the path of the file.
