@@ -10,6 +10,7 @@
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::os::unix::fs::FileExt;
 
 use tempfile::NamedTempFile;
@@ -18,6 +19,7 @@ use crate::io::ThreadsFile;
 use crate::pipeline::records::Seam;
 use crate::pipeline::resume::journal::{self, FinishedBlock};
 use crate::pipeline::work_folder::WorkFolder;
+use crate::store::Extent;
 
 const MAGIC: &[u8; 8] = b"dtblok01";
 const FOOTER: u64 = 32;
@@ -25,7 +27,7 @@ const FOOTER: u64 = 32;
 /// A block that a task conquered.
 #[derive(Debug)]
 pub(crate) struct BlockFile {
-    pub(crate) file: File,
+    file: File,
     pub(crate) finished: FinishedBlock,
     pub(crate) seam: Seam,
     pub(crate) cores_length: u64,
@@ -69,11 +71,29 @@ impl BlockFile {
         self.file.metadata().map_or(0, |metadata| metadata.len())
     }
 
-    /// Reads bytes of the border log. Fails if it has no such bytes.
-    pub(crate) fn read_log(&self, bytes: &mut [u8], offset: u64) -> io::Result<()> {
-        match offset.checked_add(bytes.len() as u64) {
-            Some(end) if end <= self.log_length => self.file.read_exact_at(bytes, self.cores_length + offset),
-            _ => Err(io::ErrorKind::InvalidData.into()),
+    /// Reads the bytes of a core.
+    ///
+    /// # Errors
+    /// Fails with [`io::ErrorKind::InvalidData`] if there are no such bytes, or others.
+    pub(crate) fn read_core(&self, bytes: &mut [u8], core: &Extent) -> io::Result<()> {
+        self.read(bytes, core, 0..self.cores_length)
+    }
+
+    /// Reads the bytes of a chunk of the border log; fails as [`read_core`](Self::read_core).
+    pub(crate) fn read_log(&self, bytes: &mut [u8], chunk: &Extent) -> io::Result<()> {
+        self.read(bytes, chunk, self.cores_length..self.cores_length + self.log_length)
+    }
+
+    /// Reads an extent, which counts from the start of a part of the file.
+    fn read(&self, bytes: &mut [u8], extent: &Extent, part: Range<u64>) -> io::Result<()> {
+        let end = part.start.saturating_add(extent.range().end);
+        if end > part.end {
+            return Err(io::ErrorKind::InvalidData.into());
+        }
+        self.file.read_exact_at(bytes, part.start + extent.offset)?;
+        match crc32c::crc32c(bytes) == extent.crc {
+            true => Ok(()),
+            false => Err(io::ErrorKind::InvalidData.into()),
         }
     }
 }
@@ -103,8 +123,9 @@ impl UnfinishedBlockFile {
         self.log.try_clone()
     }
 
-    /// Completes the file, and gives it its name once it is on the medium. Another one of the same
-    /// block, which has the same content, is replaced.
+    /// Completes the file, and gives it its name. Another one of the same block, which has the same
+    /// content, is replaced. Nothing is synced: whoever gathers the block checks all its bytes, and what a
+    /// power cut took is conquered anew.
     pub(crate) fn finish(self, folder: &WorkFolder, finished: &FinishedBlock, seam: &Seam) -> io::Result<()> {
         let Self { mut file, mut log } = self;
         let cores = file.seek(SeekFrom::End(0))?;
@@ -116,7 +137,6 @@ impl UnfinishedBlockFile {
         file.write_all(&entry)?;
         file.write_all(lengths.as_flattened())?;
         file.write_all(MAGIC)?;
-        file.as_file().sync_all()?;
         file.persist(folder.block(finished.number))?;
         Ok(())
     }

@@ -2,7 +2,7 @@
 //! the border log one behind the other, and their results and seams into the journal.
 
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::os::unix::fs::FileExt;
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::io::blocking;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::output::border_log::renumber;
 use crate::pipeline::records::FinishedBlocks;
-use crate::pipeline::resume::journal;
+use crate::pipeline::resume::journal::{self, FinishedBlock};
 use crate::pipeline::tasks::block_file::BlockFile;
 use crate::pipeline::tasks::block_tasks::BlockTasks;
 use crate::pipeline::tasks::conquer::TaskOptions;
@@ -19,26 +19,65 @@ use crate::store::{Extent, front_end_for};
 
 /// The alignment of the cores of a block.
 const ALIGNMENT: u64 = 4096;
+/// Bytes of blocks that are synced at once.
+const MOST_WAITING: u64 = 4 << 30;
 
 impl BlockTasks {
-    /// Gathers all blocks but those that were gathered before, and conquers those that are missing.
+    /// Gathers all blocks but those that were gathered before, and conquers those that are missing or
+    /// damaged.
     pub(crate) async fn gather(&self, finished: &FinishedBlocks, options: TaskOptions) -> Result<(), BuildError> {
         let mut gathering = Gathering::new(self, finished)?;
+        let mut gathered = Ok(());
         for number in finished.blocks..self.blocks() {
-            if self.progress().is_cancelled() {
-                return Err(BuildError::Cancelled);
+            (gathering, gathered) = self.gather_block(gathering, number, options).await?;
+            if gathered.is_err() {
+                break;
             }
-            self.conquer(number, options).await?;
-            let folder = Arc::clone(&self.folder);
-            let added = blocking(move || gathering.add(number, &folder).map(|()| gathering)).await;
-            gathering = added.flatten().map_err(self.cannot("gather a block in"))?;
         }
-        Ok(())
+        // What was gathered before an error stays.
+        let entered = blocking(move || gathering.enter()).await;
+        gathered.and(entered.flatten().map_err(self.cannot("gather blocks in")))
+    }
+
+    async fn gather_block(
+        &self,
+        mut gathering: Gathering,
+        number: u32,
+        options: TaskOptions,
+    ) -> Result<(Gathering, Result<(), BuildError>), BuildError> {
+        let cannot = self.cannot("gather blocks in");
+        for _ in 0..2 {
+            if self.progress().is_cancelled() {
+                return Ok((gathering, Err(BuildError::Cancelled)));
+            }
+            if let Err(error) = self.conquer(number, options).await {
+                return Ok((gathering, Err(error)));
+            }
+            let added;
+            (gathering, added) = blocking(move || {
+                let added = gathering.add(number);
+                (gathering, added)
+            })
+            .await
+            .map_err(&cannot)?;
+            match added {
+                Ok(true) => return Ok((gathering, Ok(()))),
+                // It is conquered anew.
+                Ok(false) => {}
+                Err(error) => return Ok((gathering, Err(cannot(error)))),
+            }
+        }
+        let damaged = io::Error::new(
+            io::ErrorKind::InvalidData,
+            format!("block {number} is damaged each time"),
+        );
+        Ok((gathering, Err(cannot(damaged))))
     }
 }
 
 /// The files of a build that goes on from its journal, while blocks come.
 struct Gathering {
+    folder: Arc<WorkFolder>,
     tiles: File,
     tiles_length: u64,
     borders: File,
@@ -46,6 +85,10 @@ struct Gathering {
     journal: File,
     next_number: u64,
     has_z: bool,
+    /// The blocks that the journal does not have yet, their entries, and the bytes of their files.
+    blocks: Vec<u32>,
+    entries: Vec<u8>,
+    waiting_bytes: u64,
 }
 
 impl Gathering {
@@ -54,6 +97,7 @@ impl Gathering {
         let folder = &tasks.folder;
         let expected_tiles = 2 * tasks.plan.points.div_ceil(tasks.options.tile_vertices as u64);
         Ok(Self {
+            folder: Arc::clone(folder),
             tiles: open_at(&folder.file(), finished.file_length, "make the file")?,
             tiles_length: finished.file_length.max(front_end_for(expected_tiles)),
             borders: open_at(&folder.borders(), finished.log_length, "make the border log")?,
@@ -61,50 +105,87 @@ impl Gathering {
             journal: open_at(&folder.journal(), finished.journal_length, "make the journal")?,
             next_number: finished.next_number,
             has_z: tasks.plan.has_z,
+            blocks: Vec::new(),
+            entries: Vec::new(),
+            waiting_bytes: 0,
         })
     }
 
-    /// Adds the next block. Its file is removed once the journal has it.
-    fn add(&mut self, number: u32, folder: &WorkFolder) -> io::Result<()> {
-        let block = BlockFile::open(folder, number)?.ok_or(io::ErrorKind::NotFound)?;
+    /// Adds the next block. Returns `false`, and removes its file, if it is damaged.
+    fn add(&mut self, number: u32) -> io::Result<bool> {
+        let Some(block) = BlockFile::open(&self.folder, number)? else {
+            return Err(io::ErrorKind::NotFound.into());
+        };
         let mut finished = block.finished.clone();
         let base = self.tiles_length.next_multiple_of(ALIGNMENT);
-        (&block.file).rewind()?;
-        self.tiles.seek(SeekFrom::Start(base))?;
-        let copied = io::copy(&mut (&block.file).take(block.cores_length), &mut self.tiles)?;
-        if copied != block.cores_length {
-            return Err(io::ErrorKind::UnexpectedEof.into());
+        let copied = self.copy_cores(&block, &mut finished, base).and_then(|end| {
+            let log_end = self.copy_log(&block, &mut finished)?;
+            Ok([end, log_end])
+        });
+        let ends = match copied {
+            Err(error) if error.kind() == io::ErrorKind::InvalidData => {
+                std::fs::remove_file(self.folder.block(number))?;
+                return Ok(false);
+            }
+            copied => copied?,
+        };
+        [self.tiles_length, self.borders_length] = ends;
+        self.next_number += finished.next_number;
+        finished.next_number = self.next_number;
+        self.entries.extend(journal::encode(&finished, &block.seam));
+        self.blocks.push(number);
+        self.waiting_bytes += block.length();
+        if self.waiting_bytes >= MOST_WAITING {
+            self.enter()?;
         }
-        self.tiles_length = base + copied;
-        for core in &mut finished.cores {
-            core.offset += base;
-        }
+        Ok(true)
+    }
+
+    /// Copies the cores of a block to `base`. Returns where they end.
+    fn copy_cores(&self, block: &BlockFile, finished: &mut FinishedBlock, base: u64) -> io::Result<u64> {
         let mut bytes = Vec::new();
+        for core in &mut finished.cores {
+            bytes.resize(core.length as usize, 0);
+            block.read_core(&mut bytes, core)?;
+            core.offset += base;
+            self.tiles.write_all_at(&bytes, core.offset)?;
+        }
+        Ok(base + block.cores_length)
+    }
+
+    /// Copies the border log of a block behind the others, and numbers its late triangles anew. Returns
+    /// where it ends.
+    fn copy_log(&self, block: &BlockFile, finished: &mut FinishedBlock) -> io::Result<u64> {
+        let (mut bytes, mut end) = (Vec::new(), self.borders_length);
         for group in &mut finished.chunks {
             for (kind, chunks) in group.iter_mut().enumerate() {
                 for chunk in chunks {
                     bytes.resize(chunk.length as usize, 0);
-                    block.read_log(&mut bytes, chunk.offset)?;
-                    if crc32c::crc32c(&bytes) != chunk.crc {
-                        return Err(io::Error::new(
-                            io::ErrorKind::InvalidData,
-                            "the border log of a block is damaged",
-                        ));
-                    }
+                    block.read_log(&mut bytes, chunk)?;
                     renumber(&mut bytes, kind, self.has_z, self.next_number as u32);
-                    self.borders.write_all_at(&bytes, self.borders_length)?;
-                    *chunk = Extent::raw(self.borders_length, chunk.length, crc32c::crc32c(&bytes));
-                    self.borders_length += u64::from(chunk.length);
+                    self.borders.write_all_at(&bytes, end)?;
+                    *chunk = Extent::raw(end, chunk.length, crc32c::crc32c(&bytes));
+                    end += u64::from(chunk.length);
                 }
             }
         }
-        self.next_number += finished.next_number;
-        finished.next_number = self.next_number;
+        Ok(end)
+    }
+
+    /// Enters the blocks that wait in the journal, once their bytes are on the medium. Then their files are
+    /// removed.
+    fn enter(&mut self) -> io::Result<()> {
+        if self.blocks.is_empty() {
+            return Ok(());
+        }
         self.tiles.sync_all()?;
         self.borders.sync_all()?;
         self.journal.seek(SeekFrom::End(0))?;
-        self.journal.write_all(&journal::encode(&finished, &block.seam))?;
+        self.journal.write_all(&self.entries)?;
         self.journal.sync_all()?;
-        std::fs::remove_file(folder.block(number))
+        (self.entries, self.waiting_bytes) = (Vec::new(), 0);
+        self.blocks
+            .drain(..)
+            .try_for_each(|block| std::fs::remove_file(self.folder.block(block)))
     }
 }

@@ -80,9 +80,13 @@ async fn conquer_and_finish(input: &Input, scratch: &Scratch, seed: u64) -> Buil
                 let again = tasks.conquer(block, options_of(input, 2)).await.unwrap();
                 assert_eq!((again.was_done, again.bytes_written), (false, done.bytes_written));
             }
-            // What a power cut left of it.
+            // What a power cut left of it: less, or other bytes.
             2 => {
-                fs::write(block_file(scratch, block), &bytes[..random.below(bytes.len())]).unwrap();
+                let mut left = bytes[..bytes.len() - random.below(2) * random.below(bytes.len())].to_vec();
+                if let Some(byte) = left.get_mut(random.below(bytes.len())) {
+                    *byte ^= 1;
+                }
+                fs::write(block_file(scratch, block), left).unwrap();
                 fs::write(block_file(scratch, block).with_extension("x3Yz"), &bytes[..9]).unwrap();
             }
             _ => {}
@@ -154,11 +158,12 @@ fn gathering_goes_on_from_where_it_was_stopped() {
         loop {
             let progress = std::sync::Arc::<delaunay_tiles::Progress>::default();
             let options = input.options.clone().progress(std::sync::Arc::clone(&progress));
-            let journal = scratch.folder.path().join("test.tiles.partial/journal");
-            let length = move || journal.metadata().map_or(0, |metadata| metadata.len());
+            // It grows with each block.
+            let borders = scratch.folder.path().join("test.tiles.partial/borders");
+            let length = move || borders.metadata().map_or(0, |metadata| metadata.len());
             let before = length();
             let watch = tokio::spawn(async move {
-                while length() == before {
+                while length() <= before {
                     tokio::time::sleep(std::time::Duration::from_micros(100)).await;
                 }
                 progress.cancel();
