@@ -279,23 +279,11 @@ impl Assembly {
         state.blocks.iter().for_each(|block| regions.digest += block.digest);
         let states = &ran.tiles;
         let extents = cores.iter().zip(borders);
-        let entry =
-            |(tile, (&core, &(border, table))): (&TileState, (&Extent, &(Extent, TablePlace)))| match tile.vertices {
-                // A number that a task did not use.
-                0 => TileEntry::UNUSED,
-                _ => TileEntry {
-                    core,
-                    border,
-                    generation: GENERATION,
-                    vertices: tile.vertices,
-                    core_triangles: tile.core_triangles,
-                    border_triangles: tile.border_triangles,
-                    owned_triangles: tile.owned_triangles,
-                    bounds: tile.bounds,
-                    table,
-                },
-            };
-        let tiles: Vec<TileEntry> = states.iter().zip(extents).map(entry).collect();
+        let tiles: Vec<TileEntry> = states
+            .iter()
+            .zip(extents)
+            .map(|(tile, (&core, &border))| entry(tile, core, border))
+            .collect();
         let vertices = tiles.iter().map(|t| u64::from(t.vertices)).sum();
         let triangles = tiles.iter().map(|t| u64::from(t.owned_triangles)).sum();
         let metadata = Metadata {
@@ -336,6 +324,25 @@ impl Assembly {
             polygon_lines: polygon_lines_in_order(take(&mut self.given.polygon_lines), &self.given.description.lines),
         };
         Directory::new(metadata, lists, tree, tiles)
+    }
+}
+
+/// Returns the entry of a tile whose core and border were written to these extents.
+fn entry(tile: &TileState, core: Extent, (border, table): (Extent, TablePlace)) -> TileEntry {
+    // A number that a task did not use.
+    if tile.vertices == 0 {
+        return TileEntry::UNUSED;
+    }
+    TileEntry {
+        core,
+        border,
+        generation: GENERATION,
+        vertices: tile.vertices,
+        core_triangles: tile.core_triangles,
+        border_triangles: tile.border_triangles,
+        owned_triangles: tile.owned_triangles,
+        bounds: tile.bounds,
+        table,
     }
 }
 

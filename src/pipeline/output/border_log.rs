@@ -166,7 +166,7 @@ impl BorderLog {
     }
 
     /// Makes `tile` the number of the first tile.
-    pub(crate) fn from_tile(self, tile: u32) -> Self {
+    pub(crate) fn starting_at(self, tile: u32) -> Self {
         Self { tiles: tile, ..self }
     }
 

@@ -184,7 +184,7 @@ impl BlockTasks {
             options: Arc::clone(&self.options),
             memory: self.memory,
             spill: self.folder.spill().to_owned(),
-            log: Mutex::new(log.from_tile(first_tile)),
+            log: Mutex::new(log.starting_at(first_tile)),
             state: Mutex::default(),
             limits: ConquestLimits {
                 points: self.points(number),
