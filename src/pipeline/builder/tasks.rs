@@ -43,25 +43,25 @@ impl Builder {
     /// # tokio::runtime::Runtime::new()?.block_on(async {
     /// let folder = tempfile::tempdir()?;
     /// let path = folder.path().join("grid.tiles");
-    /// let grid = (0..60_000).map(|i| Point::new(f64::from(i % 300), f64::from(i / 300)));
-    /// let batch = PointBatch { points: grid.collect(), z: Vec::new(), records: (0..60_000).collect() };
+    /// let grid = (0..100_000).map(|i| Point::new(f64::from(i % 400), f64::from(i / 400)));
+    /// let batch = PointBatch { points: grid.collect(), z: Vec::new(), records: (0..100_000).collect() };
     /// let options = BuildOptions::default()
-    ///     .memory(6_000_000)
+    ///     .memory(1_500_000)
     ///     .tile_vertices(1000)
     ///     .threads(1)
     ///     .resumable("a grid".to_owned());
     /// let mut builder = Builder::new(&path, options.clone())?;
     /// builder.push(&batch).await?;
     /// let Planned::Tasks(tasks) = builder.plan_tasks().await? else {
-    ///     panic!("6 MB suffice");
+    ///     panic!("1.5 MB suffice");
     /// };
     /// // Any process may do this, for any block.
     /// let tasks = BlockTasks::open(&path)?;
     /// for block in 0..tasks.blocks() {
-    ///     tasks.conquer(block, TaskOptions { memory: 6_000_000, threads: 1 }).await?;
+    ///     tasks.conquer(block, TaskOptions { memory: 1_500_000, threads: 1 }).await?;
     /// }
     /// let summary = Builder::new(&path, options.resume(true))?.finish().await?;
-    /// assert_eq!((summary.vertices, summary.resumed_blocks), (60_000, u64::from(tasks.blocks())));
+    /// assert_eq!((summary.vertices, summary.resumed_blocks), (100_000, u64::from(tasks.blocks())));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// # })?;
     /// # Ok::<(), Box<dyn std::error::Error>>(())
