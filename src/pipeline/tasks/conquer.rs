@@ -80,15 +80,15 @@ impl BlockTasks {
             let blocks = self.blocks();
             return Err(BuildError::NoBlock { block: number, blocks });
         };
-        if options.memory < self.memory() {
-            return Err(BuildError::TaskMemory {
-                needed: self.memory(),
-                given: options.memory,
-            });
-        }
         let before = BlockFile::open(&self.folder, number).map_err(&cannot)?;
         let was_done = before.is_some();
         if !was_done {
+            if options.memory < self.memory() {
+                return Err(BuildError::TaskMemory {
+                    needed: self.memory(),
+                    given: options.memory,
+                });
+            }
             self.conquer_anew(number, options.threads).await?;
         }
         let done = BlockFile::open(&self.folder, number).map_err(&cannot)?;

@@ -206,6 +206,10 @@ fn what_tasks_cannot_do_is_an_error() {
             matches!(less, Err(BuildError::TaskMemory { given, .. }) if given == memory),
             "{less:?}"
         );
+        assert!(!tasks.is_done(0));
+        tasks.conquer(0, options_of(&input, 1)).await.unwrap();
+        let done = tasks.conquer(0, TaskOptions { memory, threads: 1 }).await.unwrap();
+        assert!(done.was_done, "it needs no memory");
         // Neither another build of the file, nor a plan with other options.
         let other = planned(&input, &scratch.path, options()).await;
         assert!(matches!(other, Err(BuildError::WorkKept { .. })), "{other:?}");

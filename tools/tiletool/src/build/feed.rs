@@ -24,7 +24,8 @@ pub(super) struct Inputs {
 }
 
 impl Inputs {
-    /// Builds from lines and points, or plans tasks if `is_planned` is set. The input is read on a thread of its own, ahead of the builder.
+    /// Builds from lines and points, or plans tasks if `is_planned` is set. The input is read on a thread of
+    /// its own, ahead of the builder.
     pub(super) async fn build(
         self,
         builder: Builder,
