@@ -5,8 +5,12 @@
 //! log        its part of the border log
 //! entry      its results and its seam, as in the journal; extents count from the start of cores and log
 //! lengths    of the three, u64 each
+//! id         of the tasks, u64
 //! magic      8 bytes
 //! ```
+//!
+//! A task of an earlier build may end while another one of this name is under way. Its output has another
+//! id, and counts for nothing.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -17,12 +21,13 @@ use tempfile::NamedTempFile;
 
 use crate::io::ThreadsFile;
 use crate::pipeline::records::Seam;
+use crate::pipeline::resume::codec::decoded;
 use crate::pipeline::resume::journal::{self, FinishedBlock};
 use crate::pipeline::work_folder::WorkFolder;
 use crate::store::Extent;
 
 const MAGIC: &[u8; 8] = b"dtblok01";
-const FOOTER: u64 = 32;
+const FOOTER: u64 = 40;
 
 /// A block that a task conquered.
 #[derive(Debug)]
@@ -35,25 +40,15 @@ pub(crate) struct BlockFile {
 }
 
 impl BlockFile {
-    /// Opens the file of a block. Returns `None` if there is none, or if it is damaged.
-    pub(crate) fn open(folder: &WorkFolder, block: u32) -> io::Result<Option<Self>> {
+    /// Opens the file of a block of the tasks `id`. Returns `None` if there is none, or if it is damaged.
+    pub(crate) fn open(folder: &WorkFolder, block: u32, id: u64) -> io::Result<Option<Self>> {
         let file = match File::open(folder.block(block)) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             opened => opened?,
         };
-        let Some(at) = file.metadata()?.len().checked_sub(FOOTER) else {
+        let Some([cores, log, entry]) = lengths(&file, id)? else {
             return Ok(None);
         };
-        let mut footer = [0; FOOTER as usize];
-        file.read_exact_at(&mut footer, at)?;
-        let ([cores, log, entry], magic) = match footer.as_chunks::<8>().0 {
-            [cores, log, entry, magic] => ([cores, log, entry].map(|bytes| u64::from_le_bytes(*bytes)), magic),
-            _ => return Ok(None),
-        };
-        let before = cores.checked_add(log);
-        if magic != MAGIC || before.and_then(|before| before.checked_add(entry)) != Some(at) {
-            return Ok(None);
-        }
         let mut bytes = vec![0; entry as usize];
         file.read_exact_at(&mut bytes, cores + log)?;
         let decoded = journal::decode(&bytes);
@@ -64,6 +59,12 @@ impl BlockFile {
             cores_length: cores,
             log_length: log,
         }))
+    }
+
+    /// Returns whether there is a file of a block of the tasks `id`.
+    pub(crate) fn is_of(folder: &WorkFolder, block: u32, id: u64) -> bool {
+        let file = File::open(folder.block(block));
+        file.is_ok_and(|file| lengths(&file, id).is_ok_and(|lengths| lengths.is_some()))
     }
 
     /// Returns the bytes of the file.
@@ -98,6 +99,22 @@ impl BlockFile {
     }
 }
 
+/// Returns the lengths of the parts of a file; `None` if it is no complete block of the tasks `id`.
+fn lengths(file: &File, id: u64) -> io::Result<Option<[u64; 3]>> {
+    let Some(at) = file.metadata()?.len().checked_sub(FOOTER) else {
+        return Ok(None);
+    };
+    let mut footer = [0; FOOTER as usize];
+    file.read_exact_at(&mut footer, at)?;
+    let (footer, magic) = footer.split_at(FOOTER as usize - MAGIC.len());
+    let Some([cores, log, entry, of]) = decoded::<[u64; 4]>(footer) else {
+        return Ok(None);
+    };
+    let sum = cores.checked_add(log).and_then(|before| before.checked_add(entry));
+    let is_whole = magic == MAGIC && of == id && sum == Some(at);
+    Ok(is_whole.then_some([cores, log, entry]))
+}
+
 /// The file of a block while its task is in progress. It is removed on drop, unless it is finished.
 pub(crate) struct UnfinishedBlockFile {
     file: NamedTempFile,
@@ -126,16 +143,16 @@ impl UnfinishedBlockFile {
     /// Completes the file, and gives it its name. Another one of the same block, which has the same
     /// content, is replaced. Nothing is synced: whoever gathers the block checks all its bytes, and what a
     /// power cut took is conquered anew.
-    pub(crate) fn finish(self, folder: &WorkFolder, finished: &FinishedBlock, seam: &Seam) -> io::Result<()> {
+    pub(crate) fn finish(self, folder: &WorkFolder, finished: &FinishedBlock, seam: &Seam, id: u64) -> io::Result<()> {
         let Self { mut file, mut log } = self;
         let cores = file.seek(SeekFrom::End(0))?;
         log.rewind()?;
         let copied = io::copy(&mut Read::by_ref(&mut log), file.as_file_mut())?;
         let entry = journal::encode(finished, seam);
-        let lengths = [cores, copied, entry.len() as u64].map(u64::to_le_bytes);
+        let footer = [cores, copied, entry.len() as u64, id].map(u64::to_le_bytes);
         file.seek(SeekFrom::End(0))?;
         file.write_all(&entry)?;
-        file.write_all(lengths.as_flattened())?;
+        file.write_all(footer.as_flattened())?;
         file.write_all(MAGIC)?;
         file.persist(folder.block(finished.number))?;
         Ok(())

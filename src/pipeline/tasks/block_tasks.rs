@@ -13,6 +13,7 @@ use crate::pipeline::ingest::drape::Draping;
 use crate::pipeline::options::{BuildOptions, Progress};
 use crate::pipeline::plan::{BlockPlan, NodeLimits};
 use crate::pipeline::resume::plan::SavedPlan;
+use crate::pipeline::tasks::block_file::BlockFile;
 use crate::pipeline::tasks::saved::SavedTasks;
 use crate::pipeline::work_folder::WorkFolder;
 
@@ -24,6 +25,8 @@ use crate::pipeline::work_folder::WorkFolder;
 /// others itself, and completes the file, which has the triangles of any other build of the same input.
 #[derive(Debug)]
 pub struct BlockTasks {
+    /// What distinguishes these tasks from those of other builds of this name.
+    pub(super) id: u64,
     pub(super) options: Arc<BuildOptions>,
     pub(super) folder: Arc<WorkFolder>,
     pub(super) memory: MemoryPlan,
@@ -79,6 +82,7 @@ impl BlockTasks {
         let largest = plan.blocks.iter().map(|block| block.points).max();
         let has_lines = settings.segments > 0;
         Ok(Self {
+            id: tasks.id,
             shares: memory.resumed_shares(load, largest.unwrap_or(0))?,
             rules: LeafRules::of(&mut given, &options, settings.first_end, has_lines),
             limits: settings.limits,
@@ -113,7 +117,7 @@ impl BlockTasks {
     /// Returns whether a block was conquered.
     #[must_use]
     pub fn is_done(&self, block: u32) -> bool {
-        self.folder.block(block).exists()
+        BlockFile::is_of(&self.folder, block, self.id)
     }
 
     /// Returns the progress of the tasks that this process does, and the way to cancel them.

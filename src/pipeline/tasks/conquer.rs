@@ -80,7 +80,7 @@ impl BlockTasks {
             let blocks = self.blocks();
             return Err(BuildError::NoBlock { block: number, blocks });
         };
-        let before = BlockFile::open(&self.folder, number).map_err(&cannot)?;
+        let before = BlockFile::open(&self.folder, number, self.id).map_err(&cannot)?;
         let was_done = before.is_some();
         if !was_done {
             if options.memory < self.memory() {
@@ -91,7 +91,7 @@ impl BlockTasks {
             }
             self.conquer_anew(number, options.threads).await?;
         }
-        let done = BlockFile::open(&self.folder, number).map_err(&cannot)?;
+        let done = BlockFile::open(&self.folder, number, self.id).map_err(&cannot)?;
         let done = done.ok_or_else(|| cannot(io::ErrorKind::InvalidData.into()))?;
         let runs = block.runs.iter().map(|run| run.length);
         Ok(ConqueredBlock {
@@ -134,8 +134,8 @@ impl BlockTasks {
         finished.number = number;
         finished.cores = extents;
         self.fill(&mut finished)?;
-        let folder = Arc::clone(&self.folder);
-        let completed = blocking(move || file.finish(&folder, &finished, &seam)).await;
+        let (folder, id) = (Arc::clone(&self.folder), self.id);
+        let completed = blocking(move || file.finish(&folder, &finished, &seam, id)).await;
         completed.flatten().map_err(cannot)
     }
 

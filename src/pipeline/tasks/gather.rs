@@ -78,6 +78,8 @@ impl BlockTasks {
 /// The files of a build that goes on from its journal, while blocks come.
 struct Gathering {
     folder: Arc<WorkFolder>,
+    /// The id of the tasks.
+    id: u64,
     tiles: File,
     tiles_length: u64,
     borders: File,
@@ -98,6 +100,7 @@ impl Gathering {
         let expected_tiles = 2 * tasks.plan.points.div_ceil(tasks.options.tile_vertices as u64);
         Ok(Self {
             folder: Arc::clone(folder),
+            id: tasks.id,
             tiles: open_at(&folder.file(), finished.file_length, "make the file")?,
             tiles_length: finished.file_length.max(front_end_for(expected_tiles)),
             borders: open_at(&folder.borders(), finished.log_length, "make the border log")?,
@@ -111,10 +114,11 @@ impl Gathering {
         })
     }
 
-    /// Adds the next block. Returns `false`, and removes its file, if it is damaged.
+    /// Adds the next block. Returns `false` if it is not there, or is damaged; then its file is removed.
     fn add(&mut self, number: u32) -> io::Result<bool> {
-        let Some(block) = BlockFile::open(&self.folder, number)? else {
-            return Err(io::ErrorKind::NotFound.into());
+        let Some(block) = BlockFile::open(&self.folder, number, self.id)? else {
+            // A task of an earlier build has just put its own there.
+            return Ok(false);
         };
         let mut finished = block.finished.clone();
         let base = self.tiles_length.next_multiple_of(ALIGNMENT);

@@ -1,9 +1,11 @@
 //! What the plan of a build leaves for its tasks, besides runs of points: the settings, the tile
 //! numbers of each block, and its segments.
 
+use std::hash::{BuildHasher, RandomState};
 use std::io;
 use std::ops::Range;
 use std::path::Path;
+use std::time::SystemTime;
 
 use crate::constraints::segment::Segment;
 use crate::constraints::segments::blocks::BlockSegments;
@@ -20,6 +22,8 @@ const MAGIC: &[u8; 8] = b"dttask01";
 /// The settings of a build that its tasks need, and the tile numbers of its blocks.
 #[derive(Debug)]
 pub(crate) struct SavedTasks {
+    /// Distinguishes these tasks from all others.
+    pub(super) id: u64,
     tile_vertices: usize,
     merge_vertices: usize,
     threads: usize,
@@ -36,7 +40,7 @@ pub(crate) struct SavedTasks {
 
 stored! {
     SavedTasks {
-        tile_vertices, merge_vertices, threads, memory, engine, duplicates, missing_z, exterior_is_hole, compress,
+        id, tile_vertices, merge_vertices, threads, memory, engine, duplicates, missing_z, exterior_is_hole, compress,
         first_tiles,
     }
 }
@@ -48,6 +52,8 @@ impl SavedTasks {
     pub(crate) fn of(options: &BuildOptions, blocks: &[Block]) -> Result<Self, BuildError> {
         let points = blocks.iter().map(|block| block.points);
         Ok(Self {
+            // A random number, with the time.
+            id: RandomState::new().hash_one(SystemTime::now()),
             tile_vertices: options.tile_vertices,
             merge_vertices: options.merge_vertices,
             threads: options.threads,

@@ -230,6 +230,33 @@ fn what_tasks_cannot_do_is_an_error() {
     });
 }
 
+/// A task of an earlier build of the same name ends after a new one was planned.
+#[test]
+fn a_block_of_another_plan_counts_for_nothing() {
+    let [before, now] =
+        [Kind::Uniform, Kind::Kuzmin].map(|kind| Input::new("points", &points_of(kind, 100_000, 5), &[], 1_500_000));
+    runtime().block_on(async {
+        let [whole, scratch] = [Scratch::new(), Scratch::new()];
+        let earlier = tasks(&before, &scratch.path).await;
+        earlier.conquer(0, options_of(&before, 1)).await.unwrap();
+        let stale = fs::read(block_file(&scratch, 0)).unwrap();
+        drop(earlier);
+        let again = planned(&now, &scratch.path, now.options.clone().force(true)).await;
+        let Ok(Planned::Tasks(tasks)) = again else {
+            panic!("{again:?}")
+        };
+        fs::write(block_file(&scratch, 0), &stale).unwrap();
+        assert!(!tasks.is_done(0));
+        assert!(!tasks.conquer(0, options_of(&now, 1)).await.unwrap().was_done);
+        fs::write(block_file(&scratch, 1), &stale).unwrap();
+        finished(&now, &scratch.path, now.options.clone()).await.unwrap();
+        let mut builder = Builder::new(&whole.path, now.options.clone()).unwrap();
+        now.push(&mut builder).await.unwrap();
+        builder.finish().await.unwrap();
+        assert_eq!(digest(&scratch).await, digest(&whole).await);
+    });
+}
+
 /// Points that fit into memory make no blocks.
 #[test]
 fn a_build_in_memory_leaves_no_tasks() {
