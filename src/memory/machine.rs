@@ -9,6 +9,11 @@ use rustix::process::{Resource, getrlimit};
 /// these is known, it is 1 GiB.
 #[must_use]
 pub fn default_memory() -> u64 {
+    available_memory() / 4
+}
+
+/// Returns the memory in bytes of which [`default_memory`] is a quarter.
+pub(crate) fn available_memory() -> u64 {
     let limit = |resource| getrlimit(resource).current;
     let limits = [
         installed_memory(),
@@ -16,7 +21,7 @@ pub fn default_memory() -> u64 {
         limit(Resource::As),
         limit(Resource::Data),
     ];
-    limits.into_iter().flatten().min().map_or(1 << 30, |bytes| bytes / 4)
+    limits.into_iter().flatten().min().unwrap_or(4 << 30)
 }
 
 fn installed_memory() -> Option<u64> {

@@ -65,6 +65,7 @@ mod shortage;
 
 pub(crate) use edit::EditShares;
 pub(crate) use file::FileShares;
+pub(crate) use machine::available_memory;
 pub use machine::{default_memory, peak_memory};
 pub(crate) use overviews::OverviewShares;
 pub(crate) use plan::{

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::store::{KdNode, KdTree, TileId};
+use crate::store::{KdNode, KdTree, TileId, front_end_for};
 
 /// A part of the plane whose points fit in memory.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,6 +31,11 @@ pub(crate) struct BlockPlan {
 }
 
 impl BlockPlan {
+    /// Returns the bytes before the first core in the file, for tiles of this size.
+    pub(crate) fn front_end(&self, tile_vertices: usize) -> u64 {
+        front_end_for(2 * self.points.div_ceil(tile_vertices as u64))
+    }
+
     /// Returns the plan for `points` points that are all in memory: one block.
     pub(crate) fn in_memory(points: u64, has_z: bool) -> Self {
         let blocks = u32::from(points > 0);

@@ -22,7 +22,7 @@ use crate::pipeline::output::writer::{Journal, Output};
 use crate::pipeline::plan::{Block, NodeLimits};
 use crate::pipeline::records::FinishedBlocks;
 use crate::pipeline::work_folder::open_at;
-use crate::store::{KdTree, front_end_for};
+use crate::store::KdTree;
 
 /// A build whose files are open.
 pub(crate) struct OpenedBuild {
@@ -81,6 +81,7 @@ impl Assembly {
             plan.has_z,
         );
         log.number_from(finished.next_number);
+        let front_end = plan.front_end(self.options.tile_vertices);
         let blocks = Arc::new(plan.blocks);
         let journal = has_journal
             .then(|| self.journal(&finished, log_file, &blocks))
@@ -91,8 +92,6 @@ impl Assembly {
             has_journal,
         };
         let conquest = Arc::new(self.conquest(&plan.tree, (limits, of_nodes), shares.threads, rules, log));
-        let expected_tiles = 2 * plan.points.div_ceil(self.options.tile_vertices as u64);
-        let front_end = front_end_for(expected_tiles);
         let (first_tile, first_block) = (finished.cores.len() as u32, finished.blocks);
         Ok(OpenedBuild {
             stop: StopOnDrop(Arc::clone(&conquest)),

@@ -1,15 +1,15 @@
 //! The plan of a build: its blocks, and all of its input but points and segments.
 
 use std::fs::File;
-use std::io::Write;
+use std::io;
 use std::path::Path;
-use std::{fs, io};
 
 use crate::pipeline::context::Given;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::drape::Draping;
 use crate::pipeline::plan::{Block, BlockPlan, NodeLimits};
 use crate::pipeline::records::FinishedBlocks;
+use crate::pipeline::resume::checked_file;
 use crate::pipeline::resume::codec::{Stored, decoded, stored};
 use crate::pipeline::work_folder::WorkFolder;
 
@@ -72,13 +72,7 @@ pub(crate) fn save(
     if let Some(draping) = draping {
         draping.put(&mut out);
     }
-    let unfinished = path.with_extension("new");
-    let mut file = File::create(&unfinished)?;
-    file.write_all(MAGIC)?;
-    file.write_all(&crc32c::crc32c(&out).to_le_bytes())?;
-    file.write_all(&out)?;
-    file.sync_all()?;
-    fs::rename(unfinished, path)
+    checked_file::write(path, MAGIC, &out)
 }
 
 impl SavedPlan {
@@ -105,17 +99,7 @@ impl SavedPlan {
 
     /// Reads a plan. Returns `None` if `path` does not exist or holds no valid plan.
     pub(crate) fn load(path: &Path) -> io::Result<Option<Self>> {
-        let bytes = match fs::read(path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            read => read?,
-        };
-        let Some((header, body)) = bytes.split_at_checked(12) else {
-            return Ok(None);
-        };
-        if header[..8] != MAGIC[..] || header[8..] != crc32c::crc32c(body).to_le_bytes() {
-            return Ok(None);
-        }
-        let parts = decoded(body);
+        let parts = checked_file::read(path, MAGIC)?.and_then(|body| decoded(&body));
         Ok(parts.map(|((settings, given), (plan, draping))| Self {
             settings,
             given,

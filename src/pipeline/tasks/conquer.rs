@@ -2,7 +2,9 @@
 
 use std::fs::File;
 use std::io;
+use std::num::NonZero;
 use std::sync::Arc;
+use std::thread::available_parallelism;
 use std::time::Instant;
 
 use futures::future::FutureExt;
@@ -12,6 +14,7 @@ use tokio::sync::{mpsc, oneshot};
 use crate::constraints::seeds::HoleRules;
 use crate::edit::EditError;
 use crate::io::{Buffers, ThreadsFile, blocking, start_thread};
+use crate::memory::available_memory;
 use crate::pipeline::conquer::conquest::{Conquest, ConquestLimits};
 use crate::pipeline::conquer::prefetch::load;
 use crate::pipeline::conquer::schedule::{BlockPoints, Board};
@@ -35,6 +38,16 @@ pub struct TaskOptions {
     pub memory: u64,
     /// Number of threads that compute. No more are used than the plan has memory for.
     pub threads: usize,
+}
+
+impl Default for TaskOptions {
+    /// The memory that is available, and a thread for each processor.
+    fn default() -> Self {
+        Self {
+            memory: available_memory(),
+            threads: available_parallelism().map_or(1, NonZero::get),
+        }
+    }
 }
 
 /// What a task did.
@@ -80,19 +93,22 @@ impl BlockTasks {
             let blocks = self.blocks();
             return Err(BuildError::NoBlock { block: number, blocks });
         };
-        let before = BlockFile::open(&self.folder, number, self.id).map_err(&cannot)?;
+        let open = || BlockFile::open(&self.folder, number, self.id).map_err(&cannot);
+        let before = open()?;
         let was_done = before.is_some();
-        if !was_done {
-            if options.memory < self.memory() {
+        let done = match before {
+            Some(before) => before,
+            None if options.memory < self.memory() => {
                 return Err(BuildError::TaskMemory {
                     needed: self.memory(),
                     given: options.memory,
                 });
             }
-            self.conquer_anew(number, options.threads).await?;
-        }
-        let done = BlockFile::open(&self.folder, number, self.id).map_err(&cannot)?;
-        let done = done.ok_or_else(|| cannot(io::ErrorKind::InvalidData.into()))?;
+            None => {
+                self.conquer_anew(number, options.threads).await?;
+                open()?.ok_or_else(|| cannot(io::ErrorKind::InvalidData.into()))?
+            }
+        };
         let runs = block.runs.iter().map(|run| run.length);
         Ok(ConqueredBlock {
             block: number,

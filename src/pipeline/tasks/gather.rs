@@ -15,7 +15,7 @@ use crate::pipeline::tasks::block_file::BlockFile;
 use crate::pipeline::tasks::block_tasks::BlockTasks;
 use crate::pipeline::tasks::conquer::TaskOptions;
 use crate::pipeline::work_folder::{WorkFolder, open_at};
-use crate::store::{Extent, front_end_for};
+use crate::store::Extent;
 
 /// The alignment of the cores of a block.
 const ALIGNMENT: u64 = 4096;
@@ -97,12 +97,13 @@ impl Gathering {
     /// Opens the files behind the blocks that were gathered before.
     fn new(tasks: &BlockTasks, finished: &FinishedBlocks) -> Result<Self, BuildError> {
         let folder = &tasks.folder;
-        let expected_tiles = 2 * tasks.plan.points.div_ceil(tasks.options.tile_vertices as u64);
         Ok(Self {
             folder: Arc::clone(folder),
             id: tasks.id,
             tiles: open_at(&folder.file(), finished.file_length, "make the file")?,
-            tiles_length: finished.file_length.max(front_end_for(expected_tiles)),
+            tiles_length: finished
+                .file_length
+                .max(tasks.plan.front_end(tasks.options.tile_vertices)),
             borders: open_at(&folder.borders(), finished.log_length, "make the border log")?,
             borders_length: finished.log_length,
             journal: open_at(&folder.journal(), finished.journal_length, "make the journal")?,
@@ -116,11 +117,11 @@ impl Gathering {
 
     /// Adds the next block. Returns `false` if it is not there, or is damaged; then its file is removed.
     fn add(&mut self, number: u32) -> io::Result<bool> {
-        let Some(block) = BlockFile::open(&self.folder, number, self.id)? else {
+        let Some(mut block) = BlockFile::open(&self.folder, number, self.id)? else {
             // A task of an earlier build has just put its own there.
             return Ok(false);
         };
-        let mut finished = block.finished.clone();
+        let mut finished = std::mem::take(&mut block.finished);
         let base = self.tiles_length.next_multiple_of(ALIGNMENT);
         let copied = self.copy_cores(&block, &mut finished, base).and_then(|end| {
             let log_end = self.copy_log(&block, &mut finished)?;

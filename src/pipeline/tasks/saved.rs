@@ -13,6 +13,7 @@ use crate::input::MissingZ;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::options::BuildOptions;
 use crate::pipeline::plan::Block;
+use crate::pipeline::resume::checked_file;
 use crate::pipeline::resume::codec::{Stored, decoded, stored};
 use crate::pipeline::work_folder::WorkFolder;
 use crate::store::MAX_TILES;
@@ -129,25 +130,13 @@ fn first_tiles(points: impl Iterator<Item = u64>, tile_vertices: u64) -> Result<
     all.ok_or(BuildError::TooManyTiles { max: MAX_TILES })
 }
 
-/// Writes a value, which replaces the one in the file once it is complete and synced.
 fn write(path: &Path, value: &impl Stored) -> io::Result<()> {
     let mut body = Vec::new();
     value.put(&mut body);
-    let mut file = WorkFolder::replace(path)?;
-    let crc = crc32c::crc32c(&body).to_le_bytes();
-    io::Write::write_all(&mut file, &[MAGIC, &crc[..], &body].concat())?;
-    file.as_file().sync_all()?;
-    file.persist(path)?;
-    Ok(())
+    checked_file::write(path, MAGIC, &body)
 }
 
 /// Reads a value. Returns `None` if there is none, or if it is damaged.
 fn read<T: Stored>(path: &Path) -> io::Result<Option<T>> {
-    let bytes = match std::fs::read(path) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-        read => read?,
-    };
-    let body = bytes.strip_prefix(MAGIC).and_then(|rest| rest.split_first_chunk::<4>());
-    let body = body.filter(|(crc, body)| **crc == crc32c::crc32c(body).to_le_bytes());
-    Ok(body.and_then(|(_, body)| decoded(body)))
+    Ok(checked_file::read(path, MAGIC)?.and_then(|body| decoded(&body)))
 }

@@ -11,7 +11,6 @@ use std::thread::available_parallelism;
 use anyhow::{Context, anyhow};
 use bytesize::ByteSize;
 use clap::Args;
-
 use delaunay_tiles::input::Format;
 use delaunay_tiles::io::start_thread;
 use delaunay_tiles::shown;

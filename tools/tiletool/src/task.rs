@@ -1,14 +1,12 @@
 //! `tiletool task`: conquers blocks of a build that left them to tasks.
 
-use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::thread::available_parallelism;
 
 use anyhow::Context;
 use bytesize::ByteSize;
 use clap::Args;
-use delaunay_tiles::{BlockTasks, ConqueredBlock, TaskOptions, default_memory};
+use delaunay_tiles::{BlockTasks, ConqueredBlock, TaskOptions};
 use serde::Serialize;
 
 use crate::allocator;
@@ -145,14 +143,10 @@ pub fn run(args: TaskArgs) -> anyhow::Result<()> {
         };
     }
     allocator::keep_to(tasks.memory());
+    let available = TaskOptions::default();
     let options = TaskOptions {
-        // A quarter of the available memory is the default of everything else.
-        memory: args
-            .memory
-            .map_or_else(|| default_memory().saturating_mul(4), |bytes| bytes.as_u64()),
-        threads: args
-            .threads
-            .map_or_else(|| available_parallelism().map_or(1, NonZero::get), usize::from),
+        memory: args.memory.map_or(available.memory, |bytes| bytes.as_u64()),
+        threads: args.threads.map_or(available.threads, usize::from),
     };
     let mut report = BlocksReport { blocks: Vec::new() };
     common::block_on(async {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use delaunay_tiles::{BlockTasks, TaskOptions, default_memory};
+use delaunay_tiles::{BlockTasks, TaskOptions};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
@@ -25,8 +25,7 @@ pub fn conquer(
         Ok(BlockTasks::open(file)?)
     })?;
     let options = TaskOptions {
-        // A quarter of the available memory is the default of everything else.
-        memory: memory.unwrap_or_else(|| default_memory().saturating_mul(4)),
+        memory: memory.unwrap_or(TaskOptions::default().memory),
         threads,
     };
     let progress = Arc::clone(tasks.progress());
