@@ -3,6 +3,7 @@
 
 mod compressed;
 mod digest;
+mod fuzzed;
 mod surgery;
 mod tables;
 mod town;
