@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use bytes::Bytes;
 use foldhash::HashMap;
+use futures::future::try_join;
 use tokio::sync::{MappedMutexGuard, Mutex, MutexGuard, oneshot};
 
 use crate::constraints::seeds::Seeds;
@@ -16,14 +17,14 @@ use crate::edit::error::EditError;
 use crate::edit::survey::{Surveys, TileSurvey, table_without_regions};
 use crate::edit::target::Target;
 use crate::edit::tile::EditTile;
-use crate::edit::tile::drafts::Counts;
+use crate::edit::tile::encode::{Counts, Numbering};
 use crate::edit::tile::parts::TileParts;
 use crate::edit::workers::Workers;
 use crate::io::{Buffers, ReadAt, ThreadsFile};
 use crate::memory::EditShares;
 use crate::store::{
-    Codec, Digest, Directory, Extent, FIRST_EXTENT, FreeSpace, Part, PassReader, StoredPart, Tile, TileEntry, TileId,
-    TileWriter,
+    Codec, Digest, DigestSum, Directory, Extent, FIRST_EXTENT, FreeSpace, Part, PassReader, StoredPart, Tile,
+    TileEntry, TileId, TileWriter,
 };
 
 /// What an edit is for.
@@ -68,14 +69,27 @@ struct Written {
     surveys: Surveys,
 }
 
-/// A tile as it is stored, and what is known of it.
+/// A tile to be encoded.
+struct Surveyed {
+    tile: Arc<EditTile>,
+    numbering: Numbering,
+    parts: TileParts,
+    /// The sum of the triangles that belong to the tile.
+    triangles: DigestSum,
+}
+
+/// What a file keeps of a tile besides its core and border.
+struct Aside {
+    table: Vec<u8>,
+    /// `None` in a file without regions.
+    survey: Option<TileSurvey>,
+}
+
+/// A tile as it is stored.
 struct Encoded {
     counts: Counts,
     core: StoredPart,
     border: StoredPart,
-    table: Vec<u8>,
-    /// `None` in a file without regions.
-    survey: Option<TileSurvey>,
 }
 
 impl Disk {
@@ -88,7 +102,7 @@ impl Disk {
         purpose: Purpose,
         adds_lines: bool,
     ) -> Result<(Arc<Self>, oneshot::Receiver<()>), EditError> {
-        let Target { path, file } = target;
+        let Target { path, file, .. } = target;
         let free = free_space(&file, &reader, purpose);
         let generation = u32::try_from(reader.generation() + 1);
         // Nobody reads a draft.
@@ -251,11 +265,12 @@ impl Disk {
         if entry.is_some_and(|entry| entry.is_unused()) {
             return Ok(Arc::new(EditTile::empty(id)));
         }
-        let tile = self.read(id).await?;
-        let has_regions = self.has_regions;
-        self.workers
-            .run(move || Arc::new(EditTile::of(&tile, has_regions)))
-            .await
+        let tile = Arc::new(self.read(id).await?);
+        let (same, has_regions) = (Arc::clone(&tile), self.has_regions);
+        let vertices = self.workers.run(move || EditTile::vertices_of(&same));
+        let triangles = self.workers.run(move || EditTile::triangles_of(&tile, has_regions));
+        let (vertices, triangles) = try_join(vertices, triangles).await?;
+        Ok(Arc::new(EditTile::joined(vertices, triangles)))
     }
 
     /// Writes a tile, after those of earlier calls.
@@ -270,15 +285,8 @@ impl Disk {
 
     async fn write_in_turn(self: Arc<Self>, id: TileId, tile: Arc<EditTile>, turn: WriteTurn) -> Result<(), EditError> {
         let this = Arc::clone(&self);
-        let codec = self.codec_of(id);
-        let encoded = self.workers.run(move || this.encoded(&tile, codec)).await?;
-        let Encoded {
-            counts,
-            core,
-            border,
-            table,
-            survey,
-        } = encoded;
+        let (surveyed, Aside { table, survey }) = self.workers.run(move || this.surveyed(tile)).await?;
+        let Encoded { counts, core, border } = self.encoded(id, surveyed).await?;
         let _done = turn.wait().await;
         let mut state = self.written().await?;
         let before = state.entries[id.0 as usize];
@@ -319,28 +327,59 @@ impl Disk {
         directory.entry(id).map_or_else(|| directory.codec(), TileEntry::codec)
     }
 
-    fn encoded(&self, tile: &EditTile, codec: Codec) -> Encoded {
+    /// Finds out what must be known of a tile before it is encoded.
+    fn surveyed(&self, tile: Arc<EditTile>) -> (Surveyed, Aside) {
         let order = tile.in_order();
-        let (parts, table, triangles, survey) = if self.has_regions {
-            let parts = TileParts::of(tile, &order);
-            let survey = TileSurvey::of(tile, &order, &parts, &self.seeds);
-            (parts, survey.table.clone(), survey.triangles, Some(survey))
+        let (parts, triangles, aside) = if self.has_regions {
+            let parts = TileParts::of(&tile, &order);
+            let survey = TileSurvey::of(&tile, &order, &parts, &self.seeds);
+            let (table, triangles) = (survey.table.clone(), survey.triangles);
+            let survey = Some(survey);
+            (parts, triangles, Aside { table, survey })
         } else {
-            let parts = TileParts::whole(tile, &order);
-            let triangles = tile.owned();
-            let table = table_without_regions(tile, &order, triangles);
-            (parts, table, triangles, None)
+            let (triangles, survey) = (tile.owned(), None);
+            let table = table_without_regions(&tile, &order, triangles);
+            (TileParts::whole(&tile, &order), triangles, Aside { table, survey })
         };
-        let drafts = tile.drafts(&order, &parts, triangles);
-        let core = drafts.core.encode(tile.id, self.generation, &self.buffers);
-        let border = drafts.border.encode(tile.id, self.generation, &self.buffers);
-        Encoded {
-            counts: drafts.counts(),
-            core: codec.store(core, Part::Core),
-            border: codec.store(border, Part::Border),
-            table,
-            survey,
-        }
+        let surveyed = Surveyed {
+            numbering: Numbering::of(&tile, order),
+            tile,
+            parts,
+            triangles,
+        };
+        (surveyed, aside)
+    }
+
+    /// Encodes a tile, its core and its border at the same time.
+    async fn encoded(self: &Arc<Self>, id: TileId, surveyed: Surveyed) -> Result<Encoded, EditError> {
+        let codec = self.codec_of(id);
+        let surveyed = Arc::new(surveyed);
+        let (this, theirs) = (Arc::clone(self), Arc::clone(&surveyed));
+        let core = self.workers.run(move || this.core(&theirs, codec));
+        let this = Arc::clone(self);
+        let border = self.workers.run(move || this.border(&surveyed, codec));
+        let (core, (border, counts)) = try_join(core, border).await?;
+        Ok(Encoded { counts, core, border })
+    }
+
+    fn core(&self, surveyed: &Surveyed, codec: Codec) -> StoredPart {
+        let Surveyed {
+            tile, numbering, parts, ..
+        } = surveyed;
+        let core = tile.encode_core(numbering, parts, self.generation, &self.buffers);
+        codec.store(core, Part::Core)
+    }
+
+    fn border(&self, surveyed: &Surveyed, codec: Codec) -> (StoredPart, Counts) {
+        let Surveyed {
+            tile,
+            numbering,
+            parts,
+            triangles,
+            ..
+        } = surveyed;
+        let border = tile.encode_border(numbering, parts, self.generation, &self.buffers);
+        (codec.store(border, Part::Border), tile.counts(numbering, *triangles))
     }
 }
 

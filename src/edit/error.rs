@@ -35,6 +35,9 @@ pub enum EditError {
     /// Another editor has the file locked.
     #[error("{file}: another editor has it locked; try again later", file = shown::path(.0))]
     Busy(PathBuf),
+    /// The file is in parts.
+    #[error("{file}: a file in parts is not edited; write it into one file first, as by `tiletool compact`", file = shown::path(.0))]
+    InParts(PathBuf),
     /// With the new vertices, the file would have more tiles than are possible.
     #[error(
         "with the new vertices, the file would have more than {max} tiles, which is the most; build it with larger tiles"

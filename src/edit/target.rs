@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::edit::error::EditError;
-use crate::io::{ThreadsFile, is_named, open_regular, output_target};
+use crate::io::{ThreadsFile, is_manifest, is_named, open_regular, output_target};
 use crate::shown;
 use crate::store::{Cache, OpenOptions, ReadError, TileReader};
 
@@ -15,10 +15,15 @@ use crate::store::{Cache, OpenOptions, ReadError, TileReader};
 pub(crate) struct Target {
     pub(crate) path: PathBuf,
     pub(crate) file: ThreadsFile,
+    /// A reader of the current state, kept for the next edit.
+    kept: Option<TileReader>,
 }
 
 impl Target {
     pub(crate) fn lock(path: &Path) -> Result<Self, EditError> {
+        if is_manifest(path.as_os_str().as_encoded_bytes()) {
+            return Err(EditError::InParts(path.to_owned()));
+        }
         let target = output_target(path).map_err(|error| EditError::io(path, "open", error))?;
         // A build may give the name to another file, between opening and locking.
         for _ in 0..100 {
@@ -33,15 +38,43 @@ impl Target {
                 return Ok(Self {
                     path: path.to_owned(),
                     file: ThreadsFile::from(Arc::new(file)),
+                    kept: None,
                 });
             }
         }
         Err(EditError::Busy(path.to_owned()))
     }
 
+    /// Returns the same file under the name that it has got.
+    pub(crate) fn renamed(self, path: PathBuf) -> Self {
+        Self { path, ..self }
+    }
+
     /// Takes note of the length that the file has now.
     pub(crate) fn renew(&mut self) {
         self.file = self.file.renewed();
+        self.kept = None;
+    }
+
+    /// Opens the file in its current state, and keeps the reader for [`handed_over`](Self::handed_over).
+    pub(crate) async fn read_and_keep(&mut self) -> Result<TileReader, ReadError> {
+        let reader = self.read().await?;
+        self.kept = Some(reader.clone());
+        Ok(reader)
+    }
+
+    /// Returns the file for one edit, with the reader that was kept.
+    pub(crate) fn handed_over(&mut self) -> Self {
+        let kept = self.kept.take();
+        Self { kept, ..self.clone() }
+    }
+
+    /// Takes the reader that was kept, or opens the file in its current state.
+    pub(crate) async fn take_reader(&mut self) -> Result<TileReader, ReadError> {
+        match self.kept.take() {
+            Some(reader) => Ok(reader),
+            None => self.read().await,
+        }
     }
 
     /// Opens the file in its current state.

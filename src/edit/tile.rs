@@ -1,9 +1,9 @@
 //! A tile that can be changed: arrays of all triangles with a vertex in it, and of their adjacency.
 //!
-//! It is read from a [`Tile`], and turned into the drafts (`drafts`) of a core and a border.
+//! It is read from a [`Tile`], and encoded (`encode`) as a core and a border.
 
 mod digest;
-pub(crate) mod drafts;
+pub(crate) mod encode;
 pub(crate) mod hubs;
 pub(crate) mod made;
 pub(crate) mod parts;
@@ -15,7 +15,7 @@ mod sources;
 mod topology;
 mod twin;
 
-use foldhash::{HashMap, HashMapExt};
+use foldhash::HashMap;
 
 use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, PackedHalfEdge, Point, TriangleId, VertexIndex};
@@ -91,19 +91,28 @@ impl EditTile {
     /// Copies a tile's content. In a file without regions, the component table has the sum of its
     /// triangles.
     pub(crate) fn of(tile: &Tile, has_regions: bool) -> Self {
-        let vertices = tile.vertex_count();
-        let more = room(tile.triangle_count() as usize);
-        let triangles = tile.all_corners(more);
-        let corners = triangles.as_flattened().iter().map(|&corner| corner.0 + 1).max();
-        let foreign: Vec<EditVertex> = (vertices..corners.unwrap_or(0))
-            .map(|corner| {
-                let Vertex { id, point } = tile.vertex(VertexIndex(corner));
-                let z = tile.z(VertexIndex(corner)).unwrap_or(0.0);
-                EditVertex { id, point, z }
-            })
-            .collect();
+        Self::joined(Self::vertices_of(tile), Self::triangles_of(tile, has_regions))
+    }
+
+    /// Joins what [`vertices_of`](Self::vertices_of) and [`triangles_of`](Self::triangles_of) return.
+    pub(crate) fn joined(vertices: Self, triangles: Self) -> Self {
+        Self {
+            points: vertices.points,
+            z: vertices.z,
+            records: vertices.records,
+            input_points: vertices.input_points,
+            sites: vertices.sites,
+            site_ids: vertices.site_ids,
+            leaving: vertices.leaving,
+            sources: vertices.sources,
+            source_count: vertices.source_count,
+            ..triangles
+        }
+    }
+
+    /// Copies the vertices that the tile owns, with their sites, and the sources of its edges.
+    pub(crate) fn vertices_of(tile: &Tile) -> Self {
         let mut this = Self {
-            id: tile.id(),
             points: with_room(tile.points()),
             z: match tile.has_z() {
                 true => with_room(tile.vertex_indices().map(|v| tile.z(v).unwrap_or(0.0))),
@@ -115,7 +124,33 @@ impl EditTile {
                 false => tile.vertex_indices().map(|v| tile.is_input_point(v)).collect(),
             },
             sites: tile.sites().map(|site| (site.vertex.0, site.number)).collect(),
-            site_ids: Vec::new(),
+            leaving: with_room(tile.vertex_indices().map(|v| tile.leaving(v).into())),
+            ..Self::empty(tile.id())
+        };
+        if tile.sites().any(|site| site.id.is_some()) {
+            this.site_ids = tile
+                .sites()
+                .map(|site| site.id.unwrap_or_default().to_owned())
+                .collect();
+        }
+        this.load_sources(tile);
+        this
+    }
+
+    /// Copies the triangles, and the vertices of other tiles at their corners.
+    pub(crate) fn triangles_of(tile: &Tile, has_regions: bool) -> Self {
+        let vertices = tile.vertex_count();
+        let more = room(tile.triangle_count() as usize);
+        let triangles = tile.all_corners(more);
+        let corners = triangles.as_flattened().iter().map(|&corner| corner.0 + 1).max();
+        let foreign: Vec<EditVertex> = (vertices..corners.unwrap_or(0))
+            .map(|corner| {
+                let Vertex { id, point } = tile.vertex(VertexIndex(corner));
+                let z = tile.z(VertexIndex(corner)).unwrap_or(0.0);
+                EditVertex { id, point, z }
+            })
+            .collect();
+        Self {
             foreign_corners: foreign
                 .iter()
                 .zip((vertices..).map(VertexIndex))
@@ -133,19 +168,8 @@ impl EditTile {
                     _ => None,
                 },
             },
-            free: Vec::new(),
-            leaving: with_room(tile.vertex_indices().map(|v| tile.leaving(v).into())),
-            sources: HashMap::new(),
-            source_count: 0,
-        };
-        if tile.sites().any(|site| site.id.is_some()) {
-            this.site_ids = tile
-                .sites()
-                .map(|site| site.id.unwrap_or_default().to_owned())
-                .collect();
+            ..Self::empty(tile.id())
         }
-        this.load_sources(tile);
-        this
     }
 
     /// Returns about how many bytes of memory it takes, including the spare capacity of lists.

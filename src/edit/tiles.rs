@@ -56,13 +56,13 @@ impl Tiles {
     /// Opens a file to edit it. `shares` returns the memory for its tiles, given the bytes of the
     /// largest one. `adds_lines` says whether constraints may come.
     pub(crate) fn open(
-        target: Target,
+        mut target: Target,
         shares: &dyn Fn(u64) -> EditShares,
         purpose: Purpose,
         adds_lines: bool,
         runtime: Handle,
     ) -> Result<Self, EditError> {
-        let reader = runtime.block_on(target.read())?;
+        let reader = runtime.block_on(target.take_reader())?;
         let reader = runtime.block_on(reader.for_passes())?;
         let shares = shares(reader.largest_tile());
         let tiles = shares.tiles;

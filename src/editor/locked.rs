@@ -58,7 +58,7 @@ impl LockedFile {
         }
         let reader = match &self.pending {
             Some(pending) => pending.reader(),
-            None => &self.target.read().await?,
+            None => &self.target.read_and_keep().await?,
         };
         let lists = reader.lists().await?;
         let number = lists.lines.last().map_or(0, |last| last.edit).saturating_add(1);

@@ -45,7 +45,7 @@ pub(crate) async fn make(
         (false, false) => return rebuild_with_helpers(target, work, memory).await,
         _ => {}
     }
-    match edit(target.clone(), Arc::clone(&work), memory, || false).await {
+    match edit(target.handed_over(), Arc::clone(&work), memory, || false).await {
         Err(EditError::NothingLeft) => rebuild_on_one_line(target, work, memory).await,
         edited => edited,
     }

@@ -72,13 +72,8 @@ impl fmt::Display for Backend {
     }
 }
 
-/// Opens a file on disk for reading. [`ReadAt::backend`] and [`ReadAt::note`] tell which backend
-/// reads it and why.
-///
-/// # Errors
-/// Fails with the system's error for the file, and with its refusal of an io_uring if
-/// [`Backend::Uring`] is requested.
-pub fn open(path: &Path, backend: Backend) -> io::Result<Arc<dyn ReadAt>> {
+/// Opens a file on disk for reading, as [`open`](crate::io::open) does, which is not in parts.
+pub(super) fn open_whole(path: &Path, backend: Backend) -> io::Result<Arc<dyn ReadAt>> {
     if backend == Backend::Threads {
         return Ok(Arc::new(ThreadsFile::open(path)?.for_tiles()));
     }
@@ -160,7 +155,7 @@ mod tests {
     fn a_bad_file_is_an_error_and_no_reason_to_fall_back() {
         let folder = tempfile::tempdir().unwrap();
         for backend in [Backend::Auto, Backend::Threads] {
-            let error = |path: &Path| open(path, backend).err().map(|error| error.kind());
+            let error = |path: &Path| open_whole(path, backend).err().map(|error| error.kind());
             assert_eq!(error(&folder.path().join("none")), Some(io::ErrorKind::NotFound));
             assert_eq!(error(folder.path()), Some(io::ErrorKind::IsADirectory));
         }

@@ -19,9 +19,13 @@ mod buffers;
 mod conformance;
 mod file;
 mod memory;
+#[cfg(not(feature = "object-store"))]
+mod no_objects;
 #[cfg(feature = "object-store")]
 mod object;
+mod open;
 mod output_file;
+mod parts;
 mod pool;
 mod range_lock;
 mod regular;
@@ -31,15 +35,23 @@ mod threads;
 #[cfg(target_os = "linux")]
 mod uring;
 
-pub use backend::{BACKEND_VARIABLE, Backend, UnknownBackend, open};
+pub use backend::{BACKEND_VARIABLE, Backend, UnknownBackend};
 pub(crate) use buffers::Buffers;
 pub(crate) use file::{FIRST_READ, memory_of};
 pub use file::{ReadAt, WriteAt};
 pub use memory::MemoryFile;
+#[cfg(not(feature = "object-store"))]
+pub(crate) use no_objects::Objects;
 #[cfg(feature = "object-store")]
 pub use object::ObjectFile;
+#[cfg(feature = "object-store")]
+pub(crate) use object::Objects;
+pub use open::open;
 pub use output_file::{OutputFile, output_target};
 pub(crate) use output_file::{folder_of, is_named, new_output};
+pub(crate) use parts::manifest::{FOLDER as PARTS_FOLDER, Manifest, Part, is_manifest};
+#[cfg(feature = "object-store")]
+pub(crate) use parts::{open_in, open_url};
 pub(crate) use pool::blocking;
 pub use regular::open_regular;
 pub(crate) use section::Section;

@@ -77,6 +77,12 @@ impl Builder {
         if !options.force && output.exists() {
             return Err(BuildError::OutputExists(output));
         }
+        if let Some(store) = &options.store
+            && output.file_name() != Some(store.file_name().as_ref())
+        {
+            let name = store.file_name().to_owned();
+            return Err(BuildError::StoreName { output, name });
+        }
         let mut this = Self::start(output, options)?;
         if this.context.options.resume {
             // `WorkFolder` keeps the folder until this has succeeded, so an error leaves its
@@ -376,7 +382,21 @@ impl Builder {
         .boxed()
     }
 
+    /// Fails if the store has a file of this name, which is not to be replaced.
+    async fn check_store(&self) -> Result<(), BuildError> {
+        let BuildOptions { store, force, .. } = &*self.context.options;
+        let Some(store) = store.as_ref().filter(|_| !force) else {
+            return Ok(());
+        };
+        let cannot = |error| BuildError::io(&self.output, "look in the store for a file of the name of", error);
+        match store.has_file().await.map_err(cannot)? {
+            true => Err(BuildError::OutputExists(self.output.clone())),
+            false => Ok(()),
+        }
+    }
+
     async fn build(&mut self) -> Result<BuildSummary, BuildError> {
+        self.check_store().await?;
         if self.needs_points() {
             self.complete_points().await?;
         } else {

@@ -243,6 +243,18 @@ pub enum BuildError {
         /// Bytes that it may take.
         given: u64,
     },
+    /// The blocks of the build that is resumed were left to tasks in an object store, and the options name
+    /// none.
+    #[error("{folder}: the blocks of this build are in an object store; resume it with that store", folder = shown::path(.0))]
+    NoStore(PathBuf),
+    /// The output has another file name than the manifest in the object store.
+    #[error("{output}: in the store, the file has the name {name}; give the output the same name", output = shown::path(.output))]
+    StoreName {
+        /// The output.
+        output: PathBuf,
+        /// The name of the manifest.
+        name: String,
+    },
     /// A method was called after points were pushed that must be called before.
     #[error(
         "{call} was called after points were pushed; lines, sites, hole points and expectations come before points"

@@ -21,7 +21,8 @@
 //! order of the file (`output::ordered`) through a channel to the task that writes
 //! (`output::writer`). After the root, `finish` assembles the borders. `resume` holds the state
 //! from which an interrupted build continues. `tasks` conquers blocks one by one, in any process, for a
-//! build that is then resumed. `records` holds the values that phases pass to each other.
+//! build that is then resumed; `task_store` is where they find their points and leave their tiles if they
+//! share no folder. `records` holds the values that phases pass to each other.
 
 mod assembly;
 mod builder;
@@ -40,6 +41,7 @@ pub(crate) mod records;
 mod resume;
 mod run;
 pub(crate) mod summary;
+mod task_store;
 mod tasks;
 mod threads;
 pub(crate) mod work_folder;
@@ -49,4 +51,5 @@ pub use error::BuildError;
 pub use options::{BuildOptions, Crossings, Duplicates, Phase, Progress, Steiner, UnknownDuplicates};
 pub use records::Description;
 pub use summary::{BuildSummary, LevelSummary, PhaseSummary, Waits};
+pub use task_store::TaskStore;
 pub use tasks::{BlockTasks, ConqueredBlock, TaskOptions};

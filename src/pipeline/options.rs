@@ -10,6 +10,7 @@ use crate::input::MissingZ;
 use crate::memory::{MemoryPlan, default_memory};
 use crate::mesh::EngineKind;
 use crate::pipeline::error::BuildError;
+use crate::pipeline::task_store::TaskStore;
 use crate::store;
 use crate::store::Codec;
 
@@ -66,6 +67,9 @@ pub struct BuildOptions {
     /// Whether to resume an interrupted build, if there is one. That build must have had the same
     /// `resumable` text, tile size, work folder, and rules for duplicates, missing z and lines.
     pub resume: bool,
+    /// The object store in which tasks find their points and leave their tiles, and into which the file goes,
+    /// in parts. The output has the same file name.
+    pub store: Option<TaskStore>,
     /// Whether the file is a draft that nobody relies on, so that it need not be on the medium when it
     /// gets its name.
     pub(crate) is_draft: bool,
@@ -247,6 +251,13 @@ impl BuildOptions {
         Self { resume, ..self }
     }
 
+    /// Sets [`store`](field@Self::store).
+    #[must_use]
+    pub fn store(self, store: impl Into<Option<TaskStore>>) -> Self {
+        let store = store.into();
+        Self { store, ..self }
+    }
+
     /// Sets [`progress`](field@Self::progress).
     #[must_use]
     pub fn progress(self, progress: Arc<Progress>) -> Self {
@@ -272,6 +283,7 @@ impl Default for BuildOptions {
             work_folder: None,
             resumable: None,
             resume: false,
+            store: None,
             is_draft: false,
             progress: Arc::default(),
         }

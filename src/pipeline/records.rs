@@ -53,12 +53,24 @@ pub(crate) struct FinishedBlocks {
     pub(crate) blocks: u32,
     pub(crate) points: u64,
     pub(crate) cores: Vec<Extent>,
+    /// Where the cores of each block end in the tile file.
+    pub(crate) ends: Vec<u64>,
+    /// The cores that are not in the tile file but stay in files of their own.
+    pub(crate) left: Vec<LeftCores>,
     pub(crate) journal_length: u64,
     /// Lengths, in bytes, of the valid parts of the tile file and the border log.
     pub(crate) file_length: u64,
     pub(crate) log_length: u64,
     /// More than the number of any triangle in the border log.
     pub(crate) next_number: u64,
+}
+
+/// The cores of a block that stay in a file of their own, where the tile file has a gap.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct LeftCores {
+    pub(crate) block: u32,
+    /// Their bytes in the tile file.
+    pub(crate) range: Range<u64>,
 }
 
 /// Numbers of the vertices that took their z from the surface of the points.

@@ -12,13 +12,16 @@
 //! run-…     points of unfinished blocks                ┐ here, or in a folder of their own in the
 //! borders   the border log                             ┘ spill folder that the build was given
 //! segments  segments; its name is removed as soon as the file exists
-//! segments-… segments of a block         ┐ of tasks, where the runs are
-//! block-…   a block that was conquered   ┘
+//! segments-… segments of a block                    ┐ of tasks, where the runs are
+//! block-…   a block that was conquered               │
+//! cores-…   the cores of its tiles                   ┘
+//! elsewhere says that these cores are in an object store
 //! ```
 
 use std::ffi::OsString;
-use std::fs::{File, TryLockError};
+use std::fs::{File, Permissions, TryLockError};
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::{fs, io};
@@ -27,7 +30,7 @@ use tempfile::NamedTempFile;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::constraints::segments::chunk_store::SEGMENTS;
-use crate::io::{folder_of, is_named, output_target};
+use crate::io::{folder_of, is_manifest, is_named, output_target};
 use crate::pipeline::error::BuildError;
 
 const LOCK: &str = "lock";
@@ -43,6 +46,8 @@ const LINES: &str = "lines";
 const TASKS: &str = "tasks";
 const RUN: &str = "run-";
 const BLOCK: &str = "block-";
+const CORES: &str = "cores-";
+const ELSEWHERE: &str = "elsewhere";
 const SEGMENTS_OF: &str = "segments-";
 
 /// A work folder: locked by the build that writes the file, or shared by tasks. It is removed on drop,
@@ -204,6 +209,11 @@ impl WorkFolder {
         self.keep.store(keep && !published, Ordering::Relaxed);
     }
 
+    /// Returns the path of the output.
+    pub(crate) fn output(&self) -> &Path {
+        &self.output
+    }
+
     /// Returns the path of the folder.
     pub(crate) fn path(&self) -> &Path {
         &self.path
@@ -257,11 +267,44 @@ impl WorkFolder {
         self.spill.join(format!("{BLOCK}{block}"))
     }
 
+    /// Returns the path of the cores of a block that a task conquered.
+    pub(crate) fn cores_of(&self, block: u32) -> PathBuf {
+        self.spill.join(format!("{CORES}{block}"))
+    }
+
+    /// Removes a block that a task conquered.
+    pub(crate) fn remove_block(&self, block: u32) -> io::Result<()> {
+        fs::remove_file(self.block(block))?;
+        match fs::remove_file(self.cores_of(block)) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+            removed => removed,
+        }
+    }
+
+    /// Returns whether the cores of blocks need not be here, since they are in an object store.
+    pub(crate) fn has_cores_elsewhere(&self) -> bool {
+        self.path.join(ELSEWHERE).exists()
+    }
+
+    /// Notes that the cores of blocks are in an object store.
+    pub(crate) fn set_cores_elsewhere(&self) -> io::Result<()> {
+        File::create(self.path.join(ELSEWHERE)).map(drop)
+    }
+
+    /// Returns whether the output will be in parts: a manifest of files, of which the cores of blocks stay
+    /// as they are.
+    pub(crate) fn is_in_parts(&self) -> bool {
+        is_manifest(self.output.as_os_str().as_encoded_bytes())
+    }
+
     /// Makes a file that will take the place of another one in the folder, once it is complete.
     pub(crate) fn replace(path: &Path) -> io::Result<NamedTempFile> {
         let mut name = path.file_name().unwrap_or_default().to_owned();
         name.push(".");
-        NamedTempFile::with_prefix_in(name, folder_of(path))
+        // It may stay, and is then readable as other files are.
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(&name).permissions(Permissions::from_mode(0o666));
+        builder.tempfile_in(folder_of(path))
     }
 
     /// Returns the path of the journal of finished blocks.
@@ -292,12 +335,19 @@ impl WorkFolder {
         output_target(output)
             .and_then(|_| fs::rename(self.file(), output))
             .map_err(|e| BuildError::io(output, "rename the finished file to", e))?;
-        self.published.store(true, Ordering::Relaxed);
-        self.keep(false);
+        self.set_published();
         match sync {
             true => opened.sync_all().map_err(cannot),
             false => Ok(()),
         }
+    }
+
+    /// Notes that the completed file has its name. The folder is then removed on drop.
+    pub(crate) fn set_published(&self) {
+        // Where it has a name here too, a build that is killed now must not be resumed.
+        let _ = fs::remove_file(self.file());
+        self.published.store(true, Ordering::Relaxed);
+        self.keep(false);
     }
 }
 
@@ -391,11 +441,11 @@ fn is_ours(path: &Path) -> io::Result<bool> {
         let complete = name.split_once('.').map_or(name, |(complete, _)| complete);
         let is_number = |number: &str| number.parse::<u32>().is_ok();
         let is_numbered = name.strip_prefix(RUN).is_some_and(is_number)
-            || [BLOCK, SEGMENTS_OF]
+            || [BLOCK, CORES, SEGMENTS_OF]
                 .iter()
                 .any(|of| complete.strip_prefix(of).is_some_and(is_number));
         let is_known = [
-            LOCK, TILES, SURFACE, COMPACTED, PLAN, "plan.new", JOURNAL, SPILL, BORDERS, LINES, SEGMENTS,
+            LOCK, TILES, SURFACE, COMPACTED, PLAN, "plan.new", JOURNAL, SPILL, BORDERS, LINES, SEGMENTS, ELSEWHERE,
         ]
         .contains(&name);
         if !(is_numbered || is_known || complete == TASKS) || !entry.file_type()?.is_file() {

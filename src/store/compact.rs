@@ -13,7 +13,7 @@ use futures::future::FutureExt;
 use futures::stream;
 use futures::stream::{StreamExt, TryStreamExt};
 
-use crate::io::{OutputFile, Section, ThreadsFile, WriteAt};
+use crate::io::{OutputFile, Section, ThreadsFile, WriteAt, is_manifest};
 use crate::shown;
 use crate::store::directory_writer::{front_end_for, front_end_of_copy};
 use crate::store::error::ReadError;
@@ -63,10 +63,11 @@ impl Cannot<'_> {
     }
 }
 
-/// Returns stored bytes to write again as they are.
+/// Returns the bytes of an extent, whose checksum was checked, to write them again as they are.
 fn copied(bytes: Bytes, extent: Extent) -> StoredPart {
     StoredPart {
         bytes,
+        crc: extent.crc,
         codec: extent.codec,
         decoded: extent.decoded as usize,
     }
@@ -92,6 +93,13 @@ impl TileReader {
         async move {
             let output = &*output;
             let cannot = Cannot(output);
+            if is_manifest(output.as_os_str().as_encoded_bytes()) {
+                let reason = "a name that ends with .parts is that of a file in parts; this makes one file";
+                return Err(cannot.to("write it")(io::Error::new(
+                    io::ErrorKind::InvalidInput,
+                    reason,
+                )));
+            }
             let partial = OutputFile::create(output).map_err(cannot.to("write it"))?;
             let file = partial.file().try_clone().map_err(cannot.to("write"))?;
             let file = ThreadsFile::from(Arc::new(file));

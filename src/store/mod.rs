@@ -40,7 +40,7 @@ pub(crate) use format::digest::triangle_hash;
 pub use format::digest::{Digest, DigestSum};
 pub use format::directory::Directory;
 pub use format::edge_source::{EdgeSource, LineKind};
-pub(crate) use format::encode::{BorderDraft, CoreDraft};
+pub(crate) use format::encode::{BorderDraft, CoreContent, CoreDraft};
 pub use format::entry::TileEntry;
 pub use format::extent::Extent;
 pub(crate) use format::ids::MAX_TILE_VERTICES;

@@ -1,10 +1,14 @@
 //! Opens tile files, and opens them again when they were changed.
 
+#[cfg(feature = "object-store")]
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
 use futures::future::FutureExt;
 
+#[cfg(feature = "object-store")]
+use crate::io::is_manifest;
 use crate::io::{Backend, ReadAt};
 use crate::memory::FileShares;
 use crate::store::cache::Cache;
@@ -17,7 +21,7 @@ use crate::store::reader::TileReader;
 use crate::{io as files, shown};
 
 impl TileReader {
-    /// Opens a file.
+    /// Opens a file. Where the name ends with `.parts`, the file is in parts, and this is its manifest.
     ///
     /// # Errors
     ///
@@ -44,20 +48,25 @@ impl TileReader {
     }
 
     /// Opens a file on a web server or in an object store: `http://…`, `https://…` or
-    /// `s3://bucket/…`. See [`ObjectFile::open`](crate::io::ObjectFile::open).
+    /// `s3://bucket/…`. See [`ObjectFile::open`](crate::io::ObjectFile::open). Where the name ends with
+    /// `.parts`, the file is in parts, and this is its manifest.
     ///
     /// # Errors
     ///
     /// Returns the errors of [`open`](Self::open), and errors of the server.
     #[cfg(feature = "object-store")]
     pub async fn open_url(url: &str, options: OpenOptions) -> Result<Self, ReadError> {
-        let file = files::ObjectFile::open(url).await.map_err(|error| ReadError::Io {
+        let opened: io::Result<Arc<dyn ReadAt>> = match is_manifest(url.as_bytes()) {
+            true => files::open_url(url).await.map(|file| Arc::new(file) as _),
+            false => files::ObjectFile::open(url).await.map(|file| Arc::new(file) as _),
+        };
+        let file = opened.map_err(|error| ReadError::Io {
             file: shown::text(url).into(),
             what: "the file".to_owned(),
             source: Arc::new(error),
         })?;
         let origin = Origin::Url(url.to_owned());
-        Self::open_from(Arc::new(file), shown::text(url).into(), options, origin).await
+        Self::open_from(file, shown::text(url).into(), options, origin).await
     }
 
     /// Opens a file on any backend. Errors contain `name` as the name of the file.

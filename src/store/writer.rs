@@ -20,7 +20,7 @@ impl StoredPart {
         Extent {
             offset,
             length: self.bytes.len() as u32,
-            crc: crc32c::crc32c(&self.bytes),
+            crc: self.crc,
             codec: self.codec,
             decoded: self.decoded as u32,
         }

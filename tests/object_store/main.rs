@@ -1,8 +1,9 @@
 //! Tile files on web servers: the answers are those from disk, or an error says what is wrong.
 
+#[path = "../support/errors.rs"]
+mod errors;
 mod server;
 
-use std::error::Error;
 use std::fs;
 
 use delaunay_tiles::geometry::Point;
@@ -10,6 +11,7 @@ use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::io::{ObjectFile, ReadAt};
 use delaunay_tiles::store::{Digest, OpenOptions, ReadError, TileId, TileReader};
 use delaunay_tiles::{BuildOptions, Builder};
+use errors::whole;
 use server::{Fault, Lie, Server};
 
 fn wait<T>(future: impl Future<Output = T>) -> T {
@@ -49,12 +51,6 @@ fn digest(server: &Server) -> Result<Digest, ReadError> {
         let reader = TileReader::open_url(&server.url, OpenOptions::default()).await?;
         reader.recompute_digest().await
     })
-}
-
-/// Returns the message of an error, followed by those of its sources.
-fn whole(error: &dyn Error) -> String {
-    let behind = error.source().map(whole);
-    behind.map_or_else(|| error.to_string(), |behind| format!("{error}: {behind}"))
 }
 
 /// Asserts that a digest fails with a message that contains `words`.

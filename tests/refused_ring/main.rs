@@ -5,8 +5,10 @@
 //! that this thread starts. So each test runs in a thread of its own.
 #![cfg(target_os = "linux")]
 
+#[path = "../support/errors.rs"]
+mod errors;
+
 use std::collections::BTreeMap;
-use std::error::Error;
 use std::path::Path;
 use std::thread;
 
@@ -15,6 +17,7 @@ use delaunay_tiles::input::PointBatch;
 use delaunay_tiles::io::Backend;
 use delaunay_tiles::store::{OpenOptions, ReadError, TileReader};
 use delaunay_tiles::{BuildOptions, Builder};
+use errors::whole;
 use seccompiler::{BpfProgram, SeccompAction, SeccompFilter, TargetArch};
 
 const IO_URING_SETUP: i64 = 425;
@@ -67,12 +70,6 @@ fn triangles(path: &Path, backend: Backend) -> Result<(u64, &'static str, Option
             reader.backend_note().map(str::to_owned),
         ))
     })
-}
-
-/// Returns the message of an error, followed by those of its sources.
-fn whole(error: &dyn Error) -> String {
-    let behind = error.source().map(whole);
-    behind.map_or_else(|| error.to_string(), |behind| format!("{error}: {behind}"))
 }
 
 /// A single test, since the second refusal is remembered for the whole process.

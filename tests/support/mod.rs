@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "each test uses its part")]
 
 pub mod cases;
+pub mod errors;
 pub mod faults;
 pub mod flat;
 pub mod oracle;

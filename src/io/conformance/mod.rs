@@ -189,6 +189,37 @@ impl Subject for PartOnRing {
     }
 }
 
+/// A file in parts of three objects in memory, with others before and behind them.
+#[derive(Default)]
+struct Parts;
+
+impl Subject for Parts {
+    type File = crate::io::parts::PartsFile;
+
+    fn holding(&self, bytes: &[u8]) -> Self::File {
+        use std::sync::Arc;
+
+        use futures::future::{FutureExt, ready};
+
+        use crate::io::parts::PartsFile;
+        use crate::io::parts::manifest::{Manifest, Part};
+
+        let length = bytes.len().div_ceil(7).max(1);
+        let part = |(index, part): (usize, &[u8])| {
+            let start = (index * length) as u64;
+            Part {
+                range: start..start + part.len() as u64,
+                from: BEFORE + start,
+                name: format!("object {}", index % 3),
+            }
+        };
+        let parts = bytes.chunks(length).enumerate().map(part).collect();
+        let object = MemoryFile::new(among_others(bytes));
+        let open = move |_: &str| ready(Ok(Arc::new(object.clone()) as Arc<dyn ReadAt>)).boxed();
+        PartsFile::new(Manifest { parts }.text().as_bytes(), open).unwrap()
+    }
+}
+
 /// The bytes before a part.
 const BEFORE: u64 = 8192;
 
@@ -265,6 +296,12 @@ mod part {
 
     reading!(Part, if true);
     writing!(Part, if true);
+}
+
+mod parts {
+    use super::*;
+
+    reading!(Parts, if true);
 }
 
 #[cfg(target_os = "linux")]

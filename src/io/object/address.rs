@@ -11,6 +11,8 @@ use object_store::{BackoffConfig, ClientOptions, ObjectStore, RetryConfig};
 
 use crate::io::object::guard::Guard;
 
+/// The time that a request may take.
+pub(super) const PATIENCE: Duration = Duration::from_secs(30);
 /// How often a failed request is repeated if the server is at fault.
 const RETRIES: usize = 3;
 

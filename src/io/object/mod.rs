@@ -7,10 +7,13 @@
 //! own, because the connections of a client belong to the runtime in which they were made.
 
 mod address;
+mod errors;
 mod guard;
+mod objects;
+mod runtime;
 
 use std::ops::Range;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 use std::time::Duration;
 use std::{fmt, io};
 
@@ -19,20 +22,18 @@ use futures::StreamExt;
 use futures::future::{BoxFuture, FutureExt, ready};
 use object_store::path::Path;
 use object_store::{
-    Error, GetOptions, GetRange, GetResult, OBJECT_STORE_COALESCE_DEFAULT, ObjectStore, ObjectStoreExt, coalesce_ranges,
+    GetOptions, GetRange, GetResult, OBJECT_STORE_COALESCE_DEFAULT, ObjectStore, ObjectStoreExt, coalesce_ranges,
 };
-use tokio::runtime::{Builder, Handle};
 
 use crate::io::file::{FIRST_READ, ReadAt, length_of};
-use crate::io::start::start_thread;
 use crate::shown;
+use address::PATIENCE;
+use errors::{changed, explained};
+pub(crate) use objects::Objects;
+use runtime::on_runtime;
 
 /// The alignment of FlatBuffers in memory, which is also that of their offsets in the file.
 const ALIGNMENT: usize = 8;
-/// The time that a request may take.
-const PATIENCE: Duration = Duration::from_secs(30);
-/// The number of characters of a server's text that a message quotes.
-const LONGEST_ANSWER: usize = 400;
 /// The number of bytes allocated before any have arrived.
 const TRUSTED: usize = 1 << 20;
 
@@ -78,7 +79,6 @@ impl ObjectFile {
     ///
     /// # Errors
     /// As for [`open`](Self::open).
-    /// As for [`open`](Self::open).
     pub async fn open_within(url: &str, timeout: Duration) -> io::Result<Self> {
         let (store, path) = address::resolve(url, timeout)?;
         Self::open_named(store, path, shown::text(url).into_owned()).await
@@ -92,6 +92,11 @@ impl ObjectFile {
         let name = format!("{store}: {path}");
         let path = Path::parse(path).map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))?;
         Self::open_named(store, path, name).await
+    }
+
+    /// Opens an object beside others.
+    pub(crate) async fn among(objects: &Objects, path: &str) -> io::Result<Self> {
+        Self::open_in(Arc::clone(&objects.store), path).await
     }
 
     async fn open_named(store: Arc<dyn ObjectStore>, path: Path, name: String) -> io::Result<Self> {
@@ -241,87 +246,4 @@ impl ReadAt for ObjectFile {
             Ok(ranges.iter().map(answer).collect())
         })
     }
-}
-
-/// Runs a request on the runtime of the connections, from any runtime or none.
-fn on_runtime<T: Send + 'static>(
-    request: impl Future<Output = io::Result<T>> + Send + 'static,
-) -> BoxFuture<'static, io::Result<T>> {
-    static RUNTIME: OnceLock<Result<Handle, io::ErrorKind>> = OnceLock::new();
-    let start = || -> io::Result<Handle> {
-        let runtime = Builder::new_current_thread().enable_all().build()?;
-        let handle = runtime.handle().clone();
-        start_thread("tile-net", move || runtime.block_on(std::future::pending::<()>()))?;
-        Ok(handle)
-    };
-    match RUNTIME.get_or_init(|| start().map_err(|error| error.kind())) {
-        Err(kind) => ready(Err((*kind).into())).boxed(),
-        Ok(runtime) => {
-            let answer = runtime.spawn(request);
-            async move { answer.await.unwrap_or_else(|error| Err(io::Error::other(error))) }.boxed()
-        }
-    }
-}
-
-fn changed(name: &str) -> io::Error {
-    let message = format!("{name} has changed since it was opened; open it again");
-    io::Error::new(io::ErrorKind::StaleNetworkFileHandle, message)
-}
-
-/// Returns a store's error with the object's name.
-fn explained(name: &str, error: Error) -> io::Error {
-    let (kind, what, advice) = match &error {
-        Error::Precondition { .. } => return changed(name),
-        Error::NotFound { .. } => (
-            io::ErrorKind::NotFound,
-            "there is no such object",
-            "; check the address",
-        ),
-        Error::NotSupported { .. } => (
-            io::ErrorKind::Unsupported,
-            "the server does not answer by byte range",
-            "",
-        ),
-        Error::PermissionDenied { .. } | Error::Unauthenticated { .. } => (
-            io::ErrorKind::PermissionDenied,
-            "the server refuses",
-            "; check the address and the credentials",
-        ),
-        _ => (io::ErrorKind::Other, "the request failed", ""),
-    };
-    let text = whole(&error);
-    let (text, advice) = match before_page(&text) {
-        None => (shown::beginning(&text, LONGEST_ANSWER), advice),
-        Some(before) => (
-            shown::beginning(before, LONGEST_ANSWER),
-            match advice {
-                "" => "; the server sent a web page, which a browser shows; try again later",
-                advice => advice,
-            },
-        ),
-    };
-    io::Error::new(kind, format!("{name}: {what}: {text}{advice}"))
-}
-
-/// Returns the text before a web page, if the text of an error ends with one. A page is for
-/// browsers, and hides the status that precedes it.
-fn before_page(text: &str) -> Option<&str> {
-    let lower = text.to_ascii_lowercase();
-    let is_page = lower.contains("<!doctype html") || lower.contains("<html");
-    let (before, _) = text.split_once('<').filter(|_| is_page)?;
-    Some(before.trim_end_matches([':', ' ', '\r', '\n']))
-}
-
-/// Returns the text of an error and of its sources, each text once.
-fn whole(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut source = error.source();
-    while let Some(error) = source {
-        let more = error.to_string();
-        if !text.contains(&more) {
-            text += &format!(": {more}");
-        }
-        source = error.source();
-    }
-    text
 }

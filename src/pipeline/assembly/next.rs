@@ -63,11 +63,8 @@ impl Assembly {
             // A new file is readable by its owner only, or as the system has it by default.
             let _ = fs::set_permissions(self.folder.file(), before.permissions());
         }
-        let Target { file, .. } = Target::lock(&self.folder.file())?;
+        let target = Target::lock(&self.folder.file())?;
         self.folder.publish(true)?;
-        Ok(Target {
-            path: self.output.clone(),
-            file,
-        })
+        Ok(target.renamed(self.output.clone()))
     }
 }

@@ -20,7 +20,7 @@ use crate::pipeline::ingest::point_store::PointStore;
 use crate::pipeline::output::border_log::BorderLog;
 use crate::pipeline::output::writer::{Journal, Output};
 use crate::pipeline::plan::{Block, NodeLimits};
-use crate::pipeline::records::FinishedBlocks;
+use crate::pipeline::records::{FinishedBlocks, LeftCores};
 use crate::pipeline::work_folder::open_at;
 use crate::store::KdTree;
 
@@ -38,6 +38,8 @@ pub(crate) struct OpenedBuild {
     pub(crate) shares: Shares,
     /// The cuts above the blocks.
     pub(crate) tree: KdTree,
+    /// The cores that are not in the file.
+    pub(crate) left: Vec<LeftCores>,
     /// The first unfinished tile and the first unfinished block.
     pub(crate) first_tile: u32,
     pub(crate) first_block: u32,
@@ -96,6 +98,7 @@ impl Assembly {
         Ok(OpenedBuild {
             stop: StopOnDrop(Arc::clone(&conquest)),
             conquest,
+            left: finished.left,
             output: Output::new(file, path.clone(), front_end, finished.cores, journal, first_block),
             path,
             blocks,

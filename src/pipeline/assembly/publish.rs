@@ -2,6 +2,7 @@
 //! summarises. If segments were deferred, only the last version of the file is synced.
 
 use std::fs::File;
+use std::hash::{BuildHasher, RandomState};
 use std::mem::take;
 use std::path::Path;
 use std::sync::Arc;
@@ -12,7 +13,7 @@ use crate::constraints::segment::Segment;
 use crate::edit::{EditError, EditSummary, Target, Work, edit};
 use crate::geometry::Rect;
 use crate::input::MissingZ;
-use crate::io::{Backend, ThreadsFile, WriteAt};
+use crate::io::{Backend, ThreadsFile, WriteAt, blocking};
 use crate::memory::peak_memory;
 use crate::pipeline::assembly::Assembly;
 use crate::pipeline::assembly::open::OpenedBuild;
@@ -21,8 +22,12 @@ pub(crate) use crate::pipeline::conquer::conquest::ConquestState;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::finish::enclosed_sites::sites_in_holes;
 use crate::pipeline::ingest::drape::PointSurface;
-use crate::pipeline::records::{BlockState, GENERATION, TileState};
+use crate::pipeline::output::in_parts;
+use crate::pipeline::records::{BlockState, GENERATION, LeftCores, TileState};
 use crate::pipeline::summary::{BuildSummary, LevelSummary, Waits, phases};
+use crate::pipeline::tasks::left::fill;
+use crate::pipeline::tasks::saved::SavedTasks;
+use crate::pipeline::tasks::stored::{fetch_cores, put_finished};
 use crate::store::{
     CompactError, Directory, Extent, InForce, KdTree, Lists, Metadata, OpenOptions, ReadError, TablePlace, TileEntry,
     TileReader, hull_edges, polygon_lines_in_order, remove_log,
@@ -47,13 +52,16 @@ pub(crate) struct Published {
     /// Bytes read and written, by phase.
     bytes_read: [u64; 5],
     bytes_written: [u64; 5],
+    /// The cores that are not in the file.
+    left: Vec<LeftCores>,
 }
 
 impl Assembly {
     /// Completes the file and gives it its name.
     pub(crate) async fn publish(&mut self, work: OpenedBuild, ran: &RunResult) -> Result<Published, BuildError> {
         let published = self.complete(work, ran).await?;
-        self.give_name()?;
+        self.check_output()?;
+        self.give_name(&published).await?;
         Ok(published)
     }
 
@@ -70,26 +78,19 @@ impl Assembly {
             first_block,
             spilled,
             stop,
+            mut left,
             ..
         } = work;
         let mut state = take(&mut *conquest.state.lock());
         let (cores, borders) = output.extents();
         let directory = self.directory(&tree, &state, ran, cores, borders);
         let (directory, replaced) = self.of_next_state(directory);
-        let bytes = |extents: &[Extent]| extents.iter().map(|e| u64::from(e.length)).sum::<u64>();
-        let tables = borders.iter().filter_map(|(_, table)| table.apart());
-        let of_borders: Vec<Extent> = borders.iter().map(|(border, _)| *border).chain(tables).collect();
+        let [core_bytes, border_bytes] = extent_bytes(&cores[first_tile as usize..], borders);
         let [log_read, log_written] = conquest.log.lock().traffic();
-        let core_bytes = bytes(&cores[first_tile as usize..]) + output.journal_bytes() + log_written;
-        let border_bytes = bytes(&of_borders);
+        let core_bytes = core_bytes + output.journal_bytes() + log_written;
         let deferred = take(&mut state.deferred).into_segments();
-        let (mut file_bytes, finish_bytes) = output
-            .finish(
-                &directory,
-                replaced.as_ref(),
-                self.options.is_draft || !deferred.is_empty(),
-            )
-            .await?;
+        let is_draft = self.options.is_draft || !deferred.is_empty();
+        let (mut file_bytes, finish_bytes) = output.finish(&directory, replaced.as_ref(), is_draft).await?;
         let border_triangles = conquest.log.lock().triangle_count();
         let waits = Waits {
             computing_for_blocks: conquest.board.starved(),
@@ -99,6 +100,10 @@ impl Assembly {
         // An edit needs all the memory.
         drop((stop, conquest, segments));
         let (deferred_count, mut metadata) = (deferred.len() as u64, directory.metadata);
+        if !deferred.is_empty() || has_sites_in_holes(&metadata, &state) {
+            // The file is read.
+            self.fill(take(&mut left)).await?;
+        }
         if !deferred.is_empty() {
             file_bytes = self.insert(&path, deferred, &mut metadata).await?;
         }
@@ -117,12 +122,26 @@ impl Assembly {
             resumed_blocks: first_block.into(),
             bytes_read: [0, reread, ran.prefetched.bytes, log_read, 0],
             bytes_written: [written, rewritten, core_bytes, border_bytes, finish_bytes],
+            left,
         })
     }
 
-    /// Gives the file its name, unless the build was cancelled, an obstacle is inside out, or the
-    /// output has come into existence.
-    fn give_name(&self) -> Result<(), BuildError> {
+    /// Copies cores that are not in the file into it.
+    async fn fill(&self, left: Vec<LeftCores>) -> Result<(), BuildError> {
+        let folder = Arc::clone(&self.folder);
+        let filled = async {
+            if let (Some(store), Some(tasks)) = (&self.options.store, SavedTasks::load(&folder)?) {
+                fetch_cores(store, &folder, tasks.id(), &left).await?;
+            }
+            blocking(move || fill(&folder, &left)).await.flatten()
+        };
+        let cannot = |error| BuildError::io(self.folder.path(), "gather tiles in", error);
+        filled.await.map_err(cannot)
+    }
+
+    /// Fails if the build was cancelled, an obstacle is inside out, or the output has come into
+    /// existence.
+    fn check_output(&self) -> Result<(), BuildError> {
         if let Some(inverted) = self.given.inverted_if_uncrossed {
             return Err(BuildError::Inverted(inverted));
         }
@@ -135,7 +154,28 @@ impl Assembly {
         if !self.options.force && self.output.exists() {
             return Err(BuildError::OutputExists(self.output.clone()));
         }
-        self.folder.publish(!self.options.is_draft)?;
+        Ok(())
+    }
+
+    /// Gives the file its name.
+    async fn give_name(&self, published: &Published) -> Result<(), BuildError> {
+        if self.folder.is_in_parts() {
+            let (folder, left, length) = (Arc::clone(&self.folder), published.left.clone(), published.file_bytes);
+            let named = blocking(move || {
+                let tasks = SavedTasks::load(&folder)?;
+                let id = tasks.map_or_else(|| RandomState::new().hash_one(length), |tasks| tasks.id());
+                in_parts::publish(&folder, &left, length, id)
+            });
+            let cannot = |error| BuildError::io(&self.output, "give the finished file its name", error);
+            named.await.flatten().map_err(cannot)?;
+            if let Some(store) = &self.options.store {
+                let put = put_finished(store, &self.output).await;
+                put.map_err(|error| BuildError::io(&self.output, "put into the store", error))?;
+            }
+            self.folder.set_published();
+        } else {
+            self.folder.publish(!self.options.is_draft)?;
+        }
         // If there is one, it belongs to a file that had the name before.
         if let Err(error) = remove_log(&self.output) {
             tracing::warn!(%error, "cannot remove the log of an earlier file");
@@ -243,11 +283,11 @@ impl Assembly {
 
     /// Returns the number of sites in holes of the complete file.
     async fn sites_in_holes(&self, path: &Path, metadata: &Metadata, state: &ConquestState) -> Result<u64, BuildError> {
-        let with_sites = state.blocks.iter().flat_map(|block| &block.with_sites);
-        let with_sites: Vec<u32> = with_sites.copied().collect();
-        if with_sites.is_empty() || metadata.hole_triangles == 0 {
+        if !has_sites_in_holes(metadata, state) {
             return Ok(0);
         }
+        let with_sites = state.blocks.iter().flat_map(|block| &block.with_sites);
+        let with_sites: Vec<u32> = with_sites.copied().collect();
         let span = tracing::debug_span!("sites in holes", tiles = with_sites.len());
         let reader = self.read_back(path).await.map_err(EditError::Read)?;
         let counted = sites_in_holes(&reader, with_sites).instrument(span).await;
@@ -325,6 +365,19 @@ impl Assembly {
         };
         Directory::new(metadata, lists, tree, tiles)
     }
+}
+
+/// Returns the bytes of cores, and those of borders with the component tables that lie apart.
+fn extent_bytes(cores: &[Extent], borders: &[(Extent, TablePlace)]) -> [u64; 2] {
+    let tables = borders.iter().filter_map(|(_, table)| table.apart());
+    let of_borders = borders.iter().map(|(border, _)| *border).chain(tables);
+    let length = |extent: Extent| u64::from(extent.length);
+    [cores.iter().copied().map(length).sum(), of_borders.map(length).sum()]
+}
+
+/// Returns whether sites may be in holes.
+fn has_sites_in_holes(metadata: &Metadata, state: &ConquestState) -> bool {
+    metadata.hole_triangles > 0 && state.blocks.iter().any(|block| !block.with_sites.is_empty())
 }
 
 /// Returns the entry of a tile whose core and border were written to these extents.

@@ -7,6 +7,7 @@ use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::intake::Intake;
 use crate::pipeline::records::FinishedBlocks;
 use crate::pipeline::summary::BuildSummary;
+use crate::pipeline::tasks::left::left_cores;
 use crate::pipeline::tasks::{BlockTasks, TaskOptions};
 
 /// What became of a build that was to leave its blocks to tasks.
@@ -78,6 +79,7 @@ impl Builder {
         if self.context.options.resumable.is_none() {
             return Err(BuildError::NotResumable);
         }
+        self.check_store().await?;
         if self.needs_points() {
             self.complete_points().await?;
             let (assembly, points, segments) = self.assembly().await?;
@@ -85,7 +87,13 @@ impl Builder {
                 return Ok(Planned::Built(Box::new(built)));
             }
         }
-        BlockTasks::open(&self.output).map(|tasks| Planned::Tasks(Box::new(tasks)))
+        let tasks = BlockTasks::open(&self.output)?;
+        if let Some(store) = &self.context.options.store
+            && !self.context.folder.has_cores_elsewhere()
+        {
+            store.put_tasks(&tasks).await?;
+        }
+        Ok(Planned::Tasks(Box::new(tasks)))
     }
 
     /// Takes the blocks that tasks conquered, and conquers the others, if the blocks were left to tasks.
@@ -98,12 +106,22 @@ impl Builder {
             return Ok(());
         }
         let tasks = BlockTasks::open(&self.output)?.with_progress(&context.options.progress);
+        match &context.options.store {
+            Some(store) => store.fetch_blocks(&tasks).await?,
+            None if context.folder.has_cores_elsewhere() => {
+                return Err(BuildError::NoStore(context.folder.path().to_owned()));
+            }
+            None => {}
+        }
         let options = TaskOptions {
             memory: context.options.memory,
             threads: context.options.threads,
         };
         tasks.gather(finished, options).await?;
         *finished = FinishedBlocks::read(&context.folder)?;
+        if context.folder.is_in_parts() {
+            finished.left = left_cores(finished, tasks.front_end());
+        }
         match finished.blocks == tasks.blocks() {
             true => Ok(()),
             false => Err(BuildError::Internal(

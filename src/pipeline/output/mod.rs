@@ -3,5 +3,6 @@
 
 pub(super) mod border_log;
 mod by_tile;
+pub(super) mod in_parts;
 pub(super) mod ordered;
 pub(super) mod writer;

@@ -119,6 +119,7 @@ impl FinishedBlocks {
             this.blocks += 1;
             this.points += seam.below + block.state.duplicates;
             this.cores.extend(block.cores);
+            this.ends.push(end_of_cores);
             this.file_length = end_of_cores;
             this.log_length = this.log_length.max(end_of_log);
             this.next_number = this.next_number.max(block.next_number);

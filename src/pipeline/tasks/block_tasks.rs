@@ -132,6 +132,11 @@ impl BlockTasks {
         self
     }
 
+    /// Returns the offset in the file behind which its tiles come.
+    pub(crate) fn front_end(&self) -> u64 {
+        self.plan.front_end(self.options.tile_vertices)
+    }
+
     pub(super) fn cannot(&self, what: &'static str) -> impl Fn(io::Error) -> BuildError {
         move |error| BuildError::io(self.folder.spill(), what, error)
     }

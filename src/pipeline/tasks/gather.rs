@@ -1,5 +1,6 @@
 //! Puts conquered blocks where a resumed build finds them: their cores into the tile file, their parts of
-//! the border log one behind the other, and their results and seams into the journal.
+//! the border log one behind the other, and their results and seams into the journal. If the file will be
+//! in parts, the cores stay where they are, and the tile file gets gaps in their place.
 
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -18,7 +19,7 @@ use crate::pipeline::work_folder::{WorkFolder, open_at};
 use crate::store::Extent;
 
 /// The alignment of the cores of a block.
-const ALIGNMENT: u64 = 4096;
+pub(super) const ALIGNMENT: u64 = 4096;
 /// Bytes of blocks that are synced at once.
 const MOST_WAITING: u64 = 4 << 30;
 
@@ -101,9 +102,7 @@ impl Gathering {
             folder: Arc::clone(folder),
             id: tasks.id,
             tiles: open_at(&folder.file(), finished.file_length, "make the file")?,
-            tiles_length: finished
-                .file_length
-                .max(tasks.plan.front_end(tasks.options.tile_vertices)),
+            tiles_length: finished.file_length.max(tasks.front_end()),
             borders: open_at(&folder.borders(), finished.log_length, "make the border log")?,
             borders_length: finished.log_length,
             journal: open_at(&folder.journal(), finished.journal_length, "make the journal")?,
@@ -123,13 +122,13 @@ impl Gathering {
         };
         let mut finished = std::mem::take(&mut block.finished);
         let base = self.tiles_length.next_multiple_of(ALIGNMENT);
-        let copied = self.copy_cores(&block, &mut finished, base).and_then(|end| {
+        let copied = self.take_cores(&block, &mut finished, base).and_then(|end| {
             let log_end = self.copy_log(&block, &mut finished)?;
             Ok([end, log_end])
         });
         let ends = match copied {
             Err(error) if error.kind() == io::ErrorKind::InvalidData => {
-                std::fs::remove_file(self.folder.block(number))?;
+                self.folder.remove_block(number)?;
                 return Ok(false);
             }
             copied => copied?,
@@ -146,16 +145,22 @@ impl Gathering {
         Ok(true)
     }
 
-    /// Copies the cores of a block to `base`. Returns where they end.
-    fn copy_cores(&self, block: &BlockFile, finished: &mut FinishedBlock, base: u64) -> io::Result<u64> {
-        let mut bytes = Vec::new();
-        for core in &mut finished.cores {
-            bytes.resize(core.length as usize, 0);
-            block.read_core(&mut bytes, core)?;
-            core.offset += base;
-            self.tiles.write_all_at(&bytes, core.offset)?;
+    /// Copies the cores of a block to `base`, or leaves a gap for them there. Returns where they end.
+    fn take_cores(&self, block: &BlockFile, finished: &mut FinishedBlock, base: u64) -> io::Result<u64> {
+        let (mut bytes, end) = (Vec::new(), base + block.cores_length);
+        let are_left = self.folder.is_in_parts();
+        if are_left {
+            self.tiles.set_len(end)?;
         }
-        Ok(base + block.cores_length)
+        for core in &mut finished.cores {
+            if !are_left {
+                bytes.resize(core.length as usize, 0);
+                block.read_core(&mut bytes, core)?;
+                self.tiles.write_all_at(&bytes, base + core.offset)?;
+            }
+            core.offset += base;
+        }
+        Ok(end)
     }
 
     /// Copies the border log of a block behind the others, and numbers its late triangles anew. Returns
@@ -189,8 +194,11 @@ impl Gathering {
         self.journal.write_all(&self.entries)?;
         self.journal.sync_all()?;
         (self.entries, self.waiting_bytes) = (Vec::new(), 0);
-        self.blocks
-            .drain(..)
-            .try_for_each(|block| std::fs::remove_file(self.folder.block(block)))
+        let mut blocks = self.blocks.drain(..);
+        match self.folder.is_in_parts() {
+            // Their cores are needed.
+            true => Ok(()),
+            false => blocks.try_for_each(|block| self.folder.remove_block(block)),
+        }
     }
 }

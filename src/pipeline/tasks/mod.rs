@@ -1,9 +1,9 @@
 //! The blocks of a build as tasks, each of which any process may do that shares the work folder.
 //!
 //! ```text
-//! Builder ─▶ plan, tasks, runs, ─┬▶ conquer ─▶ block-0 ─┐
-//!            segments-…          ├▶ conquer ─▶ block-1 ─┼▶ gather: tiles, borders, journal ─▶ resumed build
-//!                                └▶ …                   ┘
+//! Builder ─▶ plan, tasks, runs, ─┬▶ conquer ─▶ block-0, cores-0 ─┐
+//!            segments-…          ├▶ conquer ─▶ block-1, cores-1 ─┼▶ gather: tiles, borders, journal ─▶ resumed build
+//!                                └▶ …                            ┘
 //! ```
 //!
 //! A task depends on the plan and on its own block alone, and its output gets its name when it is
@@ -14,7 +14,9 @@ mod block_file;
 mod block_tasks;
 mod conquer;
 mod gather;
+pub(crate) mod left;
 pub(crate) mod saved;
+pub(crate) mod stored;
 
 pub use block_tasks::BlockTasks;
 pub use conquer::{ConqueredBlock, TaskOptions};

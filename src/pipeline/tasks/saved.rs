@@ -86,6 +86,11 @@ impl SavedTasks {
         options.check().is_ok().then_some(options)
     }
 
+    /// Returns what distinguishes these tasks from all others.
+    pub(crate) fn id(&self) -> u64 {
+        self.id
+    }
+
     /// Returns the tile numbers of each block.
     pub(crate) fn tiles(&self) -> Vec<Range<u32>> {
         self.first_tiles.windows(2).map(|ends| ends[0]..ends[1]).collect()

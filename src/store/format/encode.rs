@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use flatbuffers::{FlatBufferBuilder, Vector, WIPOffset};
 
-use crate::geometry::{HalfEdge, PackedHalfEdge, Point};
+use crate::geometry::{HalfEdge, PackedHalfEdge, Point, TriangleId};
 use crate::io::Buffers;
 use crate::mesh::{Twin, WALLS};
 use crate::store::format::generated::tile as schema;
@@ -142,37 +142,72 @@ impl CoreDraft {
 
     /// Encodes the core as a FlatBuffer in one of `buffers`.
     pub(crate) fn encode(&self, tile: TileId, generation: u32, buffers: &Buffers) -> Bytes {
+        let content = CoreContent {
+            points: &self.points,
+            z: &self.z,
+            records: &self.records,
+            input_points: &self.input_points,
+            triangles: self.triangles.iter().copied(),
+            neighbours: self.neighbours.iter().copied(),
+            constraints: &self.constraints,
+            components: &self.components,
+            edge_sources: &self.edge_sources,
+            sites: &self.sites,
+            site_ids: &self.site_ids,
+        };
+        content.encode(tile, generation, buffers)
+    }
+}
+
+/// The content of a core where it is. The fields are those of [`CoreDraft`].
+pub(crate) struct CoreContent<'a, T, N> {
+    pub(crate) points: &'a [Point],
+    pub(crate) z: &'a [f64],
+    pub(crate) records: &'a [u64],
+    pub(crate) input_points: &'a [bool],
+    pub(crate) triangles: T,
+    pub(crate) neighbours: N,
+    pub(crate) constraints: &'a [u8],
+    pub(crate) components: &'a [u32],
+    pub(crate) edge_sources: &'a [(u32, LinePart)],
+    pub(crate) sites: &'a [(u32, u64)],
+    pub(crate) site_ids: &'a [String],
+}
+
+impl<T, N> CoreContent<'_, T, N>
+where
+    T: ExactSizeIterator<Item = [u32; 3]> + Clone,
+    N: ExactSizeIterator<Item = [PackedHalfEdge; 3]>,
+{
+    /// Encodes the core as a FlatBuffer in one of `buffers`.
+    pub(crate) fn encode(self, tile: TileId, generation: u32, buffers: &Buffers) -> Bytes {
         let vertices = self.points.len() as u64;
         let half_edges = 3 * self.triangles.len() as u64;
-        let mut vertex_sides = vec![PackedHalfEdge::NONE; self.points.len()];
-        for (&vertex, half_edge) in self.triangles.as_flattened().iter().zip(0..) {
-            vertex_sides[vertex as usize] = HalfEdge(half_edge).into();
-        }
         let mut builder = FlatBufferBuilder::from_vec(buffers.zeroed(56 * self.points.len() + 1024));
-        let in_core = |half_edge: &PackedHalfEdge| half_edge.get().map_or(NOT_IN_CORE, |twin| twin.0.into());
-        let vertex_sides = packed::write(&mut builder, vertex_sides.iter().map(in_core), half_edges, 1);
-        let neighbours = self.neighbours.as_flattened().iter().map(in_core);
-        let neighbours = packed::write(&mut builder, neighbours, half_edges, 1);
-        let corners = self.triangles.as_flattened().iter().map(|&v| u64::from(v));
-        let triangles = packed::write(&mut builder, corners, vertices, 0);
+        let vertex_sides = vertex_sides(self.points.len(), self.triangles.clone());
+        let vertex_sides = packed::write(&mut builder, vertex_sides.into_iter().map(in_core), half_edges, 1);
+        let neighbours = self.neighbours.map(|twins| twins.map(in_core));
+        let neighbours = packed::write_groups(&mut builder, neighbours, half_edges, 1);
+        let corners = self.triangles.map(|corners| corners.map(u64::from));
+        let triangles = packed::write_groups(&mut builder, corners, vertices, 0);
         let first_record = self.records.iter().copied().min().unwrap_or(0);
         let last_record = self.records.iter().copied().max().unwrap_or(0);
         let records = self.records.iter().map(|record| record - first_record);
         let records = packed::write(&mut builder, records, last_record - first_record, 0);
-        let z = (!self.z.is_empty()).then(|| builder.create_vector(&self.z));
+        let z = (!self.z.is_empty()).then(|| builder.create_vector(self.z));
         let coordinates: Vec<[f64; 2]> = self.points.iter().map(|p| [p.x, p.y]).collect();
         let coordinates = builder.create_vector(coordinates.as_flattened());
-        let constraints = half_edge_bits(&mut builder, &self.constraints, 0);
-        let walls = half_edge_bits(&mut builder, &self.constraints, WALLS);
+        let constraints = half_edge_bits(&mut builder, self.constraints, 0);
+        let walls = half_edge_bits(&mut builder, self.constraints, WALLS);
         let components = optional(&mut builder, self.components.iter().map(|&c| c.into()));
-        let segment_ends = segment_ends(&mut builder, &self.edge_sources);
-        let [edge_sides, edge_sources] = edge_sources(&mut builder, &self.edge_sources);
+        let segment_ends = segment_ends(&mut builder, self.edge_sources);
+        let [edge_sides, edge_sources] = edge_sources(&mut builder, self.edge_sources);
         let input_points = bits_unless_all(&mut builder, self.input_points.iter().copied());
         let sites = (!self.sites.is_empty()).then(|| {
             let largest = self.sites.iter().map(|&(_, number)| number).max().unwrap_or(0);
-            pairs(&mut builder, &self.sites, largest.max(vertices))
+            pairs(&mut builder, self.sites, largest.max(vertices))
         });
-        let ids = (!self.site_ids.is_empty()).then(|| texts(&mut builder, &self.site_ids));
+        let ids = (!self.site_ids.is_empty()).then(|| texts(&mut builder, self.site_ids));
         let args = schema::CoreArgs {
             tile: tile.0,
             generation,
@@ -200,6 +235,21 @@ impl CoreDraft {
     }
 }
 
+/// Returns a half-edge that leaves each vertex: the last one, in the order of the triangles.
+fn vertex_sides(vertices: usize, triangles: impl Iterator<Item = [u32; 3]>) -> Vec<PackedHalfEdge> {
+    let mut sides = vec![PackedHalfEdge::NONE; vertices];
+    for (corners, triangle) in triangles.zip((0..).map(TriangleId)) {
+        for (vertex, half_edge) in corners.into_iter().zip(HalfEdge::of_triangle(triangle)) {
+            sides[vertex as usize] = half_edge.into();
+        }
+    }
+    sides
+}
+
+fn in_core(half_edge: PackedHalfEdge) -> u64 {
+    half_edge.get().map_or(NOT_IN_CORE, |twin| twin.0.into())
+}
+
 impl BorderDraft {
     /// Encodes the border as a FlatBuffer in one of `buffers`.
     pub(crate) fn encode(&self, tile: TileId, generation: u32, buffers: &Buffers) -> Bytes {
@@ -215,8 +265,8 @@ impl BorderDraft {
             Twin::Elsewhere => ELSEWHERE,
         });
         let neighbours = packed::write(&mut builder, neighbours, half_edges, 2);
-        let triangles = self.triangles.as_flattened().iter().map(|&v| u64::from(v));
-        let triangles = packed::write(&mut builder, triangles, corners, 0);
+        let triangles = self.triangles.iter().map(|corners| corners.map(u64::from));
+        let triangles = packed::write_groups(&mut builder, triangles, corners, 0);
         let foreign: Vec<_> = self
             .foreign
             .iter()

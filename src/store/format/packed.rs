@@ -168,17 +168,28 @@ pub(crate) fn write<'b>(
     largest: u64,
     marks: u64,
 ) -> WIPOffset<schema::Packed<'b>> {
+    write_groups(builder, values.map(|value| [value]), largest, marks)
+}
+
+/// Adds a packed array of the values of all groups to a buffer, as [`write`] does.
+pub(crate) fn write_groups<'b, const SIZE: usize>(
+    builder: &mut FlatBufferBuilder<'b>,
+    groups: impl ExactSizeIterator<Item = [u64; SIZE]>,
+    largest: u64,
+    marks: u64,
+) -> WIPOffset<schema::Packed<'b>> {
     let width = width_for(largest, marks);
-    let values = values.inspect(|&value| debug_assert!(value <= largest || value > u64::MAX - marks));
+    let is_valid = |value: u64| value <= largest || value > u64::MAX - marks;
+    let groups = groups.inspect(|group| debug_assert!(group.iter().all(|&value| is_valid(value))));
     let bytes = match width {
-        1 => lowest_bytes(values, |[a, ..]| [a]),
-        2 => lowest_bytes(values, |[a, b, ..]| [a, b]),
-        3 => lowest_bytes(values, |[a, b, c, ..]| [a, b, c]),
-        4 => lowest_bytes(values, |[a, b, c, d, ..]| [a, b, c, d]),
-        5 => lowest_bytes(values, |[a, b, c, d, e, ..]| [a, b, c, d, e]),
-        6 => lowest_bytes(values, |[a, b, c, d, e, f, ..]| [a, b, c, d, e, f]),
-        7 => lowest_bytes(values, |[a, b, c, d, e, f, g, _]| [a, b, c, d, e, f, g]),
-        _ => lowest_bytes(values, |all| all),
+        1 => lowest_bytes(groups, |[a, ..]| [a]),
+        2 => lowest_bytes(groups, |[a, b, ..]| [a, b]),
+        3 => lowest_bytes(groups, |[a, b, c, ..]| [a, b, c]),
+        4 => lowest_bytes(groups, |[a, b, c, d, ..]| [a, b, c, d]),
+        5 => lowest_bytes(groups, |[a, b, c, d, e, ..]| [a, b, c, d, e]),
+        6 => lowest_bytes(groups, |[a, b, c, d, e, f, ..]| [a, b, c, d, e, f]),
+        7 => lowest_bytes(groups, |[a, b, c, d, e, f, g, _]| [a, b, c, d, e, f, g]),
+        _ => lowest_bytes(groups, |all| all),
     };
     let data = Some(builder.create_vector(&bytes));
     let width = width as u8;
@@ -186,14 +197,14 @@ pub(crate) fn write<'b>(
 }
 
 /// Returns `WIDTH` bytes of each value, as `of` takes them from its eight, and the padding.
-fn lowest_bytes<const WIDTH: usize>(
-    values: impl ExactSizeIterator<Item = u64>,
+fn lowest_bytes<const WIDTH: usize, const SIZE: usize>(
+    groups: impl ExactSizeIterator<Item = [u64; SIZE]>,
     of: impl Fn([u8; 8]) -> [u8; WIDTH],
 ) -> Vec<u8> {
     // With room for the padding.
-    let mut all = Vec::with_capacity(values.len() + 8usize.div_ceil(WIDTH));
-    all.extend(values.map(|value| of(value.to_le_bytes())));
-    let mut bytes = all.into_flattened();
+    let mut all = Vec::with_capacity(groups.len() + 8usize.div_ceil(WIDTH));
+    all.extend(groups.map(|group| group.map(|value| of(value.to_le_bytes()))));
+    let mut bytes = all.into_flattened().into_flattened();
     bytes.resize(bytes.len() + 8 - WIDTH, 0);
     bytes
 }
@@ -201,6 +212,20 @@ fn lowest_bytes<const WIDTH: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn groups_are_written_as_single_values() {
+        for largest in [200, 60_000, 1 << 20, 1 << 30, 1 << 62] {
+            let values = [0, largest / 3, largest, 1, mark(0), mark(1)];
+            let (mut of_values, mut of_groups) = (FlatBufferBuilder::new(), FlatBufferBuilder::new());
+            let root = write(&mut of_values, values.into_iter(), largest, 2);
+            of_values.finish(root, None);
+            let groups: &[[u64; 3]] = values.as_chunks().0;
+            let root = write_groups(&mut of_groups, groups.iter().copied(), largest, 2);
+            of_groups.finish(root, None);
+            assert_eq!(of_values.finished_data(), of_groups.finished_data());
+        }
+    }
 
     #[test]
     fn triples_are_as_single_values() {

@@ -1,7 +1,9 @@
 //! The promise: points that exceed the memory give the same triangles.
 
 mod inputs;
+mod parts;
 mod resumed;
+mod stored;
 mod tasks;
 
 use std::collections::HashMap;

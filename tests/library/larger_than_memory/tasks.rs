@@ -12,7 +12,7 @@ use crate::larger_than_memory::inputs::{Input, city, islands, long_lines, valley
 use crate::support::{Random, Scratch, points_of, runtime};
 
 /// Returns the digest of a file, after it proved that the file is right by itself.
-async fn digest(scratch: &Scratch) -> Digest {
+pub(super) async fn digest(scratch: &Scratch) -> Digest {
     let reader = scratch.open().await;
     reader.verify(true).await.unwrap();
     reader.recompute_digest().await.unwrap()
@@ -49,13 +49,38 @@ fn options_of(input: &Input, threads: usize) -> TaskOptions {
     }
 }
 
+/// Returns a file of the work folder.
+fn in_folder(scratch: &Scratch, name: &str) -> PathBuf {
+    let mut folder = scratch.path.clone().into_os_string();
+    folder.push(".partial");
+    Path::new(&folder).join(name)
+}
+
 fn block_file(scratch: &Scratch, block: u32) -> PathBuf {
-    scratch.folder.path().join(format!("test.tiles.partial/block-{block}"))
+    in_folder(scratch, &format!("block-{block}"))
+}
+
+fn cores_file(scratch: &Scratch, block: u32) -> PathBuf {
+    in_folder(scratch, &format!("cores-{block}"))
+}
+
+/// Puts what a power cut left of a file in its place: less, or other bytes. Bytes of cores that stay in
+/// their file are synced.
+fn cut_power(file: &Path, random: &mut Random, is_synced: bool) {
+    let bytes = fs::read(file).unwrap();
+    let mut left = bytes.clone();
+    if is_synced || random.below(2) == 0 {
+        left.truncate(random.below(bytes.len()));
+    } else {
+        left[random.below(bytes.len())] ^= 1;
+    }
+    fs::write(file, left).unwrap();
+    fs::write(file.with_extension("x3Yz"), &bytes[..bytes.len().min(9)]).unwrap();
 }
 
 /// Conquers all blocks in a random order but the last one, which is left to the build. Returns the
 /// summary of the build.
-async fn conquer_and_finish(input: &Input, scratch: &Scratch, seed: u64) -> BuildSummary {
+pub(super) async fn conquer_and_finish(input: &Input, scratch: &Scratch, seed: u64) -> BuildSummary {
     let mut random = Random(seed);
     let blocks = tasks(input, &scratch.path).await.blocks();
     let mut left: Vec<u32> = (0..blocks).collect();
@@ -70,24 +95,21 @@ async fn conquer_and_finish(input: &Input, scratch: &Scratch, seed: u64) -> Buil
             (block, false, tasks.points(block))
         );
         assert!(tasks.is_done(block));
-        let bytes = fs::read(block_file(scratch, block)).unwrap();
-        assert_eq!(done.bytes_written, bytes.len() as u64);
-        match random.below(4) {
+        let files = [block_file(scratch, block), cores_file(scratch, block)];
+        let lengths = files.each_ref().map(|file| file.metadata().unwrap().len());
+        assert_eq!(done.bytes_written, lengths.iter().sum::<u64>());
+        match random.below(5) {
             0 => assert!(tasks.conquer(block, options).await.unwrap().was_done),
             // Another process did not know of this one.
             1 => {
-                fs::remove_file(block_file(scratch, block)).unwrap();
+                fs::remove_file(&files[random.below(2)]).unwrap();
                 let again = tasks.conquer(block, options_of(input, 2)).await.unwrap();
                 assert_eq!((again.was_done, again.bytes_written), (false, done.bytes_written));
             }
-            // What a power cut left of it: less, or other bytes.
-            2 => {
-                let mut left = bytes[..bytes.len() - random.below(2) * random.below(bytes.len())].to_vec();
-                if let Some(byte) = left.get_mut(random.below(bytes.len())) {
-                    *byte ^= 1;
-                }
-                fs::write(block_file(scratch, block), left).unwrap();
-                fs::write(block_file(scratch, block).with_extension("x3Yz"), &bytes[..9]).unwrap();
+            2 => cut_power(&files[0], &mut random, false),
+            3 if lengths[1] > 0 => {
+                let is_in_parts = scratch.path.extension().is_some_and(|name| name == "parts");
+                cut_power(&files[1], &mut random, is_in_parts);
             }
             _ => {}
         }

@@ -1,6 +1,6 @@
 //! The reader of a tile file: opening, metadata, tiles, digest, verification.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use delaunay_tiles::store::Metadata;
 use delaunay_tiles::{OpenOptions, TileReader};
@@ -43,8 +43,7 @@ pub fn open<'py>(py: Python<'py>, name: PathBuf, cache: &Cache, is_awaited: bool
     let cache = cache.0.clone();
     ask(py, is_awaited, async move {
         let options = OpenOptions::default().cache(&cache);
-        let url = name.to_str().filter(|name| is_url(name));
-        let reader = match url {
+        let reader = match url_of(&name) {
             Some(url) => TileReader::open_url(url, options).await?,
             None => TileReader::open(&name, options).await?,
         };
@@ -52,11 +51,11 @@ pub fn open<'py>(py: Python<'py>, name: PathBuf, cache: &Cache, is_awaited: bool
     })
 }
 
-/// Returns whether a name is an address on the network.
-fn is_url(name: &str) -> bool {
-    ["http://", "https://", "s3://"]
-        .iter()
-        .any(|scheme| name.starts_with(scheme))
+/// Returns a name that is an address on the network.
+pub fn url_of(name: &Path) -> Option<&str> {
+    let schemes = ["http://", "https://", "s3://"];
+    let is_url = |name: &&str| schemes.iter().any(|scheme| name.starts_with(scheme));
+    name.to_str().filter(is_url)
 }
 
 #[pymethods]

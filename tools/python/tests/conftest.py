@@ -6,9 +6,15 @@ import asyncio
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sysconfig
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import hypothesis
 import numpy as np
@@ -48,6 +54,31 @@ def run(tool):
         return done.stdout
 
     return run
+
+
+@pytest.fixture
+def worker_killed():
+    """Kills a worker of a Dask client while the block works, once a condition holds."""
+
+    @contextmanager
+    def killed(client: Any, when: Callable[[], object]) -> Iterator[None]:
+        first = next(iter(client.run(os.getpid).values()))
+        is_over = threading.Event()
+
+        def kill() -> None:
+            while not is_over.is_set() and not when():
+                time.sleep(0.001)
+            os.kill(first, signal.SIGKILL)
+
+        killer = threading.Thread(target=kill)
+        killer.start()
+        try:
+            yield
+        finally:
+            is_over.set()
+            killer.join()
+
+    return killed
 
 
 def collection(kind: str, shapes: list) -> str:

@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import shutil
-import signal
-import threading
-import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
@@ -98,29 +94,16 @@ def test_mistakes_are_told_before_anything_is_sent(town):
         dt.distributed.knn("nowhere.tiles", XY, 1, client=client)
 
 
-def test_on_dask_workers_that_are_killed_change_nothing(folder, town):
+def test_on_dask_workers_that_are_killed_change_nothing(folder, town, worker_killed):
     dask = pytest.importorskip("dask.distributed")
     xy = np.random.default_rng(5).uniform(0, 20, (4000, 2))
     with (
         dask.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
         dask.Client(cluster) as client,
     ):
-        first = next(iter(client.run(os.getpid).values()))
-        is_over = threading.Event()
-
-        def kill() -> None:
-            # Some tasks are done by then, and others are not.
-            while not is_over.is_set() and not any(client.has_what().values()):
-                time.sleep(0.001)
-            os.kill(first, signal.SIGKILL)
-
-        killer = threading.Thread(target=kill)
-        killer.start()
-        try:
+        # Some tasks are done by then, and others are not.
+        with worker_killed(client, lambda: any(client.has_what().values())):
             near = dt.distributed.knn(folder / "town.tiles", xy, 2, client=client, batch=20)
-        finally:
-            is_over.set()
-            killer.join()
         found = dt.distributed.matrix(folder / "town.tiles", xy[:30], xy, client=client, batch=3)
     assert_same_neighbours(near, town.knn(xy, 2))
     assert_same_distances(found, town.matrix(xy[:30], xy))

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import signal
-import threading
-import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
@@ -109,28 +106,15 @@ def test_a_worker_with_too_little_memory_says_so_and_the_build_goes_on_elsewhere
     assert_is(whole, out, summary, run)
 
 
-def test_on_dask_workers_that_are_killed_change_nothing(inputs, whole, run, tmp_path):
+def test_on_dask_workers_that_are_killed_change_nothing(inputs, whole, run, tmp_path, worker_killed):
     dask = pytest.importorskip("dask.distributed")
     out = tmp_path / "shared.tiles"
     with (
         dask.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
         dask.Client(cluster) as client,
     ):
-        first = next(iter(client.run(os.getpid).values()))
         work = tmp_path / "shared.tiles.partial"
-        is_over = threading.Event()
-
-        def kill() -> None:
-            # Some tasks are done by then, and others are not.
-            while not is_over.is_set() and not list(work.glob("block-*[0-9]")):
-                time.sleep(0.001)
-            os.kill(first, signal.SIGKILL)
-
-        killer = threading.Thread(target=kill)
-        killer.start()
-        try:
+        # Some tasks are done by then, and others are not.
+        with worker_killed(client, lambda: list(work.glob("block-*[0-9]"))):
             summary = dt.distributed.build(**inputs, out=out, client=client, crossings="split", **LITTLE)
-        finally:
-            is_over.set()
-            killer.join()
     assert_is(whole, out, summary, run)

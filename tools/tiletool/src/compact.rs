@@ -1,12 +1,12 @@
 //! `tiletool compact`: rewrites a tile file without the bytes that edits left unused.
 
 use std::fs::File;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
 use delaunay_tiles::io::{open_regular, output_target};
-use delaunay_tiles::store::{OpenOptions, TileReader};
+use delaunay_tiles::store::OpenOptions;
 use serde::Serialize;
 
 use crate::common;
@@ -15,10 +15,11 @@ use crate::common;
 ///
 /// The new file has the same tiles, in their order, without the bytes that `tiletool constrain`
 /// left unused. It replaces the old file in one step when it is complete. Readers that have the old
-/// file open continue with it.
+/// file open continue with it. With --output, a file in parts, or one elsewhere, becomes one file here.
 #[derive(Args, Clone, Debug)]
-#[command(after_help = "Example:
-  tiletool compact survey.tiles")]
+#[command(after_help = "Examples:
+  tiletool compact survey.tiles
+  tiletool compact s3://maps/survey.tiles.parts -o survey.tiles")]
 pub struct CompactArgs {
     /// Tile file to compact
     #[arg(value_name = "FILE")]
@@ -46,17 +47,15 @@ pub fn run(args: CompactArgs) -> anyhow::Result<()> {
     if args.output.is_some() && !args.force && output.exists() {
         anyhow::bail!("{} exists already; give --force to replace it", common::shown(output));
     }
-    // A process that edits the file holds a lock on it.
-    let lock = output_target(&args.file).and_then(|file| open_regular(&file, File::options().read(true)));
-    let (lock, _) = lock.with_context(|| common::shown(&args.file))?;
-    if lock.try_lock().is_err() {
-        anyhow::bail!(
-            "{}: another process is changing the file; try again later",
-            common::shown(&args.file)
-        );
-    }
+    let is_elsewhere = common::url(&args.file).is_some();
+    anyhow::ensure!(
+        !is_elsewhere || args.output.is_some(),
+        "{}: it cannot be replaced there; give --output",
+        common::shown(&args.file)
+    );
+    let _lock = (!is_elsewhere).then(|| lock(&args.file)).transpose()?;
     let (bytes_before, bytes_after) = common::block_on(async {
-        let reader = TileReader::open(&args.file, OpenOptions::default()).await?;
+        let reader = common::open(&args.file, OpenOptions::default()).await?;
         Ok((reader.file_length(), reader.compact(output).await?))
     })?;
     if args.json {
@@ -77,4 +76,18 @@ pub fn run(args: CompactArgs) -> anyhow::Result<()> {
             common::bytes(bytes_after)
         ),
     )
+}
+
+/// Locks a file, so that no other process changes it.
+fn lock(path: &Path) -> anyhow::Result<File> {
+    // A process that edits the file holds a lock on it.
+    let opened = output_target(path).and_then(|file| open_regular(&file, File::options().read(true)));
+    let (file, _) = opened.with_context(|| common::shown(path))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(_) => anyhow::bail!(
+            "{}: another process is changing the file; try again later",
+            common::shown(path)
+        ),
+    }
 }

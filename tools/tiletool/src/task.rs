@@ -1,12 +1,11 @@
 //! `tiletool task`: conquers blocks of a build that left them to tasks.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use anyhow::Context;
 use bytesize::ByteSize;
 use clap::Args;
-use delaunay_tiles::{BlockTasks, ConqueredBlock, TaskOptions};
+use delaunay_tiles::{BlockTasks, ConqueredBlock, TaskOptions, TaskStore};
 use serde::Serialize;
 
 use crate::allocator;
@@ -28,7 +27,7 @@ use crate::common::{self, bytes, counted, shown, thousands};
   tiletool task survey.tiles --block $SLURM_ARRAY_TASK_ID --threads $SLURM_CPUS_PER_TASK
   tiletool build survey.laz -o survey.tiles --memory 4GiB --resume")]
 pub struct TaskArgs {
-    /// Tile file that is being built
+    /// Tile file that is being built, or its address in an object store
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Number of the block, from 0; may be given several times
@@ -41,12 +40,64 @@ pub struct TaskArgs {
     /// Number of threads that compute, at most that of the build [default: one per processor]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+    /// Folder for temporary files, if FILE is in an object store [default: that of the system]
+    #[arg(long, value_name = "DIR")]
+    tmp: Option<PathBuf>,
     /// Print the result as one JSON object
     #[arg(long)]
     json: bool,
     /// Print only errors
     #[arg(long)]
     quiet: bool,
+}
+
+/// Where the tasks are.
+enum Tasks {
+    Folder(Box<BlockTasks>),
+    /// The store, and the folder for temporary files.
+    Store(TaskStore, PathBuf),
+}
+
+impl Tasks {
+    fn of(args: &TaskArgs) -> anyhow::Result<Self> {
+        Ok(match common::url(&args.file) {
+            None => Self::Folder(Box::new(BlockTasks::open(&args.file)?)),
+            Some(url) => Self::Store(TaskStore::at(url)?, args.tmp.clone().unwrap_or_else(std::env::temp_dir)),
+        })
+    }
+
+    /// Returns the bytes of memory that a task needs; 0 if that is not known before one is fetched.
+    fn memory(&self) -> u64 {
+        match self {
+            Self::Folder(tasks) => tasks.memory(),
+            Self::Store(..) => 0,
+        }
+    }
+
+    async fn list(&self) -> anyhow::Result<TaskList> {
+        match self {
+            Self::Folder(tasks) => Ok(TaskList::of(tasks, |block| tasks.is_done(block))),
+            Self::Store(store, tmp) => {
+                let cannot = || format!("cannot make a folder in {}", shown(tmp));
+                let folder = tempfile::tempdir_in(tmp).with_context(cannot)?;
+                let tasks = store.tasks(folder.path()).await?;
+                let are_done = store.are_done(&tasks).await?;
+                Ok(TaskList::of(&tasks, |block| are_done[block as usize]))
+            }
+        }
+    }
+
+    /// Conquers a block. Ctrl-C cancels it.
+    async fn conquer(&self, block: u32, options: TaskOptions) -> anyhow::Result<ConqueredBlock> {
+        match self {
+            Self::Folder(tasks) => {
+                let conquering = async { Ok(tasks.conquer(block, options).await?) };
+                common::until_interrupted(conquering, tasks.progress(), || {}).await
+            }
+            // Until it is complete, nothing of it is in the store.
+            Self::Store(store, tmp) => Ok(store.conquer(block, options, tmp).await?),
+        }
+    }
 }
 
 /// The output of `--json` for a block that was conquered.
@@ -81,10 +132,10 @@ struct BlockEntry {
 }
 
 impl TaskList {
-    pub fn of(tasks: &BlockTasks) -> Self {
+    pub fn of(tasks: &BlockTasks, is_done: impl Fn(u32) -> bool) -> Self {
         let entry = |block| BlockEntry {
             points: tasks.points(block),
-            is_done: tasks.is_done(block),
+            is_done: is_done(block),
         };
         Self {
             memory: tasks.memory(),
@@ -134,26 +185,24 @@ fn ranges(numbers: &[usize]) -> String {
 
 /// Conquers blocks, or lists them.
 pub fn run(args: TaskArgs) -> anyhow::Result<()> {
-    let tasks = BlockTasks::open(&args.file)?;
+    let tasks = Tasks::of(&args)?;
     if args.blocks.is_empty() {
-        let list = TaskList::of(&tasks);
+        let list = common::block_on(tasks.list())?;
         return match args.json {
             true => common::print_json("the blocks", &list),
             false => common::print("the blocks", &list.report(&args.file)),
         };
     }
-    allocator::keep_to(tasks.memory());
     let available = TaskOptions::default();
     let options = TaskOptions {
         memory: args.memory.map_or(available.memory, |bytes| bytes.as_u64()),
         threads: args.threads.map_or(available.threads, usize::from),
     };
+    allocator::keep_to(tasks.memory());
     let mut report = BlocksReport { blocks: Vec::new() };
     common::block_on(async {
         for &block in &args.blocks {
-            let progress = Arc::clone(tasks.progress());
-            let conquering = async { tasks.conquer(block, options).await.with_context(|| shown(&args.file)) };
-            let done = common::until_interrupted(conquering, &progress, || {}).await?;
+            let done = tasks.conquer(block, options).await.with_context(|| shown(&args.file))?;
             if !args.json && !args.quiet {
                 common::print("the result", &line(&done))?;
             }

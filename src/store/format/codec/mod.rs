@@ -55,6 +55,8 @@ pub enum Codec {
 #[derive(Clone, Debug)]
 pub(crate) struct StoredPart {
     pub(crate) bytes: Bytes,
+    /// The checksum of these bytes.
+    pub(crate) crc: u32,
     pub(crate) codec: Codec,
     /// The length of the FlatBuffer in bytes.
     pub(crate) decoded: usize,
@@ -106,6 +108,7 @@ impl Codec {
             && flatbuffer.len() as u64 <= MAX_RATIO * stored.len() as u64
         {
             return StoredPart {
+                crc: crc32c::crc32c(&stored),
                 bytes: stored.into(),
                 codec: self,
                 decoded: flatbuffer.len(),
@@ -113,6 +116,7 @@ impl Codec {
         }
         let _ = part;
         StoredPart {
+            crc: crc32c::crc32c(&flatbuffer),
             decoded: flatbuffer.len(),
             bytes: flatbuffer,
             codec: Self::Raw,

@@ -71,7 +71,9 @@ def build(
     ----------
     points, out, options
         See `build`. `out` must lie in a folder that the workers reach by the same absolute path, and so must
-        `work_folder`, if it is given. A worker needs as much memory as `memory` allows; without it, a quarter of
+        `work_folder`, if it is given; or it is an address ``s3://bucket/name.parts``, and the workers need nothing but
+        the object store. Where the name ends with ``.parts``, the file is in parts, and nobody copies what the workers
+        wrote. A worker needs as much memory as `memory` allows; without it, a quarter of
         what is available here.
     client : Client
         What runs the tasks, one for each block. What a worker did is not lost if another one is killed.
@@ -99,7 +101,9 @@ def build(
     >>> summary.vertices
     1000000
     """
-    out, threads = os.path.abspath(path_text(out, "out")), positive(task_threads, "task_threads")
+    out, threads = path_text(out, "out"), positive(task_threads, "task_threads")
+    if "://" not in out:
+        out = os.path.abspath(out)
     folder = options.get("work_folder")
     if folder is not None:
         options["work_folder"] = os.path.abspath(path_text(folder, "work_folder"))

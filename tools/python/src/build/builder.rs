@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use arrow_array::RecordBatch;
 use delaunay_tiles::input::{MissingZ, PointBatch, PointSource, SiteSource};
-use delaunay_tiles::{BuildSummary, Planned, Progress};
+use delaunay_tiles::{BuildSummary, Planned, Progress, TaskStore};
 use numpy::PyReadonlyArray2;
 use numpy::ndarray::s;
 use pyo3::exceptions::PyRuntimeError;
@@ -18,6 +18,7 @@ use super::batches::{self, ROWS};
 use super::options::{BuildArguments, ReadArguments, Role};
 use super::work::{Stop, Work, is_poly};
 use crate::error::{Failure, Outcome};
+use crate::reader::url_of;
 use crate::runtime::{is_orphan, runtime, work_or_cancel};
 
 /// Returns what identifies the points of a file, and lines and sites of others, to a build that is
@@ -130,7 +131,14 @@ impl Builder {
     ) -> PyResult<Self> {
         let progress = Arc::<Progress>::default();
         let stop = Arc::<Stop>::default();
-        let options = arguments.options(&progress)?;
+        let mut options = arguments.options(&progress)?;
+        let mut output = output;
+        if let Some(url) = url_of(&output) {
+            let store = TaskStore::at(url)?;
+            // The folder that the build works in.
+            output = options.work_folder.clone().unwrap_or_default().join(store.file_name());
+            options = options.store(store);
+        }
         let threads = options.threads;
         let runtime = runtime()?;
         let work = py.detach(|| -> Outcome<Work> {

@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use delaunay_tiles::{BlockTasks, TaskOptions};
+use delaunay_tiles::{BlockTasks, TaskOptions, TaskStore};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
+use crate::reader::url_of;
 use crate::runtime::{runtime, work_or_cancel};
 
-/// Conquers a block of the build of a file, with at most `memory` bytes; without it, with the memory
+/// Conquers a block of the build of a file, or of an address in an object store, with at most `memory` bytes; without it, with the memory
 /// that is available. Returns the number of its points, and the bytes that were read and written.
 #[pyfunction]
 pub fn conquer(
@@ -20,14 +21,22 @@ pub fn conquer(
     threads: usize,
 ) -> PyResult<(u64, u64, u64)> {
     let runtime = runtime()?;
-    let tasks = py.detach(|| -> Outcome<BlockTasks> {
-        let _inside = runtime.enter();
-        Ok(BlockTasks::open(file)?)
-    })?;
     let options = TaskOptions {
         memory: memory.unwrap_or(TaskOptions::default().memory),
         threads,
     };
+    if let Some(url) = url_of(&file) {
+        let store = TaskStore::at(url)?;
+        // Until a block is complete, nothing of it is in the store.
+        let folder = std::env::temp_dir();
+        let conquer = |runtime: &tokio::runtime::Runtime| Ok(runtime.block_on(store.conquer(block, options, &folder))?);
+        let done = work_or_cancel(py, conquer, |_| Ok(()), || {})?;
+        return Ok((done.points, done.bytes_read, done.bytes_written));
+    }
+    let tasks = py.detach(|| -> Outcome<BlockTasks> {
+        let _inside = runtime.enter();
+        Ok(BlockTasks::open(file)?)
+    })?;
     let progress = Arc::clone(tasks.progress());
     let conquer = |runtime: &tokio::runtime::Runtime| Ok(runtime.block_on(tasks.conquer(block, options))?);
     let done = work_or_cancel(py, conquer, |_| Ok(()), || progress.cancel())?;

@@ -16,7 +16,9 @@ use delaunay_tiles::io::output_target;
 use delaunay_tiles::mesh::EngineKind;
 use delaunay_tiles::overviews::OverviewOptions;
 use delaunay_tiles::store::{OpenOptions, TileEntry};
-use delaunay_tiles::{BlockTasks, BuildError, BuildOptions, BuildSummary, Builder, Duplicates, Planned, Progress};
+use delaunay_tiles::{
+    BlockTasks, BuildError, BuildOptions, BuildSummary, Builder, Duplicates, Planned, Progress, TaskStore,
+};
 use tokio::sync::Notify;
 
 use crate::allocator;
@@ -66,6 +68,10 @@ pub struct BuildArgs {
     #[command(flatten)]
     missing_z: MissingZArgs,
     /// Tile file to write
+    ///
+    /// A name that ends with .parts makes a file in parts, in the folder FILE.d beside it: tiles that
+    /// `tiletool task` made are not copied. An address s3://BUCKET/NAME.parts puts the parts into an object
+    /// store, and so does `tiletool task`; the build works in --tmp, or else in the current folder.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Memory limit, such as 512MiB or 2GB [default: a quarter of the available memory]
@@ -129,7 +135,7 @@ pub struct BuildArgs {
 
 /// Builds a tile file.
 pub fn run(args: BuildArgs) -> anyhow::Result<()> {
-    let mut options = args.options();
+    let (mut options, output) = args.options()?;
     let memory = options.memory;
     allocator::keep_to(memory);
     let input_options = args
@@ -150,7 +156,6 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     let progress = Arc::clone(&options.progress);
     let readings: Arc<[Reading]> = lines.readings().chain([source.reading()]).cloned().collect();
     let bar = args.bar(&source, &lines, &progress, &readings);
-    let output = args.output.clone();
     let cancelled = Arc::new(Notify::new());
     let inputs = Inputs {
         source,
@@ -158,7 +163,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         is_filtered: input_options.is_filtered(),
         crs: args.crs.clone(),
     };
-    let built = common::block_on(async move {
+    let built = common::block_on(async {
         let has_work = work_folder(&output).join("plan").exists();
         let builder = Builder::new(&output, options)?;
         if has_work && !args.resume && !args.quiet {
@@ -175,7 +180,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         .await
     });
     drop(bar);
-    let (planned, read) = built.map_err(|error| how_to_resume(error, &args.output, can_resume))?;
+    let (planned, read) = built.map_err(|error| how_to_resume(error, &output, can_resume))?;
     for note in read.notes.iter().filter(|_| !args.quiet) {
         common::say(format_args!("note: {note}"));
     }
@@ -193,15 +198,26 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
 }
 
 impl BuildArgs {
-    /// Returns the options for the library.
-    fn options(&self) -> BuildOptions {
+    /// Returns the options for the library, and the output on disk, in whose folder the build works.
+    fn options(&self) -> anyhow::Result<(BuildOptions, PathBuf)> {
+        let is_in_parts = self.output.as_os_str().as_encoded_bytes().ends_with(b".parts");
+        anyhow::ensure!(
+            !(self.overviews && is_in_parts),
+            "a file in parts has no overviews; make it one file with `tiletool compact`, and then its overviews"
+        );
+        let store = common::url(&self.output).map(TaskStore::at).transpose()?;
+        let output = match &store {
+            Some(store) => self.tmp.clone().unwrap_or_default().join(store.file_name()),
+            None => self.output.clone(),
+        };
         let mut options = BuildOptions::default()
             .tile_vertices(self.tile_vertices)
             .engine(self.engine)
             .duplicates(self.duplicates)
             .compress(self.compress)
             .force(self.force)
-            .work_folder(self.tmp.clone());
+            .work_folder(self.tmp.clone())
+            .store(store);
         options.threads = self
             .threads
             .unwrap_or_else(|| available_parallelism().map_or(1, usize::from));
@@ -213,7 +229,7 @@ impl BuildArgs {
         options.exterior_is_hole = self.rules.exterior_is_hole;
         options.crossings = self.rules.crossings;
         options.steiner = self.rules.steiner;
-        options
+        Ok((options, output))
     }
 
     /// Makes the overviews of the finished file, if the options ask for them.
@@ -263,7 +279,7 @@ impl BuildArgs {
 
     /// Prints the tasks to which the blocks were left.
     fn print_tasks(&self, tasks: &BlockTasks) -> anyhow::Result<()> {
-        let list = TaskList::of(tasks);
+        let list = TaskList::of(tasks, |block| tasks.is_done(block));
         match (self.json, self.quiet) {
             (true, _) => common::print_json("the tasks", &list),
             (false, true) => Ok(()),

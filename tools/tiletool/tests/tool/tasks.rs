@@ -154,3 +154,37 @@ fn a_task_that_cannot_be_done_says_why() {
         .collect();
     assert!(matches!(&failed[..], [text] if text.contains("run-")), "{failed:?}");
 }
+
+#[test]
+fn a_file_in_parts_is_read_as_one_file_and_not_edited() {
+    let scratch = planned();
+    let folder = scratch.path();
+    let build = BUILD.replace("-o p.tiles ", "-o p.tiles.parts ");
+    run(folder, &format!("{build} --tasks --quiet"));
+    for file in ["p.tiles", "p.tiles.parts"] {
+        for block in 0..blocks(folder) {
+            run(folder, &format!("task {file} --block {block} --quiet"));
+        }
+    }
+    run(folder, &format!("{BUILD} --resume --quiet"));
+    run(folder, &format!("{build} --resume --quiet"));
+    let digest = |file: &str| run(folder, &format!("digest --recompute {file}"));
+    assert_eq!(digest("p.tiles.parts"), digest("p.tiles"));
+    run(folder, "verify --deep p.tiles.parts");
+    let path = "query path --from 0.1,0.1 --to 0.9,0.8";
+    let of = |file: &str| run(folder, &format!("{path} {file}")).replace(file, "FILE");
+    assert_eq!(of("p.tiles.parts"), of("p.tiles"));
+    let text = fails(folder, 1, "insert p.tiles.parts p.f64");
+    assert!(
+        text.contains("a file in parts is not edited; write it into one file first"),
+        "{text}"
+    );
+    let text = fails(folder, 1, "compact p.tiles.parts");
+    assert!(text.contains("this makes one file"), "{text}");
+    let text = fails(folder, 1, "build p.f64 -o q.tiles.parts --overviews");
+    assert!(text.contains("a file in parts has no overviews"), "{text}");
+    let text = fails(folder, 1, "build p.f64 -o s3://maps/q.tiles");
+    assert!(text.contains("its name ends with .parts"), "{text}");
+    run(folder, "compact p.tiles.parts -o one.tiles");
+    assert_eq!(digest("one.tiles"), digest("p.tiles"));
+}

@@ -1,28 +1,22 @@
-//! Conversion of a changed tile into the drafts of a core and a border.
+//! Encodes a changed tile as a core and a border.
 //!
 //! Triangles whose corners are all the tile's own go to the core, the others to the border. So a
 //! triangle that was late when the tile was first written may be in the core now.
+
+use bytes::Bytes;
 
 use crate::edit::tile::parts::TileParts;
 use crate::edit::tile::twin::PackedTwin;
 use crate::edit::tile::{EditTile, TriangleOrder};
 use crate::edit::vertex::EditVertex;
 use crate::geometry::{HalfEdge, PackedHalfEdge, Rect, TriangleId};
+use crate::io::Buffers;
 use crate::mesh::{Topology, Twin};
-use crate::store::{BorderDraft, CoreDraft, Digest, DigestSum, Extent, TablePlace, TileEntry};
-
-/// The drafts that a tile is written from.
-pub(crate) struct Drafts {
-    pub(crate) core: CoreDraft,
-    pub(crate) border: BorderDraft,
-    /// The digest of all elements that belong to the tile, without holes.
-    digest: Digest,
-    bounds: Rect,
-}
+use crate::store::{BorderDraft, CoreContent, Digest, DigestSum, Extent, LinePart, TablePlace, TileEntry};
 
 /// The numbers of triangles and corners in the written tile.
-struct Numbering<'a> {
-    order: &'a TriangleOrder,
+pub(crate) struct Numbering {
+    order: TriangleOrder,
     /// The number of the triangle at each position that has one.
     triangles: Vec<TriangleId>,
     /// The first `kept` triangles have their positions as numbers: after most edits, almost all.
@@ -33,8 +27,8 @@ struct Numbering<'a> {
     corners: Vec<u32>,
 }
 
-impl<'a> Numbering<'a> {
-    fn of(tile: &EditTile, order: &'a TriangleOrder) -> Self {
+impl Numbering {
+    pub(crate) fn of(tile: &EditTile, order: TriangleOrder) -> Self {
         let mut triangles = vec![TriangleId(0); tile.triangles.len()];
         for (triangle, number) in order.core.iter().zip((0..).map(TriangleId)) {
             triangles[triangle.index()] = number;
@@ -71,57 +65,52 @@ impl<'a> Numbering<'a> {
 }
 
 impl EditTile {
-    /// Makes the core and the border. The parts become components. `triangles` is the sum of the
-    /// triangles that belong to the tile.
-    pub(crate) fn drafts(&self, order: &TriangleOrder, parts: &TileParts, triangles: DigestSum) -> Drafts {
-        let numbering = Numbering::of(self, order);
-        let mut drafts = Drafts {
-            digest: self.digest_with(triangles),
-            bounds: self.bounds(&order.border),
-            core: self.core_draft(&numbering),
-            border: self.border_draft(&numbering),
-        };
-        self.put_sources(&mut drafts, &numbering);
-        if parts.count() > 1 {
-            let of = |triangles: &[TriangleId]| triangles.iter().map(|&triangle| parts.of_triangle(triangle)).collect();
-            drafts.core.components = of(&order.core);
-            drafts.border.components = of(&order.border);
-        }
-        drafts
-    }
-
-    /// Makes the core, without its components and the sources of its edges.
-    fn core_draft(&self, numbering: &Numbering) -> CoreDraft {
+    /// Encodes the core. The parts become components.
+    pub(crate) fn encode_core(
+        &self,
+        numbering: &Numbering,
+        parts: &TileParts,
+        generation: u32,
+        buffers: &Buffers,
+    ) -> Bytes {
         let triangles = &numbering.order.core;
         let in_core = |twin: PackedTwin| match twin.get() {
             Twin::HalfEdge(twin) => numbering.in_core(twin).into(),
             Twin::Hull | Twin::Elsewhere => PackedHalfEdge::NONE,
         };
-        let neighbours = triangles.iter().map(|&triangle| {
-            let [a, b, c] = self.twins[triangle.index()];
-            [in_core(a), in_core(b), in_core(c)]
-        });
-        CoreDraft {
-            points: self.points.clone(),
-            z: self.z.clone(),
-            records: self.records.clone(),
-            input_points: self.input_points.clone(),
-            // All are the tile's own.
+        let content = CoreContent {
+            points: &self.points,
+            z: &self.z,
+            records: &self.records,
+            input_points: &self.input_points,
+            // All corners are the tile's own.
             triangles: triangles
                 .iter()
-                .map(|&triangle| self.triangles[triangle.index()].map(|corner| corner.0))
-                .collect(),
-            neighbours: neighbours.collect(),
-            constraints: self.bits_of(triangles),
-            components: Vec::new(),
-            edge_sources: Vec::new(),
-            sites: self.sites.clone(),
-            site_ids: self.site_ids.clone(),
-        }
+                .map(|triangle| self.triangles[triangle.index()].map(|corner| corner.0)),
+            neighbours: triangles
+                .iter()
+                .map(|triangle| self.twins[triangle.index()].map(in_core)),
+            constraints: &self.bits_of(triangles),
+            components: &components(parts, triangles),
+            edge_sources: &self.edge_sources(numbering, true),
+            sites: &self.sites,
+            site_ids: &self.site_ids,
+        };
+        content.encode(self.id, generation, buffers)
     }
 
-    /// Makes the border, without its components and the sources of its edges.
-    fn border_draft(&self, numbering: &Numbering) -> BorderDraft {
+    /// Encodes the border. The parts become components.
+    pub(crate) fn encode_border(
+        &self,
+        numbering: &Numbering,
+        parts: &TileParts,
+        generation: u32,
+        buffers: &Buffers,
+    ) -> Bytes {
+        self.border_draft(numbering, parts).encode(self.id, generation, buffers)
+    }
+
+    fn border_draft(&self, numbering: &Numbering, parts: &TileParts) -> BorderDraft {
         let triangles = &numbering.order.border;
         let twin = |half_edge: HalfEdge| match self.twin(half_edge) {
             Twin::HalfEdge(twin) => Twin::HalfEdge(numbering.half_edge(twin)),
@@ -143,8 +132,8 @@ impl EditTile {
             core_links: self.core_links(numbering),
             vertex_sides: self.vertex_sides(numbering),
             constraints: self.bits_of(triangles),
-            components: Vec::new(),
-            edge_sources: Vec::new(),
+            components: components(parts, triangles),
+            edge_sources: self.edge_sources(numbering, false),
             // Files without triangles are not edited.
             edges: Vec::new(),
         }
@@ -223,26 +212,48 @@ impl EditTile {
         Rect::around(self.points.iter().copied().chain(corners))
     }
 
-    fn put_sources(&self, drafts: &mut Drafts, numbering: &Numbering) {
+    /// Returns the sources of the edges that belong to the tile, in order: of those between two
+    /// triangles of the core, or of all others.
+    fn edge_sources(&self, numbering: &Numbering, in_core: bool) -> Vec<(u32, LinePart)> {
+        let mut all = Vec::new();
         for (half_edge, sources) in self.owned_constraints() {
             let twin = self.twin(half_edge).half_edge();
             let [this, other] = [half_edge, twin.unwrap_or(half_edge)].map(|half_edge| numbering.half_edge(half_edge));
+            let is_in_core = twin.is_some() && this.max(other).triangle().index() < numbering.order.core.len();
+            if is_in_core != in_core {
+                continue;
+            }
             // They are kept as seen from the smaller corner, and written as seen along the smaller
             // half-edge.
             let is_against = (self.origin(half_edge) > self.destination(half_edge)) != (other < this);
-            let in_core = twin.is_some() && this.max(other).triangle().index() < numbering.order.core.len();
-            let list = if in_core {
-                &mut drafts.core.edge_sources
-            } else {
-                &mut drafts.border.edge_sources
-            };
-            list.extend(sources.iter().map(|source| {
+            all.extend(sources.iter().map(|source| {
                 let source = if is_against { source.reversed() } else { *source };
                 (this.min(other).0, source)
             }));
         }
-        drafts.core.edge_sources.sort_unstable();
-        drafts.border.edge_sources.sort_unstable();
+        all.sort_unstable();
+        all
+    }
+
+    /// Returns the data of the tile for the directory. `triangles` is the sum of the triangles that
+    /// belong to it.
+    pub(crate) fn counts(&self, numbering: &Numbering, triangles: DigestSum) -> Counts {
+        let TriangleOrder { core, border } = &numbering.order;
+        Counts {
+            vertices: self.points.len() as u32,
+            core_triangles: core.len() as u32,
+            border_triangles: border.len() as u32,
+            digest: self.digest_with(triangles),
+            bounds: self.bounds(border),
+        }
+    }
+}
+
+/// Returns the component of each triangle; nothing if there is only one.
+fn components(parts: &TileParts, triangles: &[TriangleId]) -> Vec<u32> {
+    match parts.count() {
+        0 | 1 => Vec::new(),
+        _ => triangles.iter().map(|&triangle| parts.of_triangle(triangle)).collect(),
     }
 }
 
@@ -252,20 +263,9 @@ pub(crate) struct Counts {
     vertices: u32,
     core_triangles: u32,
     border_triangles: u32,
+    /// The digest of all elements that belong to the tile, without holes.
     pub(crate) digest: Digest,
     bounds: Rect,
-}
-
-impl Drafts {
-    pub(crate) fn counts(&self) -> Counts {
-        Counts {
-            vertices: self.core.points.len() as u32,
-            core_triangles: self.core.triangles.len() as u32,
-            border_triangles: self.border.triangles.len() as u32,
-            digest: self.digest,
-            bounds: self.bounds,
-        }
-    }
 }
 
 impl Counts {

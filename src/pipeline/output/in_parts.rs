@@ -1,0 +1,131 @@
+//! Gives a finished file in parts its name: the name of a manifest, beside a folder of its parts.
+//!
+//! ```text
+//! NAME.parts               the manifest
+//! NAME.parts.d/ID/main     the tile file, with gaps in the place of the cores that lie in other parts
+//! NAME.parts.d/ID/cores-N  the cores of block N
+//! ```
+
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::io::{Manifest, PARTS_FOLDER, Part, folder_of};
+use crate::pipeline::records::LeftCores;
+use crate::pipeline::work_folder::WorkFolder;
+
+/// Returns the name of the part with the cores of a block.
+pub(crate) fn cores_name(block: u32) -> String {
+    format!("cores-{block}")
+}
+
+/// Returns the folder of the parts of all files that have had the name of `manifest`.
+pub(crate) fn folder_for(manifest: &Path) -> PathBuf {
+    let mut name = OsString::from(manifest);
+    name.push(PARTS_FOLDER);
+    PathBuf::from(name)
+}
+
+/// Returns the parts of a file of `length` bytes that has gaps in the place of the cores, in the folder
+/// `name`, which is relative to the manifest.
+pub(crate) fn manifest(name: &str, left: &[LeftCores], length: u64) -> Manifest {
+    let (mut parts, mut end) = (Vec::new(), 0);
+    let main = |range: std::ops::Range<u64>| Part {
+        from: range.start,
+        range,
+        name: format!("{name}/main"),
+    };
+    for (LeftCores { block, range }, index) in left.iter().zip(0..) {
+        // Between two blocks there is nothing.
+        parts.extend((index == 0).then(|| main(end..range.start)));
+        parts.push(Part {
+            range: range.clone(),
+            from: 0,
+            name: format!("{name}/{}", cores_name(*block)),
+        });
+        end = range.end;
+    }
+    parts.push(main(end..length));
+    Manifest { parts }
+}
+
+/// Gives the file its name, with the parts of a file that had it before removed. `id` distinguishes them.
+/// Where parts are elsewhere, the manifest names them all the same.
+pub(crate) fn publish(folder: &WorkFolder, left: &[LeftCores], length: u64, id: u64) -> io::Result<()> {
+    let output = folder.output();
+    let all = folder_for(output);
+    let own = all.join(format!("{id:016x}"));
+    // Relative to the manifest.
+    let name = all
+        .file_name()
+        .and_then(|name| name.to_str())
+        .map(|name| format!("{name}/{id:016x}"));
+    let name = name.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidFilename, "the name is no Unicode"))?;
+    fs::create_dir_all(&own)?;
+    link(&folder.file(), &own.join("main"))?;
+    for LeftCores { block, .. } in left {
+        match link(&folder.cores_of(*block), &own.join(cores_name(*block))) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound && folder.has_cores_elsewhere() => {}
+            linked => linked?,
+        }
+    }
+    for folder in [&own, &all] {
+        File::open(folder)?.sync_all()?;
+    }
+    let mut text = WorkFolder::replace(output)?;
+    text.write_all(manifest(&name, left, length).text().as_bytes())?;
+    text.as_file().sync_all()?;
+    text.persist(output)?;
+    File::open(folder_of(output))?.sync_all()?;
+    remove_others(&all, &own);
+    Ok(())
+}
+
+/// Gives a file another name too, or copies it where that is not possible.
+fn link(from: &Path, to: &Path) -> io::Result<()> {
+    match fs::remove_file(to) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
+    match fs::hard_link(from, to) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            fs::copy(from, to)?;
+            File::open(to)?.sync_all()
+        }
+        linked => linked,
+    }
+}
+
+/// Removes the parts of files that had the name before.
+fn remove_others(all: &Path, own: &Path) {
+    let Ok(entries) = fs::read_dir(all) else { return };
+    for entry in entries.flatten().filter(|entry| entry.path() != own) {
+        if let Err(error) = fs::remove_dir_all(entry.path()) {
+            tracing::warn!(folder = %entry.path().display(), %error, "the parts of an earlier file could not be removed");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_main_part_is_what_the_cores_leave() {
+        let left = [(0, 4096..5000), (2, 8192..8193)].map(|(block, range)| LeftCores { block, range });
+        let parts = manifest("a", &left, 9000).parts;
+        let parts: Vec<_> = parts
+            .iter()
+            .map(|part| (part.range.clone(), part.from, &*part.name))
+            .collect();
+        let expected = [
+            (0..4096, 0, "a/main"),
+            (4096..5000, 0, "a/cores-0"),
+            (8192..8193, 0, "a/cores-2"),
+            (8193..9000, 8193, "a/main"),
+        ];
+        assert_eq!(parts, expected);
+        assert_eq!(manifest("a", &[], 9000).length(), 9000);
+    }
+}
