@@ -148,13 +148,10 @@ impl TaskStore {
         format!("{}/{id:016x}/{}", self.folder(), name_of(cores))
     }
 
-    /// Puts a file in parts there, of which `manifest` is on disk. Parts that are not on disk must be there.
+    /// Puts a file in parts there, of which those that are on disk are below `folder`. The others must be there.
     /// At last, the manifest gets its name, and what else was there under it is removed.
-    pub(crate) async fn put_file(&self, manifest: &Path) -> io::Result<()> {
-        let mut parts = Manifest::parse(&std::fs::read(manifest)?)
-            .map_err(io::Error::other)?
-            .parts;
-        let folder = manifest.parent().unwrap_or(Path::new(""));
+    pub(crate) async fn put_file(&self, manifest: Manifest, folder: &Path) -> io::Result<()> {
+        let mut parts = manifest.parts;
         for part in &mut parts {
             let on_disk = folder.join(&part.name);
             let end = part.from + part.range.end - part.range.start;

@@ -180,3 +180,47 @@ async fn read(file: &Arc<File>, range: Range<u64>) -> io::Result<Bytes> {
     });
     read.await.flatten()
 }
+
+#[cfg(test)]
+mod tests {
+    use futures::executor::block_on;
+    use object_store::memory::InMemory;
+
+    use super::*;
+
+    #[test]
+    fn objects_of_any_length_are_put_and_fetched_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let [from, to] = ["from", "to"].map(|name| folder.path().join(name));
+        let bytes: Vec<u8> = (0..3 * CHUNK + 100_001).map(|i| (i / 7 + i) as u8).collect();
+        std::fs::write(&from, &bytes).unwrap();
+        let objects = Objects::of(Arc::new(InMemory::new()), "memory");
+        block_on(async {
+            for range in [
+                0..bytes.len(),
+                5..6,
+                9..9,
+                17..CHUNK as usize + 17,
+                1..CHUNK as usize + 2,
+            ] {
+                let file = File::open(&from).unwrap();
+                let of_file = range.start as u64..range.end as u64;
+                objects.put_file("a/b c", file, of_file).await.unwrap();
+                assert_eq!(objects.length("a/b c").await.unwrap(), Some(range.len() as u64));
+                assert!(objects.fetch("a/b c", to.clone()).await.unwrap());
+                assert!(std::fs::read(&to).unwrap() == bytes[range.clone()], "{range:?}");
+            }
+            assert!(!objects.fetch("a/none", to.clone()).await.unwrap());
+            assert_eq!(objects.length("a/none").await.unwrap(), None);
+            let beyond = objects.put_file("a/d", File::open(&from).unwrap(), 0..4 * CHUNK).await;
+            assert_eq!(beyond.unwrap_err().kind(), io::ErrorKind::UnexpectedEof);
+            assert_eq!(objects.length("a/d").await.unwrap(), None, "an object is not complete");
+            objects.put("a/e", Bytes::from_static(b"e")).await.unwrap();
+            objects.put("ab", Bytes::from_static(b"ab")).await.unwrap();
+            assert_eq!(objects.names_in("a").await.unwrap(), ["b c", "e"]);
+            objects.remove_below("a", &["a/e".to_owned()]).await.unwrap();
+            assert_eq!(objects.names_in("a").await.unwrap(), ["e"]);
+            assert_eq!(objects.length("ab").await.unwrap(), Some(2));
+        });
+    }
+}

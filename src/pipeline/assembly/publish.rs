@@ -161,17 +161,23 @@ impl Assembly {
     async fn give_name(&self, published: &Published) -> Result<(), BuildError> {
         if self.folder.is_in_parts() {
             let (folder, left, length) = (Arc::clone(&self.folder), published.left.clone(), published.file_bytes);
-            let named = blocking(move || {
+            let store = self.options.store.clone();
+            let named = async {
                 let tasks = SavedTasks::load(&folder)?;
                 let id = tasks.map_or_else(|| RandomState::new().hash_one(length), |tasks| tasks.id());
-                in_parts::publish(&folder, &left, length, id)
-            });
+                let linked = Arc::clone(&folder);
+                let manifest = blocking(move || in_parts::link_parts(&linked, &left, length, id))
+                    .await
+                    .flatten()?;
+                match store {
+                    Some(store) => put_finished(&store, manifest, &self.output).await,
+                    None => blocking(move || in_parts::give_name(&folder, &manifest, id))
+                        .await
+                        .flatten(),
+                }
+            };
             let cannot = |error| BuildError::io(&self.output, "give the finished file its name", error);
-            named.await.flatten().map_err(cannot)?;
-            if let Some(store) = &self.options.store {
-                let put = put_finished(store, &self.output).await;
-                put.map_err(|error| BuildError::io(&self.output, "put into the store", error))?;
-            }
+            named.await.map_err(cannot)?;
             self.folder.set_published();
         } else {
             self.folder.publish(!self.options.is_draft)?;

@@ -50,13 +50,11 @@ pub(crate) fn manifest(name: &str, left: &[LeftCores], length: u64) -> Manifest 
     Manifest { parts }
 }
 
-/// Gives the file its name, with the parts of a file that had it before removed. `id` distinguishes them.
-/// Where parts are elsewhere, the manifest names them all the same.
-pub(crate) fn publish(folder: &WorkFolder, left: &[LeftCores], length: u64, id: u64) -> io::Result<()> {
-    let output = folder.output();
-    let all = folder_for(output);
+/// Puts the parts of the file that are here into the folder of its parts, where `id` distinguishes them. Returns
+/// the manifest, which names them all.
+pub(crate) fn link_parts(folder: &WorkFolder, left: &[LeftCores], length: u64, id: u64) -> io::Result<Manifest> {
+    let all = folder_for(folder.output());
     let own = all.join(format!("{id:016x}"));
-    // Relative to the manifest.
     let name = all
         .file_name()
         .and_then(|name| name.to_str())
@@ -73,12 +71,19 @@ pub(crate) fn publish(folder: &WorkFolder, left: &[LeftCores], length: u64, id: 
     for folder in [&own, &all] {
         File::open(folder)?.sync_all()?;
     }
+    Ok(manifest(&name, left, length))
+}
+
+/// Gives the file its name, and removes the parts of a file that had it before.
+pub(crate) fn give_name(folder: &WorkFolder, manifest: &Manifest, id: u64) -> io::Result<()> {
+    let output = folder.output();
     let mut text = WorkFolder::replace(output)?;
-    text.write_all(manifest(&name, left, length).text().as_bytes())?;
+    text.write_all(manifest.text().as_bytes())?;
     text.as_file().sync_all()?;
     text.persist(output)?;
     File::open(folder_of(output))?.sync_all()?;
-    remove_others(&all, &own);
+    let all = folder_for(output);
+    remove_others(&all, &all.join(format!("{id:016x}")));
     Ok(())
 }
 

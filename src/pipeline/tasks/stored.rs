@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use futures::future::FutureExt;
 
+use crate::io::{Manifest, folder_of};
 use crate::pipeline::error::BuildError;
 use crate::pipeline::output::in_parts::folder_for;
 use crate::pipeline::records::LeftCores;
@@ -143,11 +144,9 @@ pub(crate) async fn fetch_cores(store: &TaskStore, folder: &WorkFolder, id: u64,
     Ok(())
 }
 
-/// Puts the finished file into the store. It does not stay on disk, where parts may be missing; after an
-/// error, its parts do, for the next attempt.
-pub(crate) async fn put_finished(store: &TaskStore, manifest: &Path) -> io::Result<()> {
-    let put = store.put_file(manifest).await;
-    fs::remove_file(manifest)?;
-    put?;
-    fs::remove_dir_all(folder_for(manifest))
+/// Puts the finished file into the store. Its parts do not stay on disk; after an error they do, for the next
+/// attempt.
+pub(crate) async fn put_finished(store: &TaskStore, manifest: Manifest, output: &Path) -> io::Result<()> {
+    store.put_file(manifest, folder_of(output)).await?;
+    fs::remove_dir_all(folder_for(output))
 }

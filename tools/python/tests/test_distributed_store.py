@@ -136,9 +136,13 @@ def test_the_tool_does_the_same_without_python(bucket, inputs, whole, run, tmp_p
 
 def test_a_build_without_workers_goes_into_a_store_too(bucket, tmp_path):
     url = "s3://maps/small.tiles.parts"
-    dt.build([(0, 0), (1, 0), (0, 1)], url, work_folder=tmp_path)
-    assert dt.open(url).metadata.vertices == 3
+    # So many that the object is put in several requests.
+    xy = np.random.default_rng(6).random((200_000, 2))
+    summary = dt.build(xy, url, work_folder=tmp_path)
+    dt.open(url).verify()
+    assert dt.open(url).metadata.vertices == summary.vertices == 200_000
     assert len(bucket.keys("small.tiles.parts")) == 2
+    assert os.listdir(tmp_path) == []
     with pytest.raises(OSError, match=r"its name ends with \.parts"):
         dt.build([(0, 0)], "s3://maps/small.tiles")
 

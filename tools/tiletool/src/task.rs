@@ -163,10 +163,11 @@ impl TaskList {
                     .to_owned()
             }
             [first, ..] => format!(
-                "{} left: {}\nconquer each on any machine that shares the folder, such as\n  tiletool task {} --block \
+                "{} left: {}\nconquer each on any machine that shares the {}, such as\n  tiletool task {} --block \
                  {first}\nand then complete the file by the command of the build with --resume in place of --tasks\n",
                 thousands(left.len() as u64),
                 ranges(&left),
+                common::url(file).map_or("folder", |_| "object store"),
                 shown(file),
             ),
         };
