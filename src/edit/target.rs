@@ -21,7 +21,7 @@ pub(crate) struct Target {
 
 impl Target {
     pub(crate) fn lock(path: &Path) -> Result<Self, EditError> {
-        if is_manifest(path.as_os_str().as_encoded_bytes()) {
+        if is_manifest(path) {
             return Err(EditError::InParts(path.to_owned()));
         }
         let target = output_target(path).map_err(|error| EditError::io(path, "open", error))?;

@@ -49,7 +49,7 @@ pub(crate) use object::Objects;
 pub use open::open;
 pub use output_file::{OutputFile, output_target};
 pub(crate) use output_file::{folder_of, is_named, new_output};
-pub(crate) use parts::manifest::{FOLDER as PARTS_FOLDER, Manifest, Part, is_manifest};
+pub(crate) use parts::manifest::{FOLDER as PARTS_FOLDER, Manifest, Part, id_name, is_id_name, is_manifest};
 #[cfg(feature = "object-store")]
 pub(crate) use parts::{open_in, open_url};
 pub(crate) use pool::blocking;

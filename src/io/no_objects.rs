@@ -39,7 +39,12 @@ impl Objects {
         match *self {}
     }
 
-    pub(crate) fn remove_below(&self, _: &str, _: &[String]) -> BoxFuture<'static, io::Result<()>> {
+    pub(crate) fn remove_below(
+        &self,
+        _: &str,
+        _: fn(&str) -> bool,
+        _: &[String],
+    ) -> BoxFuture<'static, io::Result<()>> {
         match *self {}
     }
 }

@@ -16,7 +16,7 @@ use crate::io::parts::manifest::is_manifest;
 /// Fails with the system's error for the file, and with its refusal of an io_uring if
 /// [`Backend::Uring`] is requested.
 pub fn open(path: &Path, backend: Backend) -> io::Result<Arc<dyn ReadAt>> {
-    match is_manifest(path.as_os_str().as_encoded_bytes()) {
+    match is_manifest(path) {
         true => parts::open(path, backend),
         false => open_whole(path, backend),
     }

@@ -67,8 +67,8 @@ pub struct BuildOptions {
     /// Whether to resume an interrupted build, if there is one. That build must have had the same
     /// `resumable` text, tile size, work folder, and rules for duplicates, missing z and lines.
     pub resume: bool,
-    /// The object store in which tasks find their points and leave their tiles, and into which the file goes,
-    /// in parts. The output has the same file name.
+    /// The object store in which tasks find their points and leave their tiles, and into which the
+    /// file goes, in parts. The output has the same file name.
     pub store: Option<TaskStore>,
     /// Whether the file is a draft that nobody relies on, so that it need not be on the medium when it
     /// gets its name.

@@ -17,16 +17,17 @@ use std::sync::Arc;
 
 #[cfg(feature = "object-store")]
 use crate::io::open_in;
-use crate::io::{Manifest, Objects, PARTS_FOLDER, is_manifest};
+use crate::io::{Manifest, Objects, PARTS_FOLDER, id_name, is_id_name, is_manifest};
 #[cfg(feature = "object-store")]
 use crate::store::{OpenOptions, ReadError, TileReader};
 
 /// Where the tasks of a build and its file in parts are: an object store.
 ///
-/// Given to a build as [`BuildOptions::store`](crate::BuildOptions::store), with an output of the same name
-/// on disk, in whose folder the build works. [`plan_tasks`](crate::Builder::plan_tasks) puts there what tasks
-/// need, [`conquer`](Self::conquer) does a task, on any machine, and a resumed build puts the file there, as
-/// parts and a manifest. [`TileReader::open_url`](crate::TileReader::open_url) reads it.
+/// Given to a build as [`BuildOptions::store`](crate::BuildOptions::store), with an output of the
+/// same name on disk, in whose folder the build works. [`plan_tasks`](crate::Builder::plan_tasks)
+/// puts there what tasks need, [`conquer`](Self::conquer) does a task, on any machine, and a
+/// resumed build puts the file there, as parts and a manifest.
+/// [`TileReader::open_url`](crate::TileReader::open_url) reads it.
 #[derive(Clone, Debug)]
 pub struct TaskStore {
     objects: Objects,
@@ -39,10 +40,10 @@ impl TaskStore {
     /// differs from the default, come from environment variables such as `AWS_ACCESS_KEY_ID`.
     ///
     /// # Errors
-    /// Fails if the name does not end with `.parts`, if the address is none of a store, or if the library was
-    /// built without the feature `object-store`.
+    /// Fails if the name does not end with `.parts`, if the address is none of a store, or if the
+    /// library was built without the feature `object-store`.
     pub fn at(url: &str) -> io::Result<Self> {
-        if !is_manifest(url.as_bytes()) {
+        if !is_manifest(url) {
             let message = format!("{url}: in a store, a file is in parts, and its name ends with .parts");
             return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
         }
@@ -94,7 +95,7 @@ impl TaskStore {
     }
 
     fn blocks(&self, id: u64) -> String {
-        format!("{}/work/{id:016x}", self.folder())
+        format!("{}/work/{}", self.folder(), id_name(id))
     }
 
     /// Returns the path of a part, which the manifest names.
@@ -107,7 +108,9 @@ impl TaskStore {
 
     /// Removes what an earlier build left for its tasks.
     pub(crate) async fn clear_work(&self) -> io::Result<()> {
-        self.objects.remove_below(&format!("{}/work", self.folder()), &[]).await
+        self.objects
+            .remove_below(&self.folder(), |name| name == "work", &[])
+            .await
     }
 
     /// Puts a file of a work folder there. Others find it by its name.
@@ -120,8 +123,8 @@ impl TaskStore {
         self.objects.fetch(&self.work(&file), file).await
     }
 
-    /// Puts the output of a task of the build `id` there: the cores of a block, as a part of the file, and then
-    /// the rest.
+    /// Puts the output of a task of the build `id` there: the cores of a block, as a part of the
+    /// file, and then the rest.
     pub(crate) async fn put_block(&self, id: u64, cores: &Path, block: &Path) -> io::Result<()> {
         put(&self.objects, &self.cores(id, cores), cores).await?;
         put(&self.objects, &format!("{}/{}", self.blocks(id), name_of(block)), block).await
@@ -145,11 +148,12 @@ impl TaskStore {
     }
 
     fn cores(&self, id: u64, cores: &Path) -> String {
-        format!("{}/{id:016x}/{}", self.folder(), name_of(cores))
+        format!("{}/{}/{}", self.folder(), id_name(id), name_of(cores))
     }
 
-    /// Puts a file in parts there, of which those that are on disk are below `folder`. The others must be there.
-    /// At last, the manifest gets its name, and what else was there under it is removed.
+    /// Puts a file in parts there, of which those that are on disk are below `folder`. The others
+    /// must be there. At last, the manifest gets its name, and what other builds left under it is
+    /// removed.
     pub(crate) async fn put_file(&self, manifest: Manifest, folder: &Path) -> io::Result<()> {
         let mut parts = manifest.parts;
         for part in &mut parts {
@@ -171,7 +175,8 @@ impl TaskStore {
         let named: Vec<String> = parts.iter().map(|part| self.part(&part.name)).collect();
         let text = Manifest { parts }.text();
         self.objects.put(&self.manifest, text.into()).await?;
-        self.objects.remove_below(&self.folder(), &named).await
+        let of_builds = |name: &str| name == "work" || is_id_name(name);
+        self.objects.remove_below(&self.folder(), of_builds, &named).await
     }
 }
 

@@ -269,7 +269,12 @@ impl WorkFolder {
 
     /// Returns the path of the cores of a block that a task conquered.
     pub(crate) fn cores_of(&self, block: u32) -> PathBuf {
-        self.spill.join(format!("{CORES}{block}"))
+        self.spill.join(Self::cores_name(block))
+    }
+
+    /// Returns the file name of the cores of a block, here and among the parts of the file.
+    pub(crate) fn cores_name(block: u32) -> String {
+        format!("{CORES}{block}")
     }
 
     /// Removes a block that a task conquered.
@@ -294,7 +299,7 @@ impl WorkFolder {
     /// Returns whether the output will be in parts: a manifest of files, of which the cores of blocks stay
     /// as they are.
     pub(crate) fn is_in_parts(&self) -> bool {
-        is_manifest(self.output.as_os_str().as_encoded_bytes())
+        is_manifest(&self.output)
     }
 
     /// Makes a file that will take the place of another one in the folder, once it is complete.

@@ -93,7 +93,7 @@ impl TileReader {
         async move {
             let output = &*output;
             let cannot = Cannot(output);
-            if is_manifest(output.as_os_str().as_encoded_bytes()) {
+            if is_manifest(output) {
                 let reason = "a name that ends with .parts is that of a file in parts; this makes one file";
                 return Err(cannot.to("write it")(io::Error::new(
                     io::ErrorKind::InvalidInput,

@@ -56,7 +56,7 @@ impl TileReader {
     /// Returns the errors of [`open`](Self::open), and errors of the server.
     #[cfg(feature = "object-store")]
     pub async fn open_url(url: &str, options: OpenOptions) -> Result<Self, ReadError> {
-        let opened: io::Result<Arc<dyn ReadAt>> = match is_manifest(url.as_bytes()) {
+        let opened: io::Result<Arc<dyn ReadAt>> = match is_manifest(url) {
             true => files::open_url(url).await.map(|file| Arc::new(file) as _),
             false => files::ObjectFile::open(url).await.map(|file| Arc::new(file) as _),
         };

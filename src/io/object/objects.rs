@@ -141,14 +141,20 @@ impl Objects {
         })
     }
 
-    /// Removes all objects below a path but these.
-    pub(crate) fn remove_below(&self, path: &str, but: &[String]) -> BoxFuture<'static, io::Result<()>> {
+    /// Removes the objects in those folders of a path for whose names `goes` is true, but those in `but`.
+    pub(crate) fn remove_below(
+        &self,
+        path: &str,
+        goes: fn(&str) -> bool,
+        but: &[String],
+    ) -> BoxFuture<'static, io::Result<()>> {
         let but: HashSet<Path> = but.iter().map(|path| key(path)).collect();
         let (path, store) = (key(path), Arc::clone(&self.store));
         let failed = self.failed(&path);
         on_runtime(async move {
             let all = store.list(Some(&path)).try_filter_map(|meta| {
-                let goes = !but.contains(&meta.location);
+                let first = meta.location.prefix_match(&path).and_then(|mut below| below.next());
+                let goes = first.is_some_and(|name| goes(name.as_ref())) && !but.contains(&meta.location);
                 async move { Ok(goes.then_some(meta.location)) }
             });
             let all: Vec<Path> = all.try_collect().await.map_err(&failed)?;
@@ -218,8 +224,10 @@ mod tests {
             objects.put("a/e", Bytes::from_static(b"e")).await.unwrap();
             objects.put("ab", Bytes::from_static(b"ab")).await.unwrap();
             assert_eq!(objects.names_in("a").await.unwrap(), ["b c", "e"]);
-            objects.remove_below("a", &["a/e".to_owned()]).await.unwrap();
-            assert_eq!(objects.names_in("a").await.unwrap(), ["e"]);
+            objects.put("a/f", Bytes::from_static(b"f")).await.unwrap();
+            let kept = ["a/e".to_owned()];
+            objects.remove_below("a", |name| name != "f", &kept).await.unwrap();
+            assert_eq!(objects.names_in("a").await.unwrap(), ["e", "f"]);
             assert_eq!(objects.length("ab").await.unwrap(), Some(2));
         });
     }

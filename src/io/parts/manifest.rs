@@ -9,6 +9,7 @@
 //!
 //! Names are relative to the manifest, by `/`, and lead down only.
 
+use std::ffi::OsStr;
 use std::fmt::Write;
 use std::ops::Range;
 
@@ -24,8 +25,18 @@ const MOST_PARTS: usize = 1 << 20;
 const LONGEST_GAP: u64 = 1 << 16;
 
 /// Returns whether a name is that of a manifest.
-pub(crate) fn is_manifest(name: &[u8]) -> bool {
-    name.ends_with(EXTENSION.as_bytes())
+pub(crate) fn is_manifest(name: impl AsRef<OsStr>) -> bool {
+    name.as_ref().as_encoded_bytes().ends_with(EXTENSION.as_bytes())
+}
+
+/// Returns the name of the folder of the parts of the file `id`.
+pub(crate) fn id_name(id: u64) -> String {
+    format!("{id:016x}")
+}
+
+/// Returns whether a name is that of the folder of the parts of a file.
+pub(crate) fn is_id_name(name: &str) -> bool {
+    u64::from_str_radix(name, 16).is_ok_and(|id| id_name(id) == name)
 }
 
 /// The parts that a file consists of.

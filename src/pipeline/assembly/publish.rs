@@ -100,8 +100,8 @@ impl Assembly {
         // An edit needs all the memory.
         drop((stop, conquest, segments));
         let (deferred_count, mut metadata) = (deferred.len() as u64, directory.metadata);
-        if !deferred.is_empty() || has_sites_in_holes(&metadata, &state) {
-            // The file is read.
+        let is_read = !deferred.is_empty() || has_sites_in_holes(&metadata, &state);
+        if is_read && !left.is_empty() {
             self.fill(take(&mut left)).await?;
         }
         if !deferred.is_empty() {
@@ -170,7 +170,7 @@ impl Assembly {
                     .await
                     .flatten()?;
                 match store {
-                    Some(store) => put_finished(&store, manifest, &self.output).await,
+                    Some(store) => put_finished(&store, manifest, &self.output, id).await,
                     None => blocking(move || in_parts::give_name(&folder, &manifest, id))
                         .await
                         .flatten(),

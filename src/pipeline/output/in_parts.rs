@@ -11,17 +11,12 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::io::{Manifest, PARTS_FOLDER, Part, folder_of};
+use crate::io::{Manifest, PARTS_FOLDER, Part, folder_of, id_name, is_id_name};
 use crate::pipeline::records::LeftCores;
 use crate::pipeline::work_folder::WorkFolder;
 
-/// Returns the name of the part with the cores of a block.
-pub(crate) fn cores_name(block: u32) -> String {
-    format!("cores-{block}")
-}
-
 /// Returns the folder of the parts of all files that have had the name of `manifest`.
-pub(crate) fn folder_for(manifest: &Path) -> PathBuf {
+fn folder_for(manifest: &Path) -> PathBuf {
     let mut name = OsString::from(manifest);
     name.push(PARTS_FOLDER);
     PathBuf::from(name)
@@ -42,7 +37,7 @@ pub(crate) fn manifest(name: &str, left: &[LeftCores], length: u64) -> Manifest 
         parts.push(Part {
             range: range.clone(),
             from: 0,
-            name: format!("{name}/{}", cores_name(*block)),
+            name: format!("{name}/{}", WorkFolder::cores_name(*block)),
         });
         end = range.end;
     }
@@ -50,20 +45,20 @@ pub(crate) fn manifest(name: &str, left: &[LeftCores], length: u64) -> Manifest 
     Manifest { parts }
 }
 
-/// Puts the parts of the file that are here into the folder of its parts, where `id` distinguishes them. Returns
-/// the manifest, which names them all.
+/// Puts the parts of the file that are here into the folder of its parts, where `id` distinguishes
+/// them. Returns the manifest, which names them all.
 pub(crate) fn link_parts(folder: &WorkFolder, left: &[LeftCores], length: u64, id: u64) -> io::Result<Manifest> {
     let all = folder_for(folder.output());
-    let own = all.join(format!("{id:016x}"));
+    let own = all.join(id_name(id));
     let name = all
         .file_name()
         .and_then(|name| name.to_str())
-        .map(|name| format!("{name}/{id:016x}"));
+        .map(|name| format!("{name}/{}", id_name(id)));
     let name = name.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidFilename, "the name is no Unicode"))?;
     fs::create_dir_all(&own)?;
     link(&folder.file(), &own.join("main"))?;
     for LeftCores { block, .. } in left {
-        match link(&folder.cores_of(*block), &own.join(cores_name(*block))) {
+        match link(&folder.cores_of(*block), &own.join(WorkFolder::cores_name(*block))) {
             Err(error) if error.kind() == io::ErrorKind::NotFound && folder.has_cores_elsewhere() => {}
             linked => linked?,
         }
@@ -82,8 +77,16 @@ pub(crate) fn give_name(folder: &WorkFolder, manifest: &Manifest, id: u64) -> io
     text.as_file().sync_all()?;
     text.persist(output)?;
     File::open(folder_of(output))?.sync_all()?;
+    remove_others(&folder_for(output), &id_name(id));
+    Ok(())
+}
+
+/// Removes the parts of the file `id`, which are elsewhere now.
+pub(crate) fn remove_parts(output: &Path, id: u64) -> io::Result<()> {
     let all = folder_for(output);
-    remove_others(&all, &all.join(format!("{id:016x}")));
+    fs::remove_dir_all(all.join(id_name(id)))?;
+    // If it is empty.
+    let _ = fs::remove_dir(all);
     Ok(())
 }
 
@@ -102,10 +105,14 @@ fn link(from: &Path, to: &Path) -> io::Result<()> {
     }
 }
 
-/// Removes the parts of files that had the name before.
-fn remove_others(all: &Path, own: &Path) {
+/// Removes the parts of files that had the name before, and nothing else that lies there.
+fn remove_others(all: &Path, own: &str) {
     let Ok(entries) = fs::read_dir(all) else { return };
-    for entry in entries.flatten().filter(|entry| entry.path() != own) {
+    let is_other = |name: &str| is_id_name(name) && name != own;
+    for entry in entries
+        .flatten()
+        .filter(|entry| entry.file_name().to_str().is_some_and(is_other))
+    {
         if let Err(error) = fs::remove_dir_all(entry.path()) {
             tracing::warn!(folder = %entry.path().display(), %error, "the parts of an earlier file could not be removed");
         }
@@ -115,6 +122,24 @@ fn remove_others(all: &Path, own: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_folders_of_parts_are_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = [
+            "00000000000000ab",
+            "00000000000000AB",
+            "ab",
+            "photos",
+            "00000000000000cd",
+        ];
+        for name in names {
+            fs::create_dir(folder.path().join(name)).unwrap();
+        }
+        remove_others(folder.path(), &id_name(0xcd));
+        let left = names.map(|name| folder.path().join(name).exists());
+        assert_eq!(left, [false, true, true, true, true]);
+    }
 
     #[test]
     fn the_main_part_is_what_the_cores_leave() {

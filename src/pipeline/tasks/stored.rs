@@ -8,7 +8,7 @@ use futures::future::FutureExt;
 
 use crate::io::{Manifest, folder_of};
 use crate::pipeline::error::BuildError;
-use crate::pipeline::output::in_parts::folder_for;
+use crate::pipeline::output::in_parts::remove_parts;
 use crate::pipeline::records::LeftCores;
 use crate::pipeline::task_store::TaskStore;
 use crate::pipeline::tasks::block_tasks::BlockTasks;
@@ -16,7 +16,8 @@ use crate::pipeline::tasks::conquer::{ConqueredBlock, TaskOptions};
 use crate::pipeline::work_folder::WorkFolder;
 
 impl TaskStore {
-    /// Opens the tasks of the build. The plan is fetched into `folder`, which must not be that of the build.
+    /// Opens the tasks of the build. The plan is fetched into `folder`, which must not be that of
+    /// the build.
     ///
     /// # Errors
     /// Returns [`BuildError::NoTasks`] if there are none, and an error if the store fails.
@@ -43,8 +44,8 @@ impl TaskStore {
         Ok((0..tasks.blocks()).map(is_done).collect())
     }
 
-    /// Conquers a block, as [`BlockTasks::conquer`] does, with the points from the store, and puts it there.
-    /// `folder` gets a folder for temporary files.
+    /// Conquers a block, as [`BlockTasks::conquer`] does, with the points from the store, and puts
+    /// it there. `folder` gets a folder for temporary files.
     ///
     /// # Errors
     /// Those of [`BlockTasks::conquer`] and [`tasks`](Self::tasks).
@@ -144,9 +145,9 @@ pub(crate) async fn fetch_cores(store: &TaskStore, folder: &WorkFolder, id: u64,
     Ok(())
 }
 
-/// Puts the finished file into the store. Its parts do not stay on disk; after an error they do, for the next
-/// attempt.
-pub(crate) async fn put_finished(store: &TaskStore, manifest: Manifest, output: &Path) -> io::Result<()> {
+/// Puts the finished file into the store. Its parts do not stay on disk; after an error they do,
+/// for the next attempt.
+pub(crate) async fn put_finished(store: &TaskStore, manifest: Manifest, output: &Path, id: u64) -> io::Result<()> {
     store.put_file(manifest, folder_of(output)).await?;
-    fs::remove_dir_all(folder_for(output))
+    remove_parts(output, id)
 }

@@ -10,8 +10,9 @@ use crate::error::Outcome;
 use crate::reader::url_of;
 use crate::runtime::{runtime, work_or_cancel};
 
-/// Conquers a block of the build of a file, or of an address in an object store, with at most `memory` bytes; without it, with the memory
-/// that is available. Returns the number of its points, and the bytes that were read and written.
+/// Conquers a block of the build of a file, or of an address in an object store, with at most `memory`
+/// bytes; without it, with the memory that is available. Returns the number of its points, and the bytes
+/// that were read and written.
 #[pyfunction]
 pub fn conquer(
     py: Python<'_>,
