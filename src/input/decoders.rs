@@ -80,7 +80,7 @@ impl<P: Send + 'static, D: Send + 'static> Decoders<P, D> {
             };
             // Not by `io`, which this room does not import: a refusal is no error here.
             if let Err(error) = Builder::new().name(format!("tile-decode-{number}")).spawn(work) {
-                tracing::warn!(%error, "could not start a decoding thread");
+                tracing::info!(%error, "could not start a decoding thread");
                 break;
             }
             started = Some(send.clone());

@@ -85,7 +85,7 @@ pub(super) fn open_whole(path: &Path, backend: Backend) -> io::Result<Arc<dyn Re
         }
         Err(error) => {
             static TOLD: Once = Once::new();
-            TOLD.call_once(|| tracing::warn!(%error, "the system refuses an io_uring; threads do the I/O"));
+            TOLD.call_once(|| tracing::info!(%error, "the system refuses an io_uring; threads do the I/O"));
             Ok(Arc::new(FallenBack {
                 file: ThreadsFile::open(path)?.for_tiles(),
                 note: format!("the system refuses an io_uring: {error}"),

@@ -261,7 +261,7 @@ impl MemoryPlan {
             return Err(self.shortage(MemoryUse::Tile, self.work_bytes(1, load) + least));
         };
         if threads < self.threads {
-            tracing::warn!(
+            tracing::info!(
                 threads,
                 "using fewer threads: the memory does not suffice for the tiles of more"
             );

@@ -78,7 +78,7 @@ impl Engine for SpadeEngine {
         if is_convex(points, mesh) {
             self.canonicalise(points, mesh);
         } else {
-            tracing::warn!(
+            tracing::info!(
                 points = points.len(),
                 "spade's hull is not convex; triangulating again without it"
             );

@@ -26,7 +26,7 @@ pub(crate) fn on_threads(threads: usize, work: impl Fn() + Sync, abort: impl Fn(
                 }
             };
             if let Err(error) = start_scoped(scope, &format!("tile-compute-{number}"), run) {
-                tracing::warn!(%error, "could not start a computing thread");
+                tracing::info!(%error, "could not start a computing thread");
                 if number == 0 {
                     // If no thread can be started, this thread does the work.
                     run();

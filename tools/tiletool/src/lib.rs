@@ -22,6 +22,7 @@ mod input_args;
 mod inspect;
 mod limits;
 pub mod lines;
+mod log;
 mod numbers;
 pub mod output;
 mod overviews;
@@ -45,8 +46,6 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use delaunay_tiles::input::panic_is_caught;
 use delaunay_tiles::shown;
-use tracing_subscriber::filter::LevelFilter;
-use tracing_subscriber::fmt::format::FmtSpan;
 
 pub use anyhow::Error;
 pub use system::Ending;
@@ -55,7 +54,8 @@ pub use system::Ending;
 #[derive(Parser, Debug)]
 #[command(name = "tiletool", version, max_term_width = 110, after_help = EXAMPLES)]
 struct Cli {
-    /// Log to standard error: -v how memory is divided, -vv each step, -vvv all details
+    /// Log to standard error: -v how memory is divided, -vv each step, -vvv all details. RUST_LOG
+    /// chooses by module, as delaunay_tiles::io=debug
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
     #[command(subcommand)]
@@ -108,7 +108,7 @@ pub enum Command {
 /// Runs the tool with these arguments, the first of which is its name. Returns its exit code.
 pub fn tiletool(args: impl IntoIterator<Item = OsString>) -> u8 {
     start_with(args, |cli: Cli| {
-        log(cli.verbose);
+        log::start(cli.verbose);
         run(cli.command)
     })
 }
@@ -142,23 +142,6 @@ fn start_with<C: Parser>(args: impl IntoIterator<Item = OsString>, run: impl FnO
             FAILURE
         }
     }
-}
-
-/// Sends the library's log to standard error: nothing at level 0, the plan of a build at 1, each
-/// step at 2, and everything from 3 on.
-pub fn log(verbose: u8) {
-    let level = match verbose {
-        0 => return,
-        1 => LevelFilter::INFO,
-        2 => LevelFilter::DEBUG,
-        _ => LevelFilter::TRACE,
-    };
-    tracing_subscriber::fmt()
-        .with_max_level(level)
-        .with_span_events(FmtSpan::CLOSE)
-        .with_ansi(false)
-        .with_writer(std::io::stderr)
-        .init();
 }
 
 /// Runs a command.

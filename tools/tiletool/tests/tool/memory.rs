@@ -166,3 +166,47 @@ fn verbose_prints_how_memory_is_divided() {
     }
     assert!(!log("", "64MiB").contains("MiB in total"));
 }
+
+#[test]
+fn warnings_are_lines_and_the_environment_asks_for_more() {
+    let scratch = tempfile::tempdir().unwrap();
+    let folder = scratch.path();
+    json(folder, "generate uniform -n 200000 --seed 1 -o p.f64");
+    let log = |flags: &str, choice: &str| {
+        let args = format!("build p.f64 -o p.tiles --quiet --threads 1 --memory 3MiB --tile-vertices 500 {flags}");
+        let output = tiletool(folder, &args).env("RUST_LOG", choice).output().unwrap();
+        assert!(output.status.success(), "{choice}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    // Plans tasks, and removes a file that a resumed build needs.
+    let lose_a_run = || {
+        assert_eq!(log("--force --tasks", ""), "");
+        let found = fs::read_dir(folder.join("p.tiles.partial")).unwrap();
+        let mut names = found.map(|entry| entry.unwrap().path());
+        let run = names.find(|path| path.to_str().unwrap().contains("/run-")).unwrap();
+        fs::remove_file(&run).unwrap();
+        run.file_name().unwrap().to_str().unwrap().to_owned()
+    };
+    let is_warning = |line: &str, run: &str| {
+        let named = line.strip_prefix("warning: lost or cut short, so the build cannot be resumed; path: ");
+        named.is_some_and(|path| path.ends_with(&format!("p.tiles.partial/{run}")))
+    };
+    let run = lose_a_run();
+    let text = log("--resume", "");
+    assert!(is_warning(text.trim_end(), &run), "{text}");
+    lose_a_run();
+    assert_eq!(log("--resume --force", "error"), "");
+    let run = lose_a_run();
+    let text = log("--resume --force", "delaunay_tiles=loud");
+    let (ignored, warning) = text.trim_end().split_once('\n').unwrap_or_default();
+    assert!(
+        ignored.starts_with("warning: RUST_LOG=delaunay_tiles=loud is ignored: "),
+        "{text}"
+    );
+    assert!(is_warning(warning, &run), "{text}");
+
+    let asked = log("--force", "delaunay_tiles::pipeline=info");
+    assert!(asked.contains("MiB in total"), "{asked}");
+    let asked = log("--force -v", "error");
+    assert!(asked.contains("MiB in total"), "{asked}");
+}
