@@ -66,6 +66,11 @@ impl TaskStore {
         self.manifest.rsplit('/').next().unwrap_or_default()
     }
 
+    /// Returns the path of the manifest in the store.
+    pub(crate) fn manifest(&self) -> &str {
+        &self.manifest
+    }
+
     /// Returns whether there is a file of this name.
     pub(crate) async fn has_file(&self) -> io::Result<bool> {
         Ok(self.objects.length(&self.manifest).await?.is_some())

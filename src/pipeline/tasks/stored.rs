@@ -28,7 +28,9 @@ impl TaskStore {
         fs::create_dir_all(made.path()).map_err(cannot)?;
         made.set_cores_elsewhere().map_err(cannot)?;
         for file in [made.plan(), made.tasks()] {
-            self.fetch_work(file).await.map_err(cannot)?;
+            if !self.fetch_work(file).await.map_err(cannot)? {
+                return Err(BuildError::NoTasks(self.manifest().into()));
+            }
         }
         BlockTasks::open(output)
     }
