@@ -54,7 +54,7 @@ struct Arguments {
 /// for their ratio.
 struct Row(&'static str, String, String, f64, &'static str);
 
-/// Time between commits, where none is made.
+/// Time between looks at the clock, where nothing is written.
 const PAUSE: Duration = Duration::from_millis(20);
 
 type Spade = DelaunayTriangulation<Point2<f64>, (), (), (), LastUsedVertexHintGenerator>;
@@ -253,24 +253,27 @@ async fn single(arguments: &Arguments, path: &Path, tile_bytes: Option<u64>) -> 
 }
 
 /// Locates points while the file stays as it is, while points come to it, while only as many bytes are
-/// written and synced as an edit writes, and while another thread computes. The last two are what the
-/// device and the processor make of it.
+/// written and synced as an edit writes, as often, and while another thread computes. The last two are
+/// what the device and the processor make of it.
 async fn queries(arguments: &Arguments, path: &Path, tile_bytes: u64) -> Result<[Row; 3]> {
     let editor = Editor::open(path, EditOptions::default().memory(arguments.memory.as_u64())).await?;
     let device = Device::create(path, tile_bytes)?;
     let is_over = Arc::new(AtomicBool::new(false));
     // Several times in each state, since what the system has cached changes.
     let mut p99 = [const { Vec::new() }; 4];
+    let mut of_commit = PAUSE;
     for round in 0..12_u64 {
         is_over.store(false, Ordering::Relaxed);
         let reader = TileReader::open(path, OpenOptions::default()).await?;
         let querying = tokio::spawn(locate(reader, Arc::clone(&is_over), round));
         let busy = (round % 4 == 3).then(|| thread::spawn(compute_until(Arc::clone(&is_over))));
         let began = Instant::now();
+        let mut commits = 0;
         for point in uniform(u64::from(arguments.commits), 500 + round) {
             if began.elapsed().as_secs() > 10 {
                 break;
             }
+            commits += 1;
             match round % 4 {
                 0 | 3 => tokio::time::sleep(PAUSE).await,
                 1 => {
@@ -279,10 +282,14 @@ async fn queries(arguments: &Arguments, path: &Path, tile_bytes: u64) -> Result<
                     transaction.commit().await?;
                 }
                 _ => {
+                    let next = tokio::time::Instant::now() + of_commit;
                     tokio::task::block_in_place(|| device.write_tile())?;
-                    tokio::time::sleep(PAUSE).await;
+                    tokio::time::sleep_until(next).await;
                 }
             }
+        }
+        if round % 4 == 1 {
+            of_commit = began.elapsed() / commits.max(1);
         }
         is_over.store(true, Ordering::Relaxed);
         p99[(round % 4) as usize].push(querying.await??);
@@ -297,7 +304,7 @@ async fn queries(arguments: &Arguments, path: &Path, tile_bytes: u64) -> Result<
     };
     Ok([
         row("a query in a hundred, while the file is edited", edited, "1.2"),
-        row("the same, while a tile is written and synced each time", written, ""),
+        row("the same, while as many tiles are written and synced", written, ""),
         row("the same, while another thread computes", beside_busy, ""),
     ])
 }
