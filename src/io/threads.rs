@@ -92,7 +92,8 @@ impl ThreadsFile {
         let file = Arc::clone(&self.file);
         pool::run(move || {
             file.sync_all()?;
-            // This is advice: if the system ignores it, nothing is lost.
+            // This is advice: if the system ignores it, nothing is lost. That of Apple has none.
+            #[cfg(not(target_vendor = "apple"))]
             let _ = rustix::fs::fadvise(&*file, 0, None, rustix::fs::Advice::DontNeed);
             Ok(())
         })

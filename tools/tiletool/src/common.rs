@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 use std::future::{Future, pending};
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -22,7 +22,8 @@ use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 
 use crate::output::StandardOutput;
-use crate::{allocator, flags, limits};
+use crate::progress::{self, Bar};
+use crate::{allocator, flags, limits, quiet};
 
 /// Runs the asynchronous part of a command, with one worker thread per processor, or on this thread
 /// if the system refuses threads.
@@ -39,6 +40,22 @@ pub fn block_on<T>(future: impl Future<Output = anyhow::Result<T>>) -> anyhow::R
     // Operations that nothing waits for must not delay the end of the process.
     runtime.shutdown_background();
     done
+}
+
+/// Runs the asynchronous part of a command, as [`block_on`] does, and shows how long `what` takes, unless it
+/// is done within a second.
+pub fn wait_for<T>(what: &'static str, future: impl Future<Output = anyhow::Result<T>>) -> anyhow::Result<T> {
+    let _bar = Bar::of_waiting(what);
+    block_on(future)
+}
+
+/// Runs the asynchronous part of a command that prints answers as they come. Shows how long it takes as
+/// [`wait_for`] does, unless the answers come on the terminal, where they show the progress.
+pub fn answer<T>(future: impl Future<Output = anyhow::Result<T>>) -> anyhow::Result<T> {
+    match io::stdout().is_terminal() {
+        true => block_on(future),
+        false => wait_for("answering", future),
+    }
 }
 
 /// Runs long work on a thread of its own, or on this one if the system refuses a thread.
@@ -135,12 +152,12 @@ async fn say_what_is_pending(path: &Path, reader: &TileReader) {
     let file = shown(path);
     match pending_transactions(path, reader).await {
         Ok(0) => {}
-        Ok(pending) => say(format_args!(
-            "note: {} of the log of {file} {} not in it yet: tiletool checkpoint {file}",
+        Ok(pending) => note(format_args!(
+            "{} of the log of {file} {} not in it yet: tiletool checkpoint {file}",
             counted(pending, "transaction", "transactions"),
             if pending == 1 { "is" } else { "are" },
         )),
-        Err(error) => say(format_args!("note: {:#}", anyhow::Error::new(error))),
+        Err(error) => note(format_args!("{:#}", anyhow::Error::new(error))),
     }
 }
 
@@ -227,6 +244,14 @@ pub fn print(what: &'static str, text: &str) -> anyhow::Result<()> {
     print_bytes(what, shown::message(text).as_bytes())
 }
 
+/// Prints a summary of what a command did, as [`print`] does, unless the tool is quiet.
+pub fn print_summary(what: &'static str, text: &str) -> anyhow::Result<()> {
+    match quiet::is_set() {
+        true => Ok(()),
+        false => print(what, text),
+    }
+}
+
 /// Writes bytes to standard output. An error says that `what` could not be written.
 pub fn print_bytes(what: &'static str, bytes: &[u8]) -> anyhow::Result<()> {
     let mut out = StandardOutput::of(what);
@@ -238,7 +263,19 @@ pub fn print_bytes(what: &'static str, bytes: &[u8]) -> anyhow::Result<()> {
 /// with control characters escaped. A closed standard error is not a failure.
 pub fn say(line: impl Display) {
     let line = flags::in_message(&line.to_string());
-    drop(writeln!(io::stderr(), "{}", shown::message(&line)));
+    drop(progress::apart(|| writeln!(io::stderr(), "{}", shown::message(&line))));
+}
+
+/// Prints a line to standard error, as [`say`] does, unless the tool is quiet.
+pub fn tell(line: impl Display) {
+    if !quiet::is_set() {
+        say(line);
+    }
+}
+
+/// Prints a note to standard error, as [`say`] does, unless the tool is quiet.
+pub fn note(note: impl Display) {
+    tell(format_args!("note: {note}"));
 }
 
 /// Returns a path as text on one line, with control characters escaped.

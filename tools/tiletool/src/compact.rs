@@ -54,7 +54,7 @@ pub fn run(args: CompactArgs) -> anyhow::Result<()> {
         common::shown(&args.file)
     );
     let _lock = (!is_elsewhere).then(|| lock(&args.file)).transpose()?;
-    let (bytes_before, bytes_after) = common::block_on(async {
+    let (bytes_before, bytes_after) = common::wait_for("compacting", async {
         let reader = common::open(&args.file, OpenOptions::default()).await?;
         Ok((reader.file_length(), reader.compact(output).await?))
     })?;
@@ -67,7 +67,7 @@ pub fn run(args: CompactArgs) -> anyhow::Result<()> {
             },
         );
     }
-    common::print(
+    common::print_summary(
         "the summary",
         &format!(
             "{}: compacted from {} to {}\n",

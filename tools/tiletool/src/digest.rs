@@ -58,7 +58,7 @@ struct DigestReport {
 
 /// Prints the digest of a tile file.
 pub fn run(args: DigestArgs) -> anyhow::Result<()> {
-    let digest = common::block_on(async {
+    let digest = common::wait_for("reading the tiles", async {
         let reader = args.memory.open(&args.file).await?;
         match args.recompute {
             true => Ok(reader.recompute_digest().await?),
@@ -68,7 +68,7 @@ pub fn run(args: DigestArgs) -> anyhow::Result<()> {
     if !args.json {
         common::print("the digest", &format!("{digest}\n"))?;
         if !args.recompute {
-            common::say("note: this is the digest that the file stores; --recompute computes it from the tiles");
+            common::note("this is the digest that the file stores; --recompute computes it from the tiles");
         }
         return Ok(());
     }

@@ -30,6 +30,7 @@ pub mod plot;
 pub mod points;
 mod progress;
 pub mod query;
+mod quiet;
 #[cfg(feature = "serve")]
 mod serve;
 mod shell;
@@ -58,6 +59,9 @@ struct Cli {
     /// chooses by module, as delaunay_tiles::io=debug
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
+    /// Print only what was asked for, and errors: no summary, no notes, no progress
+    #[arg(short, long, global = true)]
+    quiet: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -108,6 +112,7 @@ pub enum Command {
 /// Runs the tool with these arguments, the first of which is its name. Returns its exit code.
 pub fn tiletool(args: impl IntoIterator<Item = OsString>) -> u8 {
     start_with(args, |cli: Cli| {
+        quiet::set(cli.quiet);
         log::start(cli.verbose);
         run(cli.command)
     })

@@ -44,9 +44,6 @@ pub struct OverviewsArgs {
     /// Print the summary as one JSON object
     #[arg(long)]
     json: bool,
-    /// Print only errors
-    #[arg(long)]
-    quiet: bool,
     #[command(flatten)]
     memory: MemoryArgs,
 }
@@ -124,8 +121,8 @@ pub struct MadeOverviews {
 
 impl MadeOverviews {
     /// Makes the overviews of a file.
-    pub async fn of(file: &Path, options: OverviewOptions, is_shown: bool) -> anyhow::Result<Self> {
-        let summary = make(file, options, is_shown).await?;
+    pub async fn of(file: &Path, options: OverviewOptions) -> anyhow::Result<Self> {
+        let summary = make(file, options).await?;
         let reader = common::open(file, OpenOptions::default()).await?;
         Ok(Self {
             summary,
@@ -170,8 +167,7 @@ pub fn run(args: OverviewsArgs) -> anyhow::Result<()> {
     if let Some(threads) = args.threads {
         options = options.threads(threads);
     }
-    let is_shown = !args.quiet && !args.json;
-    let made = common::block_on(MadeOverviews::of(&args.file, options, is_shown))?;
+    let made = common::block_on(MadeOverviews::of(&args.file, options))?;
     let [before, after] = made.summary.file_bytes;
     if args.json {
         let report = OverviewsReport {
@@ -185,16 +181,13 @@ pub fn run(args: OverviewsArgs) -> anyhow::Result<()> {
         };
         return common::print_json("the summary", &report);
     }
-    match args.quiet {
-        true => Ok(()),
-        false => common::print("the summary", &made.report(&args.file)),
-    }
+    common::print_summary("the summary", &made.report(&args.file))
 }
 
 /// Makes the overviews of a file, until it is interrupted.
-async fn make(file: &Path, options: OverviewOptions, is_shown: bool) -> anyhow::Result<OverviewSummary> {
+async fn make(file: &Path, options: OverviewOptions) -> anyhow::Result<OverviewSummary> {
     let progress = Arc::new(OverviewProgress::default());
-    let bar = is_shown.then(|| Bar::of_overviews(Arc::clone(&progress)));
+    let bar = Bar::of_overviews(Arc::clone(&progress));
     let made = tokio::select! {
         made = overviews::make(file, options.progress(Arc::clone(&progress))) => made,
         () = common::interrupted() => Err(OverviewError::Cancelled),
@@ -226,13 +219,10 @@ fn remove(args: &OverviewsArgs) -> anyhow::Result<()> {
     }
     let count = counted(removed as u64, "overview", "overviews");
     let file = common::shown(&args.file);
-    match args.quiet {
-        true => Ok(()),
-        false => common::print(
-            "the summary",
-            &format!("{file}: {count} removed; `tiletool compact` removes their bytes too\n"),
-        ),
-    }
+    common::print_summary(
+        "the summary",
+        &format!("{file}: {count} removed; `tiletool compact` removes their bytes too\n"),
+    )
 }
 
 fn counted_levels(rows: &[OverviewRow]) -> String {

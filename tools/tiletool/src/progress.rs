@@ -1,13 +1,13 @@
 //! Progress bars. That of a build has the phase, share of the whole build, speed, elapsed time, and
-//! about how much time is left. Bars are shown only on a terminal.
+//! about how much time is left. Bars are shown only on a terminal, and not if the tool is quiet.
 //!
 //! The time left is that of the whole build. Each phase has a typical share of it. The phases that
 //! are over, and the current one as far as it went, say how much longer or shorter this build
 //! takes.
 
 use std::io::IsTerminal;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -15,12 +15,14 @@ use delaunay_tiles::input::Reading;
 use delaunay_tiles::io::start_thread;
 use delaunay_tiles::overviews::OverviewProgress;
 use delaunay_tiles::{Phase, Progress};
-use indicatif::{FormattedDuration, ProgressBar, ProgressStyle};
+use indicatif::{BinaryBytes, FormattedDuration, ProgressBar, ProgressStyle};
 
-use crate::common::bytes;
+use crate::quiet;
 
 /// The length of the bar.
 const LENGTH: u64 = 1000;
+/// The time between two looks at what is followed.
+const INTERVAL: Duration = Duration::from_millis(100);
 /// The share of a build that must be over before the time left is shown.
 const LEAST_SHARE: f64 = 0.02;
 
@@ -50,9 +52,14 @@ impl Bar {
         Self::show(move |stop| follow_overviews(&progress, stop))
     }
 
+    /// Shows how long `what` takes on standard error, from one second on, if that is a terminal.
+    pub fn of_waiting(what: &'static str) -> Self {
+        Self::show(move |stop| wait(what, stop))
+    }
+
     fn show(follow: impl FnOnce(&AtomicBool) + Send + 'static) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
-        let thread = std::io::stderr().is_terminal().then(|| {
+        let thread = are_shown().then(|| {
             let stop = Arc::clone(&stop);
             start_thread("progress", move || follow(&stop))
         });
@@ -62,10 +69,43 @@ impl Bar {
     }
 }
 
+/// The bar that is on the terminal.
+static SHOWN: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+/// Runs `print`, which prints lines to the terminal, while no bar is there.
+pub fn apart<T>(print: impl FnOnce() -> T) -> T {
+    let bar = SHOWN.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    match bar {
+        Some(bar) => bar.suspend(print),
+        None => print(),
+    }
+}
+
+/// Puts a bar on the terminal.
+fn shown(bar: ProgressBar, style: &str) -> ProgressBar {
+    if let Ok(style) = ProgressStyle::with_template(style) {
+        bar.set_style(style);
+    }
+    *SHOWN.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar.clone());
+    bar
+}
+
+/// Removes a bar from the terminal.
+fn remove(bar: &ProgressBar) {
+    *SHOWN.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    bar.finish_and_clear();
+}
+
+/// Returns whether bars are shown.
+pub fn are_shown() -> bool {
+    std::io::stderr().is_terminal() && !quiet::is_set()
+}
+
 impl Drop for Bar {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
             // A failure of the bar does not fail the build.
             let _ = thread.join();
         }
@@ -73,9 +113,7 @@ impl Drop for Bar {
 }
 
 fn follow(progress: &Progress, input: &InputProgress, stop: &AtomicBool) {
-    let bar = ProgressBar::new(LENGTH);
-    let style = "{prefix:8} {wide_bar} {percent:>3}%  {msg}";
-    bar.set_style(ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let bar = shown(ProgressBar::new(LENGTH), "{prefix:8} {wide_bar} {percent:>3}%  {msg}");
     let began = Instant::now();
     let (mut phase, mut phase_began) = (Phase::Read, began);
     let mut whole = WholeBuild::default();
@@ -99,7 +137,7 @@ fn follow(progress: &Progress, input: &InputProgress, stop: &AtomicBool) {
         bar.set_prefix(now.name());
         let rate = progress.points() as f64 / phase_began.elapsed().as_secs_f64().max(1e-3);
         let detail = match now {
-            Phase::Read => format!("{} read, ", bytes(done)),
+            Phase::Read => format!("{} read, ", BinaryBytes(done)),
             Phase::Borders => format!("{done} of {} tiles, ", total.unwrap_or(0)),
             _ => String::new(),
         };
@@ -108,27 +146,46 @@ fn follow(progress: &Progress, input: &InputProgress, stop: &AtomicBool) {
             rate / 1e6,
             times(elapsed, left)
         ));
-        thread::sleep(Duration::from_millis(100));
+        thread::park_timeout(INTERVAL);
     }
-    bar.finish_and_clear();
+    remove(&bar);
 }
 
 fn follow_reading(reading: &Reading, total: Option<u64>, stop: &AtomicBool) {
-    let bar = total.map_or_else(ProgressBar::no_length, ProgressBar::new);
     let style = "read {wide_bar} {percent:>3}%  {binary_bytes} of {binary_total_bytes}, {binary_bytes_per_sec}";
-    bar.set_style(ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let bar = shown(total.map_or_else(ProgressBar::no_length, ProgressBar::new), style);
     while !stop.load(Ordering::Relaxed) {
         // The beginning of a file is read twice.
         bar.set_position(total.unwrap_or(u64::MAX).min(reading.bytes()));
-        thread::sleep(Duration::from_millis(100));
+        thread::park_timeout(INTERVAL);
     }
-    bar.finish_and_clear();
+    remove(&bar);
+}
+
+fn wait(what: &'static str, stop: &AtomicBool) {
+    const PATIENCE: Duration = Duration::from_secs(1);
+    let began = Instant::now();
+    while began.elapsed() < PATIENCE {
+        if stop.load(Ordering::Relaxed) {
+            return;
+        }
+        thread::park_timeout(PATIENCE);
+    }
+    let bar = shown(
+        ProgressBar::new_spinner().with_elapsed(began.elapsed()),
+        "{spinner} {msg}  {elapsed}",
+    );
+    bar.set_message(what);
+    while !stop.load(Ordering::Relaxed) {
+        bar.tick();
+        thread::park_timeout(INTERVAL);
+    }
+    remove(&bar);
 }
 
 fn follow_overviews(progress: &OverviewProgress, stop: &AtomicBool) {
-    let bar = ProgressBar::no_length();
     let style = "{prefix:8} {wide_bar} {pos:>6} of {len} tiles  {elapsed}";
-    bar.set_style(ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let bar = shown(ProgressBar::no_length(), style);
     while !stop.load(Ordering::Relaxed) {
         let (level, done, total) = progress.state();
         bar.set_prefix(match level {
@@ -137,9 +194,9 @@ fn follow_overviews(progress: &OverviewProgress, stop: &AtomicBool) {
         });
         bar.set_length(total);
         bar.set_position(done);
-        thread::sleep(Duration::from_millis(100));
+        thread::park_timeout(INTERVAL);
     }
-    bar.finish_and_clear();
+    remove(&bar);
 }
 
 /// Formats the elapsed time and the time left.

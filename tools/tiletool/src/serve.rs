@@ -137,7 +137,7 @@ pub fn run(args: &ServeArgs) -> anyhow::Result<()> {
         let count = common::counted(args.files.len() as u64, "file", "files");
         common::print("the address", &format!("serving {count} at http://{address}/\n"))?;
         if !address.ip().is_loopback() {
-            common::say("note: others can reach this address, and the service has no passwords; put a proxy before it");
+            common::note("others can reach this address, and the service has no passwords; put a proxy before it");
         }
         if args.open {
             show(address);
@@ -153,7 +153,7 @@ pub fn run(args: &ServeArgs) -> anyhow::Result<()> {
 fn show(address: SocketAddr) {
     let url = format!("http://{}/", reachable(address));
     if let Err(error) = open::that_detached(&url) {
-        common::say(format!("note: cannot open a browser: {error}; open {url} in one"));
+        common::note(format!("cannot open a browser: {error}; open {url} in one"));
     }
 }
 

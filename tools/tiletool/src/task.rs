@@ -46,9 +46,6 @@ pub struct TaskArgs {
     /// Print the result as one JSON object
     #[arg(long)]
     json: bool,
-    /// Print only errors
-    #[arg(long)]
-    quiet: bool,
 }
 
 /// Where the tasks are.
@@ -204,8 +201,8 @@ pub fn run(args: TaskArgs) -> anyhow::Result<()> {
     common::block_on(async {
         for &block in &args.blocks {
             let done = tasks.conquer(block, options).await.with_context(|| shown(&args.file))?;
-            if !args.json && !args.quiet {
-                common::print("the result", &line(&done))?;
+            if !args.json {
+                common::print_summary("the result", &line(&done))?;
             }
             report.blocks.push(BlockReport::of(done));
         }

@@ -85,7 +85,7 @@ pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
         ..VerifyReport::default()
     };
     let name = common::shown(&args.file);
-    let done = common::block_on(check(&args, &mut report)).map_err(|error| {
+    let done = common::wait_for("verifying", check(&args, &mut report)).map_err(|error| {
         // Errors of reading the file name it.
         match error.to_string().starts_with(&name) {
             true => error,
@@ -100,7 +100,7 @@ pub fn run(args: VerifyArgs) -> anyhow::Result<()> {
         return done;
     }
     done?;
-    common::print("the result", &report.text())
+    common::print_summary("the result", &report.text())
 }
 
 impl VerifyReport {

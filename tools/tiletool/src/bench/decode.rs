@@ -49,7 +49,7 @@ pub fn run(args: DecodeArgs) -> anyhow::Result<()> {
     // One tile at a time, none of which is kept.
     let options = OpenOptions::default().cache(&Cache::new(0));
     let name = args.file.to_string_lossy().into_owned();
-    let report = common::block_on(async move {
+    let report = common::wait_for("measuring", async move {
         let reader = TileReader::open_source(MemoryFile::new(bytes), &name, options).await?;
         let directory = reader.directory().await?;
         let sum = |of: fn(&TileEntry) -> u64| directory.tiles.iter().map(of).sum();

@@ -38,7 +38,7 @@ impl Device {
     /// Fails, because only Linux supports direct I/O.
     #[cfg(not(target_os = "linux"))]
     pub fn open(_: &Path) -> io::Result<Self> {
-        Err(io::ErrorKind::Unsupported.buffer_kind())
+        Err(io::ErrorKind::Unsupported.into())
     }
 
     /// Reads the whole file sequentially in blocks of `block` bytes, `depth` at a time.

@@ -146,7 +146,7 @@ impl DeviceRuns {
 
 /// Measures, and prints the report.
 pub fn run(args: ReadArgs) -> anyhow::Result<()> {
-    let report = common::block_on(measure(&args))?;
+    let report = common::wait_for("measuring", measure(&args))?;
     if args.json {
         common::print_json("the report", &report)
     } else {

@@ -124,9 +124,6 @@ pub struct BuildArgs {
     /// Print the summary as one JSON object
     #[arg(long)]
     json: bool,
-    /// Print only errors
-    #[arg(long)]
-    quiet: bool,
     #[command(flatten)]
     input: InputArgs,
     #[command(flatten)]
@@ -166,11 +163,11 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     let built = common::block_on(async {
         let has_work = work_folder(&output).join("plan").exists();
         let builder = Builder::new(&output, options)?;
-        if has_work && !args.resume && !args.quiet {
-            common::say("note: the work of an interrupted build is discarded (--force without --resume)");
+        if has_work && !args.resume {
+            common::note("the work of an interrupted build is discarded (--force without --resume)");
         }
-        if args.resume && builder.needs_points() && !args.quiet {
-            common::say("note: there is no finished work to resume; the build starts from the beginning");
+        if args.resume && builder.needs_points() {
+            common::note("there is no finished work to resume; the build starts from the beginning");
         }
         let building = inputs.build(builder, args.tasks, Arc::clone(&cancelled));
         common::until_interrupted(building, &progress, || {
@@ -181,14 +178,12 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     });
     drop(bar);
     let (planned, read) = built.map_err(|error| how_to_resume(error, &output, can_resume))?;
-    for note in read.notes.iter().filter(|_| !args.quiet) {
-        common::say(format_args!("note: {note}"));
-    }
+    read.notes.iter().for_each(common::note);
     match planned {
         Planned::Tasks(tasks) => args.print_tasks(&tasks),
         Planned::Built(summary) => {
-            if args.tasks && !args.quiet {
-                common::say("note: all points fit into memory, so there are no tasks, and the file is complete");
+            if args.tasks {
+                common::note("all points fit into memory, so there are no tasks, and the file is complete");
             }
             let overviews = args.make_overviews(memory)?;
             args.print(memory, &summary, &read, overviews)
@@ -241,7 +236,7 @@ impl BuildArgs {
         if let Some(threads) = self.threads {
             options = options.threads(threads);
         }
-        common::block_on(MadeOverviews::of(&self.output, options, !self.quiet && !self.json)).map(Some)
+        common::block_on(MadeOverviews::of(&self.output, options)).map(Some)
     }
 
     /// Draws the map, and prints the summary, as the options ask for.
@@ -255,7 +250,7 @@ impl BuildArgs {
         let raw_bytes = self.raw_bytes()?;
         let plotted = self.draw(memory)?;
         if self.json {
-            common::print_json(
+            return common::print_json(
                 "the summary",
                 &BuildReport {
                     summary,
@@ -264,26 +259,22 @@ impl BuildArgs {
                     plot: plotted.as_ref(),
                     overviews: overviews.as_ref(),
                 },
-            )
-        } else if self.quiet {
-            Ok(())
-        } else {
-            let overviews = overviews.map(|made| made.report(&self.output)).unwrap_or_default();
-            let plotted = plotted.map(|plotted| plotted.report()).unwrap_or_default();
-            common::print(
-                "the summary",
-                &(report(&self.output, summary, read, raw_bytes) + &plotted + &overviews),
-            )
+            );
         }
+        let overviews = overviews.map(|made| made.report(&self.output)).unwrap_or_default();
+        let plotted = plotted.map(|plotted| plotted.report()).unwrap_or_default();
+        common::print_summary(
+            "the summary",
+            &(report(&self.output, summary, read, raw_bytes) + &plotted + &overviews),
+        )
     }
 
     /// Prints the tasks to which the blocks were left.
     fn print_tasks(&self, tasks: &BlockTasks) -> anyhow::Result<()> {
         let list = TaskList::of(tasks, |block| tasks.is_done(block));
-        match (self.json, self.quiet) {
-            (true, _) => common::print_json("the tasks", &list),
-            (false, true) => Ok(()),
-            (false, false) => common::print("the tasks", &list.report(&self.output)),
+        match self.json {
+            true => common::print_json("the tasks", &list),
+            false => common::print_summary("the tasks", &list.report(&self.output)),
         }
     }
 
@@ -312,21 +303,13 @@ impl BuildArgs {
         })
     }
 
-    /// Returns a progress bar of the build, unless the options suppress it.
-    fn bar(
-        &self,
-        source: &PointSource,
-        lines: &LineInput,
-        progress: &Arc<Progress>,
-        readings: &Arc<[Reading]>,
-    ) -> Option<Bar> {
+    /// Returns a progress bar of the build.
+    fn bar(&self, source: &PointSource, lines: &LineInput, progress: &Arc<Progress>, readings: &Arc<[Reading]>) -> Bar {
         let of_lines: u64 = lines.stamps().map(|(_, stamp)| stamp.length).sum();
         let total = source.total_bytes().map(|of_points| of_points + of_lines);
-        (!self.quiet && !self.json).then(|| {
-            let readings = Arc::clone(readings);
-            let read = move || readings.iter().map(Reading::bytes).sum();
-            Bar::of_build(Arc::clone(progress), Arc::new(move || (read(), total)))
-        })
+        let readings = Arc::clone(readings);
+        let read = move || readings.iter().map(Reading::bytes).sum();
+        Bar::of_build(Arc::clone(progress), Arc::new(move || (read(), total)))
     }
 }
 

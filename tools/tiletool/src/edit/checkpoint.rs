@@ -42,7 +42,7 @@ struct CheckpointReport {
 pub fn run(args: CheckpointArgs) -> anyhow::Result<()> {
     allocator::keep_to(0);
     let options = EditOptions::default().memory(args.memory.bytes());
-    let report = common::block_on(async {
+    let report = common::wait_for("making the changes", async {
         let before = common::open_file(&args.file, OpenOptions::default()).await?;
         let transactions = pending_transactions(&args.file, &before).await?;
         drop(before);
@@ -66,5 +66,5 @@ pub fn run(args: CheckpointArgs) -> anyhow::Result<()> {
             counted(report.vertices, "vertex", "vertices")
         ),
     };
-    common::print("the summary", &format!("{}: {text}\n", shown(&args.file)))
+    common::print_summary("the summary", &format!("{}: {text}\n", shown(&args.file)))
 }

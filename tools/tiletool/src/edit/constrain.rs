@@ -38,7 +38,7 @@ pub fn run(args: ConstrainArgs) -> anyhow::Result<()> {
         anyhow::bail!("no lines are given; add --segments, --walls or --obstacles");
     }
     let lines = args.lines.clone().open()?;
-    let (summary, lines) = common::block_on(constrain(&args, lines))?;
+    let (summary, lines) = common::wait_for("editing", constrain(&args, lines))?;
     args.edit.report(&summary, lines.notes())
 }
 

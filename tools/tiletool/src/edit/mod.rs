@@ -30,9 +30,6 @@ pub struct EditArgs {
     /// Print the summary as one JSON object
     #[arg(long)]
     json: bool,
-    /// Print only errors
-    #[arg(long)]
-    quiet: bool,
     #[command(flatten)]
     memory: MemoryArgs,
 }
@@ -77,16 +74,11 @@ impl EditArgs {
                 "the overviews of the file are stale now; renew them with `tiletool overviews {file}`"
             ));
         }
-        for note in notes.iter().filter(|_| !self.quiet) {
-            common::say(format_args!("note: {note}"));
-        }
+        notes.iter().for_each(common::note);
         if self.json {
-            common::print_json("the summary", &report::EditReport::of(summary, self.dry_run, notes))
-        } else if self.quiet {
-            Ok(())
-        } else {
-            common::print("the summary", &report::text(&self.file, summary, self.dry_run))
+            return common::print_json("the summary", &report::EditReport::of(summary, self.dry_run, notes));
         }
+        common::print_summary("the summary", &report::text(&self.file, summary, self.dry_run))
     }
 }
 

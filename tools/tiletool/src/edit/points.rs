@@ -284,7 +284,7 @@ fn change<S: Changes>(
     mut source: S,
     feed: impl FnOnce(&mut Transaction, &mut S) -> anyhow::Result<()> + Send + 'static,
 ) -> anyhow::Result<()> {
-    let (summary, notes) = common::block_on(async {
+    let (summary, notes) = common::wait_for("editing", async {
         let mut transaction = edit.open().await?;
         let of_file = transaction.crs().map(|crs| (edit.file.clone(), crs.to_owned()));
         let of_input = source.crs_of_files();

@@ -44,7 +44,7 @@ pub fn run(args: UnconstrainArgs) -> anyhow::Result<()> {
         anyhow::bail!("no lines are given; add --segments, --walls, --obstacles or --line");
     }
     let lines = args.lines.clone().open()?;
-    let (summary, lines) = common::block_on(unconstrain(&args, lines))?;
+    let (summary, lines) = common::wait_for("editing", unconstrain(&args, lines))?;
     args.edit.report(&summary, lines.notes())
 }
 

@@ -135,7 +135,7 @@ fn text(report: &ArchiveReport, json: bool) -> anyhow::Result<String> {
         return Ok(serde_json::to_string(report)? + "\n");
     }
     for note in &report.notes {
-        common::say(format!("note: {note}"));
+        common::note(note);
     }
     let (files, bytes) = (report.files.join(", "), common::bytes(report.bytes));
     let count = counted(report.map_tiles, "map tile", "map tiles");

@@ -83,7 +83,7 @@ pub async fn write(
     let exported = export(reader, format, options, targets.writers()?, shown_on(bar)).await;
     let exported = targets.explained(exported)?;
     for note in &exported.notes {
-        common::say(format_args!("note: {note}"));
+        common::note(note);
     }
     let report = MeshReport {
         files: targets.publish().await?,

@@ -38,7 +38,7 @@ pub use args::ExportArgs;
 /// Exports a tile file.
 pub fn run(args: ExportArgs) -> anyhow::Result<()> {
     let format = format(&args).unwrap_or_else(|error| error.exit());
-    let bar = bar(args.json);
+    let bar = bar();
     let done = common::block_on(async {
         tokio::select! {
             done = write(&args, format, &bar) => done,
@@ -50,10 +50,13 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
     let summary = done?;
     if args.is_stdout() {
         // Standard output holds the triangulation, so the summary goes to standard error.
-        common::say(summary.trim_end());
+        common::tell(summary.trim_end());
         return Ok(());
     }
-    common::print("the summary", &summary)
+    if args.json {
+        return common::print("the summary", &summary);
+    }
+    common::print_summary("the summary", &summary)
 }
 
 /// Exports a tile file. Returns the summary.

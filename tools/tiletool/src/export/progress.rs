@@ -1,12 +1,12 @@
 //! The progress of an export.
 
-use std::io::{self, IsTerminal};
-
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// Returns a progress bar that counts tiles, hidden if standard error is not a terminal.
-pub fn bar(json: bool) -> ProgressBar {
-    if json || !io::stderr().is_terminal() {
+use crate::progress;
+
+/// Returns a progress bar that counts tiles, hidden unless bars are shown.
+pub fn bar() -> ProgressBar {
+    if !progress::are_shown() {
         return ProgressBar::hidden();
     }
     let style = "export   {wide_bar} {percent:>3}%  {eta} left";

@@ -44,7 +44,7 @@ impl Order {
             common::counted(self.sites, "site", "sites"),
         ];
         for (count, path) in counts.iter().zip(paths) {
-            common::say(format_args!("{count} in {}", common::shown(path)));
+            common::tell(format_args!("{count} in {}", common::shown(path)));
         }
         Ok(())
     }

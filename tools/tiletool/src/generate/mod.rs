@@ -22,6 +22,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::common;
 use crate::output::{StandardOutput, StreamOutput};
+use crate::progress;
 pub use args::GenerateArgs;
 pub use count::parse_count;
 use what::What;
@@ -240,8 +241,11 @@ fn end_bytes(ends: [u32; 2]) -> [[u8; 4]; 2] {
     ends.map(u32::to_le_bytes)
 }
 
-/// Returns a progress bar on standard error. indicatif hides it if that is not a terminal.
+/// Returns a progress bar on standard error, hidden unless bars are shown.
 fn progress_bar(records: u64) -> ProgressBar {
+    if !progress::are_shown() {
+        return ProgressBar::hidden();
+    }
     let template = "{wide_bar} {human_pos}/{human_len} points {msg} {eta}";
     let bar = ProgressBar::new(records);
     if let Ok(style) = ProgressStyle::with_template(template) {
@@ -276,10 +280,10 @@ fn report(args: &GenerateArgs, records: u64, segments: Option<(u64, &Path)>) -> 
         return common::print_json("the summary", &json);
     }
     let points = common::counted(records, "point", "points");
-    common::say(format_args!("{points} in {}", common::shown(&args.output)));
+    common::tell(format_args!("{points} in {}", common::shown(&args.output)));
     if let Some((count, path)) = segments {
         let segments = common::counted(count, "segment", "segments");
-        common::say(format_args!("{segments} in {}", common::shown(path)));
+        common::tell(format_args!("{segments} in {}", common::shown(path)));
     }
     Ok(())
 }

@@ -49,9 +49,7 @@ pub fn run(args: InfoArgs) -> anyhow::Result<()> {
         }
         let gap = if number > 0 { "\n" } else { "" };
         common::print("the report", &format!("{gap}{}", text::of(&info, &report)))?;
-        for note in &info.notes {
-            common::say(format_args!("note: {note}"));
-        }
+        info.notes.iter().for_each(common::note);
     }
     Ok(())
 }

@@ -78,30 +78,31 @@ struct InspectReport<'a> {
 
 /// Shows the contents of a tile file.
 pub fn run(args: InspectArgs) -> anyhow::Result<()> {
-    let (reader, directory, overviews, pending, tile, regions, plotted) = common::block_on(async {
-        let memory = args.memory.bytes();
-        let of_pixels = args
-            .plot
-            .as_ref()
-            .map_or(0, |_| memory - plot::memory_of_reader(memory));
-        let reader = args.memory.open_beside(&args.file, of_pixels).await?;
-        let tile = match args.tile {
-            Some(id) => Some(reader.tile(TileId(id)).await?),
-            None => None,
-        };
-        let regions = match args.regions {
-            true => Some(regions::gather(&reader, args.all).await?),
-            false => None,
-        };
-        let plotted = match &args.plot {
-            Some(file) => Some(plot::draw(&reader, file).await?),
-            None => None,
-        };
-        let directory = reader.directory().await?;
-        let overviews = OverviewRow::all(&reader).await?;
-        let pending = common::pending_in_log(&args.file, &reader).await;
-        Ok((reader, directory, overviews, pending, tile, regions, plotted))
-    })?;
+    let (reader, directory, overviews, pending, tile, regions, plotted) =
+        common::wait_for("reading the tiles", async {
+            let memory = args.memory.bytes();
+            let of_pixels = args
+                .plot
+                .as_ref()
+                .map_or(0, |_| memory - plot::memory_of_reader(memory));
+            let reader = args.memory.open_beside(&args.file, of_pixels).await?;
+            let tile = match args.tile {
+                Some(id) => Some(reader.tile(TileId(id)).await?),
+                None => None,
+            };
+            let regions = match args.regions {
+                true => Some(regions::gather(&reader, args.all).await?),
+                false => None,
+            };
+            let plotted = match &args.plot {
+                Some(file) => Some(plot::draw(&reader, file).await?),
+                None => None,
+            };
+            let directory = reader.directory().await?;
+            let overviews = OverviewRow::all(&reader).await?;
+            let pending = common::pending_in_log(&args.file, &reader).await;
+            Ok((reader, directory, overviews, pending, tile, regions, plotted))
+        })?;
     let summary = Summary::new(&reader, &directory, overviews);
     let tile = tile.map(|tile| WholeTile::new(&directory, &tile));
     if args.json {

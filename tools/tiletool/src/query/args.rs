@@ -183,7 +183,7 @@ impl FileArgs {
     pub async fn crs(&self, reader: &TileReader, distances: bool) -> anyhow::Result<Option<Crs>> {
         let crs = reader.crs().await?.map(|text| Crs::new(&text));
         if let Some(warning) = unit(crs.as_ref()).warning().filter(|_| distances) {
-            common::say(format_args!("note: {}: {warning}", common::shown(&self.file)));
+            common::note(format_args!("{}: {warning}", common::shown(&self.file)));
         }
         Ok(crs)
     }

@@ -38,7 +38,7 @@ pub fn read(path: &Path, ways: bool) -> anyhow::Result<Vec<Question>> {
         questions.push(question);
     }
     if questions.is_empty() {
-        common::say(format_args!("note: {} has no rows of {expected}", common::shown(path)));
+        common::note(format_args!("{} has no rows of {expected}", common::shown(path)));
     }
     Ok(questions)
 }

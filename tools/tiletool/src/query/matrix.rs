@@ -66,7 +66,7 @@ pub struct MatrixArgs {
 
 /// Prints the matrix.
 pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
-    common::block_on(async {
+    common::answer(async {
         let began = Instant::now();
         let reader = args.reading.open().await?;
         let matrix = lists(args, &reader).await?;

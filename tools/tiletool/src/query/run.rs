@@ -84,7 +84,7 @@ where
     F: Future<Output = anyhow::Result<Answer>> + Send + 'static,
 {
     let questions = questions(command)?;
-    common::block_on(answer_all(command, questions, by))
+    common::answer(answer_all(command, questions, by))
 }
 
 /// Returns the queries of a command.

@@ -115,3 +115,56 @@ fn a_build_without_points_says_so() {
     assert_eq!(built["notes"].as_array().map(Vec::len), Some(0), "{built}");
     assert!(!complaint(tiletool(folder, "build none.csv -o t.tiles"), 1).contains("no points"));
 }
+
+/// Without `--quiet`, each of these commands says something that it was not asked for.
+#[test]
+fn a_quiet_command_prints_answers_and_errors_alone() {
+    let scratch = tempfile::tempdir().unwrap();
+    let folder = scratch.path();
+    fs::write(folder.join("w.csv"), "0.1,0.1,0.2,0.9\n").unwrap();
+    fs::write(folder.join("at.csv"), "0.5,0.6\n").unwrap();
+    fs::write(folder.join("none.csv"), "").unwrap();
+    for args in [
+        "generate uniform -n 500 -o p.f64",
+        "build p.f64 -o t.tiles",
+        "constrain t.tiles --walls w.csv",
+        "insert t.tiles at.csv",
+        "checkpoint t.tiles",
+        "compact t.tiles",
+        "export t.tiles -o t.ply",
+        "verify --deep t.tiles",
+        "query knn t.tiles --batch none.csv --csv",
+    ] {
+        let loud = tiletool(folder, args).output().unwrap();
+        assert!(loud.status.success(), "{args}: {}", errors(&loud));
+        assert!(
+            !loud.stdout.is_empty() || !loud.stderr.is_empty(),
+            "{args} says nothing"
+        );
+        for made in ["t.tiles", "t.ply"]
+            .iter()
+            .filter(|made| args.contains(&format!("-o {made}")))
+        {
+            fs::remove_file(folder.join(made)).unwrap();
+        }
+        let quiet = tiletool(folder, &format!("{args} -q")).output().unwrap();
+        assert!(
+            quiet.status.success() && quiet.stderr.is_empty(),
+            "{args}: {}",
+            errors(&quiet)
+        );
+        let rows = String::from_utf8(quiet.stdout).unwrap();
+        assert_eq!(
+            rows.lines().count(),
+            usize::from(args.contains("--csv")),
+            "{args}: {rows}"
+        );
+    }
+    let digest = tiletool(folder, "--quiet digest t.tiles").output().unwrap();
+    assert!(
+        digest.stderr.is_empty() && !digest.stdout.is_empty(),
+        "the digest is what was asked for"
+    );
+    let wrong = tiletool(folder, "verify -q none.csv").output().unwrap();
+    assert!(!wrong.status.success() && errors(&wrong).starts_with("error: "));
+}

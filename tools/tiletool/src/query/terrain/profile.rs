@@ -53,7 +53,7 @@ pub struct ProfileArgs {
 
 /// Prints the profile.
 pub fn run(args: &ProfileArgs) -> anyhow::Result<()> {
-    common::block_on(async {
+    common::answer(async {
         let began = Instant::now();
         let (line, of_line) = match (&args.line, args.from.zip(args.to)) {
             (Some(path), _) => {

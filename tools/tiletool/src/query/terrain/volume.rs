@@ -66,7 +66,7 @@ fn level(text: &str) -> Result<f64, String> {
 
 /// Prints the volumes.
 pub fn run(args: &VolumeArgs) -> anyhow::Result<()> {
-    let report = common::block_on(async {
+    let report = common::wait_for("measuring the volume", async {
         tokio::select! {
             found = volume(args) => found,
             () = common::interrupted() => bail!("interrupted"),

@@ -51,7 +51,7 @@ pub struct ZArgs {
 /// Prints the heights.
 pub fn run(args: &ZArgs) -> anyhow::Result<()> {
     let points = points(args)?;
-    common::block_on(async {
+    common::answer(async {
         let began = Instant::now();
         let reader = args.file.open().await?;
         if !reader.metadata().has_z {
