@@ -11,7 +11,8 @@ import pytest
 from conftest import DATA, SITES, collection
 
 PYTHON = Path(__file__).resolve().parents[1]
-PAGES = [PYTHON / "README.md", PYTHON.parents[1] / "docs" / "python.md"]
+REPOSITORY = PYTHON.parents[1]
+PAGES = [PYTHON / "README.md", *(REPOSITORY / page for page in ("README.md", "docs/python.md", "docs/recipes.md"))]
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -33,7 +34,7 @@ def files(tmp_path, monkeypatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(REPOSITORY)))
 def test_the_blocks_of_a_page_run(page, files):
     text = page.read_text()
     blocks = list(BLOCK.finditer(text))
