@@ -17,6 +17,7 @@ mod edit;
 pub mod export;
 mod flags;
 pub mod generate;
+mod groups;
 mod info;
 mod input_args;
 mod inspect;
@@ -44,7 +45,7 @@ use std::ffi::OsString;
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use delaunay_tiles::input::panic_is_caught;
 use delaunay_tiles::shown;
 
@@ -75,6 +76,7 @@ Examples:
   tiletool query path town.tiles --from 0,0 --to 8,8
   tiletool serve town.tiles
 
+`tiletool COMMAND --help` has the options of a command, and examples.
 Exit codes: 0 success, 1 failure, 2 wrong usage.";
 
 /// The exit codes.
@@ -111,7 +113,7 @@ pub enum Command {
 
 /// Runs the tool with these arguments, the first of which is its name. Returns its exit code.
 pub fn tiletool(args: impl IntoIterator<Item = OsString>) -> u8 {
-    start_with(args, |cli: Cli| {
+    start_with(groups::grouped(Cli::command()), args, |cli: Cli| {
         quiet::set(cli.quiet);
         log::start(cli.verbose);
         run(cli.command)
@@ -121,11 +123,15 @@ pub fn tiletool(args: impl IntoIterator<Item = OsString>) -> u8 {
 /// Runs a program: parses the arguments of the process and calls `run` with them. Prints an error in one
 /// line.
 pub fn start<C: Parser>(run: impl FnOnce(C) -> anyhow::Result<()>) -> ExitCode {
-    start_with(std::env::args_os(), run).into()
+    start_with(C::command(), std::env::args_os(), run).into()
 }
 
-/// Runs a program with these arguments. Returns the exit code.
-fn start_with<C: Parser>(args: impl IntoIterator<Item = OsString>, run: impl FnOnce(C) -> anyhow::Result<()>) -> u8 {
+/// Runs a program, whose command line is that of `command`, with these arguments. Returns the exit code.
+fn start_with<C: Parser>(
+    mut command: clap::Command,
+    args: impl IntoIterator<Item = OsString>,
+    run: impl FnOnce(C) -> anyhow::Result<()>,
+) -> u8 {
     allocator::begin();
     let report = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
@@ -134,7 +140,9 @@ fn start_with<C: Parser>(args: impl IntoIterator<Item = OsString>, run: impl FnO
             report(panic);
         }
     }));
-    let cli = match C::try_parse_from(args) {
+    let parsed = command.try_get_matches_from_mut(args);
+    let parsed = parsed.and_then(|matches| C::from_arg_matches(&matches).map_err(|error| error.format(&mut command)));
+    let cli = match parsed {
         Ok(cli) => cli,
         Err(error) => return refuse(&error),
     };

@@ -17,7 +17,7 @@ use crate::{allocator, common};
 /// The share of the cache for finished map tiles: one part in four.
 const FINISHED: u64 = 4;
 
-/// Serve tile files over HTTP: a page with a map, map tiles, terrain and answers to queries
+/// Serve tile files over HTTP: a page, map tiles, terrain and answers
 ///
 /// Each file is at a path of its name without the ending. A file that is edited or replaced is noticed
 /// within a second. Ctrl-C and SIGTERM let running requests end, for up to ten seconds.

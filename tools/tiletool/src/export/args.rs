@@ -15,11 +15,11 @@ use crate::common::MemoryArgs;
 use crate::crs::CrsArgs;
 use crate::input_args::rect;
 
-/// Export the triangulation: PLY, Triangle's .node and .ele, OBJ, glTF, GeoJSON, FlatGeobuf, GeoParquet;
-/// its surface as a raster or as contours: GeoTIFF, ASCII grid; GeoJSON, FlatGeobuf; and map tiles: PMTiles
+/// Export a mesh, features, a raster, contours or map tiles
 ///
-/// PLY, Triangle's format, OBJ and glTF are meshes: all vertices, numbered in the order of the file, and
-/// triangles. GeoJSON, FlatGeobuf and GeoParquet are features for GIS and databases, by --what.
+/// PLY, Triangle's .node and .ele, OBJ and glTF are meshes: all vertices, numbered in the order of the file,
+/// and triangles. GeoJSON, FlatGeobuf and GeoParquet are features for GIS and databases, by --what, or
+/// contours. GeoTIFF and ASCII grid are rasters, PMTiles map tiles.
 ///
 /// A raster holds, for each cell, the height of the triangle at its centre, or, by --what, its slope,
 /// aspect or shade. Cells without a triangle have the value -9999, of shades 0.

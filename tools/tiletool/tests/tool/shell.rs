@@ -23,13 +23,10 @@ fn each_command_has_a_manual_page() {
     let folder = scratch.path();
     assert_eq!(run(folder, "man -o ."), "");
     let help = run(folder, "--help");
-    let commands = help.lines().skip_while(|line| *line != "Commands:").skip(1);
-    let commands: Vec<&str> = commands
-        .take_while(|line| !line.is_empty())
-        // A description goes on in lines that begin with more blanks.
+    let listed = help.lines().skip_while(|line| !line.starts_with("Usage:"));
+    let commands: Vec<&str> = listed
+        .take_while(|line| *line != "Options:")
         .filter_map(|line| line.strip_prefix("  ")?.split(' ').next())
-        .filter(|name| !name.is_empty())
-        .filter(|&name| name != "help")
         .collect();
     assert!(commands.len() >= 20, "{commands:?}");
     for command in commands {
