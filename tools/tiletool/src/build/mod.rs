@@ -27,7 +27,7 @@ use crate::crs::CrsArgs;
 use crate::input_args::InputArgs;
 use crate::lines::{LineArgs, LineInput, LineRules, MissingZArgs};
 use crate::overviews::MadeOverviews;
-use crate::plot::{self, PlotFile, Plotted};
+use crate::plot::{self, PlotFile, Plotted, TitleArgs};
 use crate::points::is_stopped;
 use crate::progress::Bar;
 use crate::task::TaskList;
@@ -121,6 +121,8 @@ pub struct BuildArgs {
     /// Draw a map of the finished triangulation, as .svg or .png
     #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     plot: Option<PlotFile>,
+    #[command(flatten)]
+    title: TitleArgs,
     /// Print the summary as one JSON object
     #[arg(long)]
     json: bool,
@@ -299,7 +301,7 @@ impl BuildArgs {
                 OpenOptions::default().memory(plot::memory_of_reader(memory)),
             )
             .await?;
-            plot::draw(&reader, file).await.map(Some)
+            plot::draw(&reader, &self.title.of(file)).await.map(Some)
         })
     }
 

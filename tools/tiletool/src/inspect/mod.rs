@@ -15,7 +15,7 @@ use serde::Serialize;
 use crate::common::{self, MemoryArgs};
 use crate::numbers::Coordinates;
 use crate::overviews::OverviewRow;
-use crate::plot::{self, PlotFile, Plotted};
+use crate::plot::{self, PlotFile, Plotted, TitleArgs};
 use regions::Regions;
 use summary::Summary;
 use tile::WholeTile;
@@ -57,6 +57,8 @@ pub struct InspectArgs {
     #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     plot: Option<PlotFile>,
     #[command(flatten)]
+    title: TitleArgs,
+    #[command(flatten)]
     memory: MemoryArgs,
 }
 
@@ -95,7 +97,7 @@ pub fn run(args: InspectArgs) -> anyhow::Result<()> {
                 false => None,
             };
             let plotted = match &args.plot {
-                Some(file) => Some(plot::draw(&reader, file).await?),
+                Some(file) => Some(plot::draw(&reader, &args.title.of(file)).await?),
                 None => None,
             };
             let directory = reader.directory().await?;

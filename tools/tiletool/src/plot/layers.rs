@@ -14,8 +14,9 @@ use super::ink::{Areas, Lengths, Pixel, Strokes};
 use super::legend::{Legend, Sign};
 use super::page::Page;
 use super::style::{CONSTRAINT, EDGE, HOLE, HULL, INK, SITE, WALL};
+use super::widths;
 
-/// Widths in pixels of the hull, of constraints and of walls, and of the dots of vertices and of sites.
+/// Widths in pixels of the hull, of few constraints and walls, and of the dots of vertices and of sites.
 const HULL_WIDTH: f64 = 1.6;
 const CONSTRAINT_WIDTH: f64 = 1.4;
 const WALL_WIDTH: f64 = 2.2;
@@ -34,6 +35,8 @@ const FULL: f64 = 1.0;
 pub struct Layers {
     size: (usize, usize),
     corner: Pixel,
+    /// Widths of constraints and of walls.
+    widths: [f64; 2],
     edges: Lengths,
     /// This and the rest are `None` until there is one of them, to save memory.
     hull: Option<Strokes>,
@@ -52,7 +55,7 @@ impl Layers {
     /// # Errors
     /// Fails if a tile cannot be read.
     pub async fn gather(reader: &TileReader, page: &Page) -> anyhow::Result<Self> {
-        let mut this = Self::new(page);
+        let mut this = Self::new(page, reader.metadata().constraint_edges);
         let mut tiles = reader.tiles();
         while let Some(tile) = tiles.try_next().await? {
             this.add_tile(&tile, page);
@@ -60,11 +63,13 @@ impl Layers {
         Ok(this)
     }
 
-    fn new(page: &Page) -> Self {
+    fn new(page: &Page, constraints: u64) -> Self {
         let size = page.pixels();
+        let area = (size.0 * size.1) as f64;
         Self {
             size,
             corner: (page.frame.min_x, page.frame.min_y),
+            widths: [CONSTRAINT_WIDTH, WALL_WIDTH].map(|most| widths::of_many(constraints as f64, area, most)),
             edges: Lengths::new(size),
             hull: None,
             holes: None,
@@ -142,9 +147,10 @@ impl Layers {
     }
 
     fn add_constraint(&mut self, tile: &Tile, edge: impl Into<TileEdge>, ends: [Pixel; 2]) {
+        let [constraint, wall] = self.widths;
         match tile.is_wall(edge) {
-            true => self.stroke(|this| &mut this.walls, ends, WALL_WIDTH),
-            false => self.stroke(|this| &mut this.constraints, ends, CONSTRAINT_WIDTH),
+            true => self.stroke(|this| &mut this.walls, ends, wall),
+            false => self.stroke(|this| &mut this.constraints, ends, constraint),
         }
     }
 
@@ -161,15 +167,16 @@ impl Layers {
         } else {
             "constraints"
         };
+        let [constraint, wall] = self.widths;
         for (strokes, colour, sign, text) in [
             (&self.hull, HULL, Sign::Line(HULL, HULL_WIDTH), "hull"),
             (
                 &self.constraints,
                 CONSTRAINT,
-                Sign::Line(CONSTRAINT, CONSTRAINT_WIDTH),
+                Sign::Line(CONSTRAINT, constraint.max(0.9)),
                 others,
             ),
-            (&self.walls, WALL, Sign::Line(WALL, WALL_WIDTH), "walls"),
+            (&self.walls, WALL, Sign::Line(WALL, wall.max(0.9)), "walls"),
             (&self.vertices, INK, Sign::Dot(INK), "vertices"),
             (&self.sites, SITE, Sign::Dot(SITE), "sites"),
         ] {

@@ -5,6 +5,7 @@ use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::store::{Directory, KdNode};
 
 use super::axis::{TICK_TEXT, fitted_text, text_width};
+use super::heading::Heading;
 use super::legend::{Legend, Sign};
 use super::page::Page;
 use super::relief::Heights;
@@ -12,6 +13,7 @@ use super::scales;
 use super::scene::Scene;
 use super::style::{CONSTRAINT, EDGE, GREY, HOLE, HULL, INK, LINES, SITE, WALL, fill, stroke};
 use super::svg::{Anchor, Path, Svg};
+use super::widths;
 use crate::common::counted;
 
 const BORDER: &str = "#f5dfb8";
@@ -19,14 +21,14 @@ const CELL: &str = "#c8452f";
 
 /// The opacity of edges over heights.
 const OVER_HEIGHTS: f64 = 0.3;
+/// The mean distance of points in pixels from which edges are opaque.
+const OPAQUE: f64 = 14.0;
 /// Maximum number of points that are drawn as dots over their triangles.
 const MAX_DOTS: usize = 2000;
 /// Maximum number of tiles whose numbers are written on the map.
 const MAX_LABELS: usize = 100;
 /// Minimum width or height in pixels of a cell whose cut is drawn.
 const MIN_CELL: f64 = 2.0;
-/// Maximum number of characters of a file's name in the title.
-const MAX_NAME: usize = 70;
 
 /// The ground of a frame.
 #[derive(Clone, Copy)]
@@ -40,7 +42,7 @@ pub enum Ground<'a> {
 
 /// A map of a file: what is drawn, on which page.
 pub struct Map<'a> {
-    pub name: &'a str,
+    pub heading: &'a Heading,
     pub directory: &'a Directory,
     pub page: &'a Page,
     pub unit: Unit,
@@ -51,12 +53,11 @@ pub struct Map<'a> {
 }
 
 impl Map<'_> {
-    /// Draws the whole page.
-    pub fn draw(&self, ground: Ground, mut legend: Legend) -> String {
+    /// Draws the whole page. Returns the document and its height.
+    pub fn draw(&self, ground: Ground, mut legend: Legend) -> (String, u32) {
         let Self { directory, page, .. } = *self;
-        let name = middle_cut(self.name);
-        let mut svg = Svg::new(page.width, page.height, &name);
-        draw_frame(&mut svg, page, ground, [&name, &subtitle(directory)], |svg| {
+        let mut svg = Svg::new(page.width, page.height, &self.heading.title);
+        draw_frame(&mut svg, page, ground, self.heading.lines(), |svg| {
             svg.in_units(LINES, |svg| {
                 if let Some(scene) = self.scene {
                     draw_mesh(svg, &mut legend, scene, page, self.heights.is_some());
@@ -67,10 +68,12 @@ impl Map<'_> {
         });
         draw_axes(&mut svg, page);
         let ([legend_y, _, caption_y], x) = (page.footer(), page.frame.min_x);
-        legend.draw(&mut svg, (x, legend_y));
-        scales::draw(&mut svg, page, self.unit, self.heights);
-        svg.text((x, caption_y), 15.0, Anchor::Start, &fill(GREY), &caption(directory));
-        svg.finish()
+        let lower = legend.draw_within(&mut svg, (x, legend_y), page.frame.max_x);
+        scales::draw(&mut svg, page, lower, self.unit, self.heights);
+        let caption = caption(directory);
+        svg.text((x, caption_y + lower), 15.0, Anchor::Start, &fill(GREY), &caption);
+        let height = svg.grow(lower as u32);
+        (svg.finish(), height)
     }
 }
 
@@ -89,8 +92,9 @@ pub fn draw_frame(
     let (left, baseline) = (f.min_x, f.min_y);
     let size = fitted_text(title, 26.0, f.size().0);
     svg.text((left, baseline - 42.0), size, Anchor::Start, &fill(INK), title);
-    svg.text((left, baseline - 15.0), 16.0, Anchor::Start, &fill(GREY), subtitle);
     let (width, height) = f.size();
+    let size = fitted_text(subtitle, 16.0, width);
+    svg.text((left, baseline - 15.0), size, Anchor::Start, &fill(GREY), subtitle);
     let attributes = format!(
         "x=\"{}\" y=\"{}\" width=\"{width}\" height=\"{height}\"",
         f.min_x, f.min_y
@@ -157,21 +161,40 @@ fn draw_edges(
         true => "constraints",
         false => "break lines",
     };
+    // In a finer mesh, edges are also fainter, so that bundles of them are no blots.
+    let edge_opacity = edge_opacity * (spacing / OPAQUE).clamp(0.5, 1.0);
+    let area = spacing * spacing * pixels.len() as f64;
+    let width_of = |edges: &[[u32; 2]], most: f64| widths::of_many(widths::count(pixels, edges), area, most);
     for (edges, colour, width, opacity, text) in [
         (&scene.edges, edge, width, edge_opacity, "edges"),
         (&scene.outline, HULL, 1.8, 1.0, "hull"),
-        (&scene.constraints, CONSTRAINT, 1.2 + width, 1.0, others),
-        (&scene.walls, WALL, 2.2 + width, 1.0, "walls"),
+        (
+            &scene.constraints,
+            CONSTRAINT,
+            width_of(&scene.constraints, 1.2 + width),
+            1.0,
+            others,
+        ),
+        (&scene.walls, WALL, width_of(&scene.walls, 2.2 + width), 1.0, "walls"),
     ] {
-        if !edges.is_empty() {
+        if edges.is_empty() {
+            continue;
+        }
+        let of_lines = || widths::by_size(pixels, edges, width);
+        let classes = match text {
+            "edges" | "hull" => vec![(width, edges.clone())],
+            _ => of_lines(),
+        };
+        for (width, edges) in classes {
             let mut path = Path::default();
-            path.trails(pixels, edges);
+            path.trails(pixels, &edges);
             let mut style = stroke(colour, width);
             if opacity < 1.0 {
-                style += &format!(" stroke-opacity=\"{opacity}\"");
+                style += &format!(" stroke-opacity=\"{opacity:.2}\"");
             }
-            legend.path(svg, &path, &style, Sign::Line(colour, width.max(0.9)), text);
+            svg.path(&path, &style);
         }
+        legend.add(Sign::Line(colour, width.max(0.9)), text);
     }
 }
 
@@ -262,7 +285,8 @@ pub fn draw_axes(svg: &mut Svg, page: &Page) {
     }
 }
 
-fn subtitle(directory: &Directory) -> String {
+/// Returns the counts of a file, for the line below the title.
+pub fn subtitle(directory: &Directory) -> String {
     let m = &directory.metadata;
     [
         counted(m.vertices, "vertex", "vertices"),
@@ -287,17 +311,4 @@ fn caption(directory: &Directory) -> String {
         }
         _ => format!("The whole Delaunay triangulation of {all}"),
     }
-}
-
-/// Shortens a name that is too long for a line, by cutting out its middle.
-pub fn middle_cut(name: &str) -> String {
-    let characters: Vec<char> = name.chars().collect();
-    if characters.len() <= MAX_NAME {
-        return name.to_owned();
-    }
-    let (start, end) = (
-        &characters[..MAX_NAME / 2],
-        &characters[characters.len() - MAX_NAME / 2..],
-    );
-    start.iter().chain(&['…']).chain(end).collect()
 }

@@ -4,12 +4,20 @@
 //! is complete. All of the file is drawn: a small one line by line, and a large one, which may exceed
 //! memory, tile by tile into the pixels of an image. If there is z, an image of it is the ground.
 
+mod args;
 pub mod axis;
+mod base_map;
+mod distances;
+mod file;
+mod found;
+mod heading;
 mod image;
 mod ink;
+mod labels;
 mod layers;
 pub mod legend;
 pub mod map;
+mod overlay;
 pub mod page;
 pub mod png;
 mod query;
@@ -18,83 +26,28 @@ mod scales;
 pub mod scene;
 pub mod style;
 pub mod svg;
+mod widths;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use anyhow::{Context, bail};
 use delaunay_tiles::peak_memory;
 use delaunay_tiles::store::TileReader;
 use resvg::tiny_skia::Pixmap;
 use serde::Serialize;
 
 use crate::common::{bytes, counted, file_name};
-use crate::output::{self, StreamOutput};
+pub use args::TitleArgs;
+use file::PictureFormat;
+pub use file::PlotFile;
+use heading::Heading;
 use layers::Layers;
 use legend::Legend;
 use map::{Ground, Map};
+pub use overlay::{Mark, Overlay, Piece, Way};
 use page::Page;
-pub use query::Overlay;
 use relief::Relief;
 use scene::Scene;
 use style::{PAPER, rgb};
-
-/// The file of a picture, whose suffix names the format.
-#[derive(Clone, Debug)]
-pub struct PlotFile {
-    path: PathBuf,
-    format: PictureFormat,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum PictureFormat {
-    Svg,
-    Png,
-}
-
-impl PictureFormat {
-    fn encode(self, svg: String) -> anyhow::Result<Vec<u8>> {
-        match self {
-            Self::Svg => Ok(svg.into_bytes()),
-            Self::Png => png::render(&svg, None),
-        }
-    }
-}
-
-impl PlotFile {
-    /// Creates the file of a picture. The suffix of its path determines the format.
-    ///
-    /// # Errors
-    /// Fails if the suffix is neither .svg nor .png.
-    pub fn new(path: PathBuf) -> anyhow::Result<Self> {
-        let suffix = path.extension().map(|s| s.to_string_lossy().to_ascii_lowercase());
-        let format = match suffix.as_deref() {
-            Some("svg") => PictureFormat::Svg,
-            Some("png") => PictureFormat::Png,
-            _ => bail!("maps are drawn as SVG or PNG: the name must end in .svg or .png"),
-        };
-        Ok(Self { path, format })
-    }
-
-    /// Checks that the file can be created, so that a command fails before it computes for long.
-    ///
-    /// # Errors
-    /// Fails as writing the file would: if its folder does not exist or is read-only, for example.
-    pub fn check(&self) -> anyhow::Result<()> {
-        // Dropping the output removes its partial file.
-        drop(StreamOutput::create(&self.path).with_context(|| self.cannot_write())?);
-        Ok(())
-    }
-
-    /// Writes a picture. Returns its number of bytes.
-    fn save(&self, picture: &[u8]) -> anyhow::Result<u64> {
-        output::write(&self.path, picture).with_context(|| self.cannot_write())?;
-        Ok(picture.len() as u64)
-    }
-
-    fn cannot_write(&self) -> String {
-        format!("{}: cannot write the map", crate::common::shown(&self.path))
-    }
-}
 
 /// A report about a drawn map. Its field names are stable keys of `--json`.
 #[derive(Serialize)]
@@ -159,39 +112,43 @@ pub async fn draw(reader: &TileReader, file: &PlotFile) -> anyhow::Result<Plotte
         }
     };
     let map = Map {
-        name: &name,
+        heading: &Heading::new(&name, file.title.as_deref(), &map::subtitle(&directory)),
         directory: &directory,
         page: &page,
         unit: scales::unit_of(reader).await?,
         scene: scene.as_ref(),
         heights,
     };
-    let bytes = file.save(&picture(&map, ground, file.format, legend)?)?;
+    let (picture, height) = picture(&map, ground, file.format, legend)?;
+    let bytes = file.save(&picture)?;
     Ok(Plotted {
         file: file.path.display().to_string(),
         bytes,
         width: page.width,
-        height: page.height,
+        height,
         vertices,
         triangles,
         peak_memory_bytes: peak_memory(),
     })
 }
 
-/// Draws a map, over an image of its frame if there is one.
-fn picture(map: &Map, image: Option<Pixmap>, format: PictureFormat, legend: Legend) -> anyhow::Result<Vec<u8>> {
+/// Draws a map, over an image of its frame if there is one. Returns the picture and its height.
+fn picture(map: &Map, image: Option<Pixmap>, format: PictureFormat, legend: Legend) -> anyhow::Result<(Vec<u8>, u32)> {
     let Some(image) = image else {
-        return format.encode(map.draw(Ground::Colour(PAPER), legend));
+        let (svg, height) = map.draw(Ground::Colour(PAPER), legend);
+        return Ok((format.encode(svg)?, height));
     };
     match format {
         PictureFormat::Svg => {
             let reference = image::data_url(&image)?;
             drop(image);
-            Ok(map.draw(Ground::Image(&reference), legend).into_bytes())
+            let (svg, height) = map.draw(Ground::Image(&reference), legend);
+            Ok((svg.into_bytes(), height))
         }
         PictureFormat::Png => {
             let corner = (map.page.frame.min_x as i32, map.page.frame.min_y as i32);
-            png::render(&map.draw(Ground::Beneath, legend), Some((image, corner)))
+            let (svg, height) = map.draw(Ground::Beneath, legend);
+            Ok((png::render(&svg, Some((image, corner)))?, height))
         }
     }
 }
@@ -203,9 +160,12 @@ pub fn encode(name: &Path, svg: String) -> anyhow::Result<Vec<u8>> {
 
 /// Draws the answer to a query.
 pub async fn draw_query(reader: &TileReader, file: &PlotFile, overlay: &Overlay) -> anyhow::Result<()> {
-    let page = Page::new(overlay.window(reader.metadata().bounds))?;
+    let m = reader.metadata();
+    let whole = (overlay.shows_all && m.vertices <= scene::MAX_DRAWN).then_some(m.bounds);
+    let page = Page::new(overlay.window(m.bounds, whole))?;
     let name = file_name(Path::new(reader.name()));
-    let svg = query::draw(reader, &name, overlay, &page).await?;
+    let heading = Heading::new(&name, file.title.as_deref(), &overlay.title);
+    let svg = query::draw(reader, &heading, overlay, &page).await?;
     file.save(&file.format.encode(svg)?)?;
     Ok(())
 }

@@ -25,12 +25,13 @@ pub async fn unit_of(reader: &TileReader) -> anyhow::Result<Unit> {
     Ok(unit(crs.as_deref().map(Crs::new).as_ref()))
 }
 
-/// Draws the scales of a page whose coordinates are in a unit.
-pub fn draw(svg: &mut Svg, page: &Page, unit: Unit, heights: Option<Heights>) {
+/// Draws the scales of a page whose coordinates are in a unit, `lower` pixels below their place.
+pub fn draw(svg: &mut Svg, page: &Page, lower: f64, unit: Unit, heights: Option<Heights>) {
     if page.x_axis.ticks.is_empty() && page.y_axis.ticks.is_empty() {
         return;
     }
     let [_, y, _] = page.footer();
+    let y = y + lower;
     let end = draw_length(svg, page, unit, (page.frame.min_x, y));
     if let Some(heights) = heights {
         draw_heights(svg, heights, (end + GAP, y));

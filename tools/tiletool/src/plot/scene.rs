@@ -8,7 +8,7 @@ use delaunay_tiles::store::{Directory, Tile, TileEdge, TileReader, Vertex};
 use futures::TryStreamExt;
 
 /// Maximum number of triangles, and of vertices, of a file that is drawn line by line.
-const MAX_DRAWN: u64 = 60_000;
+pub const MAX_DRAWN: u64 = 60_000;
 
 /// Numbered points, and the edges and triangles between them.
 pub struct Scene {

@@ -10,6 +10,9 @@ const FAR: f64 = 1e7;
 
 /// An SVG document that is written element by element.
 pub struct Svg {
+    width: u32,
+    height: u32,
+    title: String,
     text: String,
 }
 
@@ -24,12 +27,18 @@ pub enum Anchor {
 impl Svg {
     /// Creates an empty document.
     pub fn new(width: u32, height: u32, title: &str) -> Self {
-        let text = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-             viewBox=\"0 0 {width} {height}\" font-family=\"DejaVu Sans, Verdana, sans-serif\">\n<title>{}</title>\n",
-            escaped(title)
-        );
-        Self { text }
+        Self {
+            width,
+            height,
+            title: escaped(title),
+            text: String::new(),
+        }
+    }
+
+    /// Makes the document higher by a number of pixels. Returns its height.
+    pub fn grow(&mut self, pixels: u32) -> u32 {
+        self.height += pixels;
+        self.height
     }
 
     /// Appends an element, or the start or end of one, unchanged.
@@ -68,6 +77,14 @@ impl Svg {
 
     /// Returns the whole document.
     pub fn finish(mut self) -> String {
+        let Self {
+            width, height, title, ..
+        } = &self;
+        let start = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\" font-family=\"DejaVu Sans, Verdana, sans-serif\">\n<title>{title}</title>\n"
+        );
+        self.text.insert_str(0, &start);
         self.text += "</svg>\n";
         self.text
     }
@@ -142,6 +159,18 @@ impl Path {
         let mut path = Self::default();
         centres.into_iter().for_each(|centre| path.disc(centre, radius));
         path
+    }
+
+    /// Creates a path of squares whose sides are twice as long as `radius`.
+    pub fn squares(centres: impl IntoIterator<Item = (f64, f64)>, radius: f64) -> Self {
+        let corners = [
+            (-radius, -radius),
+            (radius, -radius),
+            (radius, radius),
+            (-radius, radius),
+        ];
+        let square = |(x, y): (f64, f64)| corners.map(|(right, down)| (x + right, y + down));
+        Self::polygons(centres.into_iter().map(square))
     }
 
     /// Creates a path of closed lines.

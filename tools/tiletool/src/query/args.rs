@@ -16,7 +16,7 @@ use delaunay_tiles_answers::units::{Measure, unit};
 
 use crate::common::{self, thousands};
 use crate::crs::CrsArgs;
-use crate::plot::PlotFile;
+use crate::plot::{PlotFile, TitleArgs};
 
 #[derive(Args, Clone, Debug)]
 pub struct AtArgs {
@@ -123,6 +123,8 @@ pub struct CommonArgs {
     /// Draw the obstacles, the searched triangles and the answer, as .svg or .png
     #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     pub plot: Option<PlotFile>,
+    #[command(flatten)]
+    pub title: TitleArgs,
     #[command(flatten)]
     pub format: FormatArgs,
 }

@@ -21,10 +21,11 @@ use futures::{TryStream, TryStreamExt};
 
 use super::args::{Format, FormatArgs, ReadingArgs};
 use super::batch;
+use super::picture::short_distance;
 use super::text::{point, push_status};
 use crate::common::{self, cell, counted, thousands};
 use crate::output::StandardOutput;
-use crate::plot::{self, Overlay, PlotFile};
+use crate::plot::{self, Mark, Overlay, PlotFile, TitleArgs, Way};
 
 /// Maximum number of paths in a picture, which also limits memory.
 const MAX_DRAWN: u64 = 10_000;
@@ -61,6 +62,8 @@ pub struct MatrixArgs {
     #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(PlotFile::new))]
     plot: Option<PlotFile>,
     #[command(flatten)]
+    title: TitleArgs,
+    #[command(flatten)]
     format: FormatArgs,
 }
 
@@ -77,15 +80,15 @@ pub fn run(args: &MatrixArgs) -> anyhow::Result<()> {
             options = options.paths();
         }
         let [from, to] = [&matrix.from, &matrix.to].map(|ends| ends.points.clone());
-        let mut paths = Vec::new();
+        let mut drawn = args.plot.as_ref().map(|_| DrawnPairs::new(args, unit(crs.as_ref())));
         let pairs = reader.distance_matrix(from, to, options).inspect_ok(|found| {
-            if args.plot.is_some() {
-                paths.extend(found.path.as_ref().map(|path| path.points.clone()));
+            if let Some(drawn) = &mut drawn {
+                drawn.take(&matrix, found);
             }
         });
         let count = print(&matrix, format, crs.as_ref(), pairs).await?;
-        if let Some(file) = &args.plot {
-            plot::draw_query(&reader, file, &picture(args, matrix, paths)).await?;
+        if let (Some(file), Some(drawn)) = (&args.plot, drawn) {
+            plot::draw_query(&reader, &args.title.of(file), &drawn.picture(matrix)).await?;
         }
         args.reading.report(&counted(count, "pair", "pairs"), began, &reader);
         Ok(())
@@ -189,22 +192,66 @@ fn text(matrix: &Matrix, unit: Unit, found: &PairDistance) -> String {
     text
 }
 
-/// Returns the picture of all pairs.
-fn picture(args: &MatrixArgs, Matrix { from, to }: Matrix, paths: Vec<Vec<Point>>) -> Overlay {
-    let [starts, found] = [from.points.len(), paths.len()].map(|count| thousands(count as u64));
-    let ends = counted(to.points.len() as u64, "point", "points");
-    let (sites, ends_seen) = match to.names {
-        Some(_) => (to.points, Vec::new()),
-        // The end points are the start points, which are drawn already.
-        None if args.batch.is_some() => (Vec::new(), Vec::new()),
-        None => (Vec::new(), to.points),
-    };
-    Overlay {
-        title: format!("Shortest paths from {starts} to {ends}  ·  {found} found"),
-        starts: from.points,
-        ends: ends_seen,
-        sites,
-        paths,
-        ..Overlay::default()
+/// The pairs of a picture.
+struct DrawnPairs {
+    unit: Unit,
+    /// Whether both lists are the same.
+    is_one_list: bool,
+    found: u64,
+    paths: Vec<Way>,
+    missing: Vec<[Point; 2]>,
+}
+
+impl DrawnPairs {
+    fn new(args: &MatrixArgs, unit: Unit) -> Self {
+        Self {
+            unit,
+            is_one_list: args.batch.is_some() && !args.sites,
+            found: 0,
+            paths: Vec::new(),
+            missing: Vec::new(),
+        }
+    }
+
+    fn take(&mut self, matrix: &Matrix, pair: &PairDistance) {
+        self.found += u64::from(pair.path.is_some());
+        // A path and the same path in the other direction are drawn once.
+        if self.is_one_list && pair.from_index >= pair.to_index {
+            return;
+        }
+        match (&pair.path, pair.outcome) {
+            (Some(path), DistanceOutcome::Found(distance)) => self.paths.push(Way {
+                points: path.points.clone(),
+                text: short_distance(self.unit, distance.value),
+            }),
+            _ => self.missing.push(matrix.points(pair)),
+        }
+    }
+
+    fn picture(self, Matrix { from, to }: Matrix) -> Overlay {
+        let starts = thousands(from.points.len() as u64);
+        let found = thousands(self.found);
+        let ends = counted(to.points.len() as u64, "point", "points");
+        let title = format!("Shortest paths from {starts} to {ends}  ·  {found} found");
+        let mut names = to.names.unwrap_or_default().into_iter();
+        let mut mark = |at: Point| Mark {
+            at,
+            text: names
+                .next()
+                .map_or_else(String::new, |name| shown::text(&name).into_owned()),
+            key: None,
+        };
+        Overlay {
+            title,
+            starts: from.points,
+            starts_are_ends: self.is_one_list,
+            ends: match self.is_one_list {
+                true => Vec::new(),
+                false => to.points.into_iter().map(&mut mark).collect(),
+            },
+            paths: self.paths,
+            missing: self.missing,
+            ..Overlay::default()
+        }
     }
 }

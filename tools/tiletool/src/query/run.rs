@@ -143,7 +143,7 @@ where
     let available = std::thread::available_parallelism().map_or(1, usize::from);
     let at_once = args.threads.map_or(available, usize::from);
     let slots = Arc::new(Semaphore::new(at_once));
-    let mut picture = args.plot.as_ref().map(|_| Picture::new());
+    let mut picture = args.plot.as_ref().map(|_| Picture::new(questions.len()));
     let started = |&question: &Question| {
         let (answer, slots) = (by(ask, reader.clone(), question, options.clone()), Arc::clone(&slots));
         let task = tokio::spawn(async move {
@@ -166,7 +166,7 @@ where
     turns::in_order(&questions, most, Question::place, Answer::weight, started, print).await?;
     printer.finish()?;
     if let (Some(picture), Some(file)) = (picture, &args.plot) {
-        plot::draw_query(&reader, file, &picture.finish(&explored)).await?;
+        plot::draw_query(&reader, &args.title.of(file), &picture.finish(&explored)).await?;
     }
     args.reading.report(&count, began, &reader);
     Ok(())

@@ -31,6 +31,7 @@ mod map;
 mod memory;
 mod outputs;
 mod overviews;
+mod pictures;
 mod points;
 mod printing;
 mod query;
