@@ -34,10 +34,12 @@ TABLES = ["machine", "delaunay", "constrained", "survey", "degenerate"]
 class Measurement:
     """A program with its runs of one task, and why it has none."""
 
-    def __init__(self, program, constrained=False):
-        self.program, self.runs, self.why, self.bytes = program, [], None, 0
+    def __init__(self, program, constrained=False, slow=()):
+        self.program, self.runs, self.why, self.slow = program, [], None, False
         if constrained and not program.constrains:
             self.why = "has no constraints"
+        elif not program.why and program in slow:
+            self.why = "not tried, too slow with fewer points"
 
     def measure(self, case, limit):
         if self.why:
@@ -45,7 +47,7 @@ class Measurement:
         try:
             self.runs.append(self.program.triangulate(case, limit))
         except measured.Skipped as why:
-            self.why = str(why)
+            self.why, self.slow = str(why), isinstance(why, measured.TooSlow)
 
 
 def table(titles, rows):
@@ -68,9 +70,9 @@ def missing(measurements):
     return "\n\nNo result: " + "; ".join(said) + "." if said else ""
 
 
-def timed(case, all_programs, arguments, constrained=False):
-    """Returns the table of a case: the programs take turns."""
-    measurements = [Measurement(program, constrained) for program in all_programs]
+def timed(case, all_programs, arguments, constrained=False, slow=()):
+    """Returns the table of a case, and which programs were too slow. The programs take turns."""
+    measurements = [Measurement(program, constrained, slow) for program in all_programs]
     for turn in range(arguments.rounds):
         for measurement in measurements:
             note(f"round {turn + 1}: {measurement.program.name}")
@@ -80,7 +82,8 @@ def timed(case, all_programs, arguments, constrained=False):
         if one.runs and not one.why:
             rows.append([one.program.name, one.program.steps(constrained), *amount(one.runs), one.program.stores])
     head = ["program", "steps", ">seconds", ">peak, MiB", "stores"]
-    return table(head, rows) + missing((one.program.name, one.why) for one in measurements)
+    text = table(head, rows) + missing((one.program.name, one.why) for one in measurements)
+    return text, {one.program for one in measurements if one.slow or one.program in slow}
 
 
 def generate(tiletool, folder, points, *options):
@@ -93,11 +96,12 @@ def generate(tiletool, folder, points, *options):
 
 
 def delaunay(arguments, all_programs):
-    said = []
-    for points in arguments.points:
+    said, slow = [], set()
+    for points in sorted(arguments.points):
         with tempfile.TemporaryDirectory(dir=arguments.folder) as folder:
             case = Case(folder, generate(arguments.tiletool, folder, points)[0])
-            said.append(f"{len(case.points):,} uniform points:\n\n" + timed(case, all_programs, arguments))
+            text, slow = timed(case, all_programs, arguments, slow=slow)
+            said.append(f"{len(case.points):,} uniform points:\n\n{text}")
     return "\n\n".join(said)
 
 
@@ -105,7 +109,7 @@ def constrained(arguments, all_programs):
     with tempfile.TemporaryDirectory(dir=arguments.folder) as folder:
         case = Case(folder, *generate(arguments.tiletool, folder, arguments.segments_of, "--pslg", 0.5))
         head = f"{len(case.points):,} uniform points, {len(case.segments):,} segments:\n\n"
-        return head + timed(case, all_programs, arguments, constrained=True)
+        return head + timed(case, all_programs, arguments, constrained=True)[0]
 
 
 def survey(arguments, _):
@@ -202,8 +206,8 @@ def parsed():
     output = "put the tables between the markers of a page"
     parser.add_argument("-o", "--output", type=Path, metavar="PAGE", help=output)
     parser.add_argument("--only", choices=TABLES, nargs="+", default=TABLES, help="make these tables only")
-    sizes = "numbers of uniform points; default: 1000000 10000000"
-    parser.add_argument("--points", type=int, nargs="+", default=[1_000_000, 10_000_000], help=sizes)
+    sizes = "numbers of uniform points; default: 100000 1000000 10000000"
+    parser.add_argument("--points", type=int, nargs="+", default=[100_000, 1_000_000, 10_000_000], help=sizes)
     parser.add_argument("--segments-of", type=int, default=1_000_000, metavar="POINTS", help="points with segments")
     parser.add_argument("--survey", type=int, default=1_000_000, metavar="POINTS", help="points of the LAZ file")
     parser.add_argument("--cells", type=int, default=1_000_000, help="cells of the raster, about")
