@@ -23,6 +23,7 @@ class Report:
         self.wrong = set()
         self.missing = self.strange = self.lost_segments = 0
         self.area = self.count = True
+        self.too_little = False
 
     def correct(self):
         return not (self.wrong or self.missing or self.strange or self.lost_segments) and self.area and self.count
@@ -33,10 +34,11 @@ class Report:
             (self.wrong, f"{len(self.wrong)} wrong triangles"),
             (self.missing, f"{self.missing} missing points"),
             (self.lost_segments, f"{self.lost_segments} missing segments"),
-            (not self.area, "does not fill the hull"),
-            (not self.count, "wrong number of triangles"),
+            (not self.area, "does not fill the hull" if self.too_little else "overlaps"),
         ]
-        return ", ".join(text for is_so, text in said if is_so) or "correct"
+        # What is said above leads to a wrong number in most cases.
+        text = ", ".join(text for is_so, text in said if is_so)
+        return text or ("correct" if self.count else "wrong number of triangles")
 
 
 def whole(points):
@@ -128,7 +130,8 @@ def check(points, corners, segments=(), vertices=None, polygons=False):
     boundary, apex = check_edges(triangles, edges_of_segments, report)
     border = hull(distinct) if distinct else []
     area = doubled_area(border) if border else 0
-    report.area = sum(turn(*triangle) for triangle in triangles) == area
+    filled = sum(turn(*triangle) for triangle in triangles)
+    report.area, report.too_little = filled == area, filled < area
     if area == 0:
         # Points on a line have no triangles.
         report.count = not triangles

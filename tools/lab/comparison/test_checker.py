@@ -94,7 +94,7 @@ class Refuses(unittest.TestCase):
         self.refuse("2 wrong triangles", points, [(0, 4, 1), (0, 1, 2), (0, 2, 3)])
 
     def test_a_triangle_that_is_there_twice(self):
-        self.refuse("wrong triangles", SQUARE, [(0, 1, 2), (0, 1, 2), (0, 2, 3)])
+        self.refuse("2 wrong triangles, overlaps", SQUARE, [(0, 1, 2), (0, 1, 2), (0, 2, 3)])
 
     def test_a_point_that_is_no_corner(self):
         self.refuse("1 missing points", [*SQUARE, (0.5, 0.25)], [(0, 1, 2), (0, 2, 3)])
