@@ -28,13 +28,14 @@ class TooSlow(Skipped):
 
 
 class Run:
-    """Seconds of a process from start to end, its largest resident memory in bytes, and what it printed."""
+    """Seconds of a process from start to end, those of processors, its largest resident memory in bytes, and output."""
 
-    def __init__(self, seconds, peak, printed=""):
-        self.seconds, self.peak, self.printed = seconds, peak, printed
+    def __init__(self, seconds, processors, peak, printed):
+        self.seconds, self.processors, self.peak, self.printed = seconds, processors, peak, printed
 
     def __add__(self, later):
-        return Run(self.seconds + later.seconds, max(self.peak, later.peak), self.printed + later.printed)
+        times = self.seconds + later.seconds, self.processors + later.processors
+        return Run(*times, max(self.peak, later.peak), self.printed + later.printed)
 
 
 def run(command, limit=None, one_processor=False, **variables):
@@ -64,7 +65,7 @@ def run(command, limit=None, one_processor=False, **variables):
     if code > 0:
         lines = (done.stderr.strip() or done.stdout.strip() or f"exit code {code}").splitlines()
         raise Refused(lines[-1])
-    return Run(measured["seconds"], measured["peak"], done.stdout)
+    return Run(measured["seconds"], measured["processors"], measured["peak"], done.stdout)
 
 
 def start(command, one_processor, missing):
@@ -101,6 +102,7 @@ def main(how, command):
     signal.setitimer(signal.ITIMER_REAL, 0)
     report = {
         "seconds": seconds,
+        "processors": usage.ru_utime + usage.ru_stime,
         "peak": usage.ru_maxrss * 1024,
         "code": os.waitstatus_to_exitcode(status),
         "stopped": bool(stopped),

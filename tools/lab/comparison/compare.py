@@ -28,8 +28,6 @@ from checker import check
 from programs import Case, programs
 from results import NoTriangles
 
-TABLES = ["machine", "delaunay", "constrained", "survey", "degenerate"]
-
 
 class Measurement:
     """A program with its runs of one task, and why it has none."""
@@ -58,10 +56,11 @@ def table(titles, rows):
 
 
 def amount(runs):
-    """Returns the median of seconds and of peak memory as text."""
+    """Returns the medians of seconds, of seconds of processors and of peak memory as text."""
     seconds = statistics.median(run.seconds for run in runs)
+    processors = statistics.median(run.processors for run in runs)
     peak = statistics.median(run.peak for run in runs) / 2**20
-    return [f"{seconds:.2f}", f"{peak:,.0f}"]
+    return [f"{seconds:.2f}", f"{processors:.2f}", f"{peak:,.0f}"]
 
 
 def missing(measurements):
@@ -81,7 +80,7 @@ def timed(case, all_programs, arguments, constrained=False, slow=()):
     for one in measurements:
         if one.runs and not one.why:
             rows.append([one.program.name, one.program.steps(constrained), *amount(one.runs), one.program.stores])
-    head = ["program", "steps", ">seconds", ">peak, MiB", "stores"]
+    head = ["program", "steps", ">seconds", ">of processors", ">peak, MiB", "stores"]
     text = table(head, rows) + missing((one.program.name, one.why) for one in measurements)
     return text, {one.program for one in measurements if one.slow or one.program in slow}
 
@@ -126,7 +125,7 @@ def survey(arguments, _):
             if maker.runs and not maker.why:
                 differs = ["", ""] if maker is makers[0] or own is None else list(maker.difference(case, own))
                 rows.append([maker.name, maker.steps, *amount(maker.runs), *differs])
-        head = ["program", "steps", ">seconds", ">peak, MiB", ">largest difference", ">median difference"]
+        head = ["program", "steps", ">seconds", ">of processors", ">peak, MiB", ">largest", ">median"]
         size = f"{len(case.xyz):,} points in a LAZ file, {case.columns:,} by {case.rows:,} cells:\n\n"
         return size + table(head, rows) + missing((maker.name, maker.why) for maker in makers)
 
@@ -185,6 +184,15 @@ def machine(arguments, all_programs):
     return head + table(["program", "version"], versions)
 
 
+TABLES = {
+    "machine": machine,
+    "delaunay": delaunay,
+    "constrained": constrained,
+    "survey": survey,
+    "degenerate": degenerate,
+}
+
+
 def note(text):
     print(text, file=sys.stderr, flush=True)
 
@@ -205,14 +213,14 @@ def parsed():
     parser.add_argument("tiletool", type=Path)
     output = "put the tables between the markers of a page"
     parser.add_argument("-o", "--output", type=Path, metavar="PAGE", help=output)
-    parser.add_argument("--only", choices=TABLES, nargs="+", default=TABLES, help="make these tables only")
-    sizes = "numbers of uniform points; default: 100000 1000000 10000000"
-    parser.add_argument("--points", type=int, nargs="+", default=[100_000, 1_000_000, 10_000_000], help=sizes)
+    parser.add_argument("--only", choices=list(TABLES), nargs="+", default=list(TABLES), help="make these tables only")
+    sizes = "numbers of uniform points; default: 100000 1000000"
+    parser.add_argument("--points", type=int, nargs="+", default=[100_000, 1_000_000], help=sizes)
     parser.add_argument("--segments-of", type=int, default=1_000_000, metavar="POINTS", help="points with segments")
-    parser.add_argument("--survey", type=int, default=1_000_000, metavar="POINTS", help="points of the LAZ file")
+    parser.add_argument("--survey", type=int, default=100_000, metavar="POINTS", help="points of the LAZ file")
     parser.add_argument("--cells", type=int, default=1_000_000, help="cells of the raster, about")
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--limit", type=float, default=60, help="seconds for one process; slower programs are skipped")
+    parser.add_argument("--limit", type=float, default=20, help="seconds for one process; slower programs are skipped")
     spade = "the program spade-corners; default: beside tiletool"
     parser.add_argument("--spade", type=Path, help=spade)
     parser.add_argument("--folder", type=Path, help="for temporary files")
@@ -224,13 +232,10 @@ def parsed():
 
 def main():
     arguments = parsed()
-    makers = [machine, delaunay, constrained, survey, degenerate]
     with tempfile.TemporaryDirectory(dir=arguments.folder) as folder:
         all_programs = programs(arguments.tiletool, arguments.spade, folder)
-        for name, maker in zip(TABLES, makers, strict=True):
-            if name not in arguments.only:
-                continue
-            text = maker(arguments, all_programs)
+        for name in arguments.only:
+            text = TABLES[name](arguments, all_programs)
             if arguments.output:
                 put(arguments.output, name, text)
             else:
