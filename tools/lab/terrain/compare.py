@@ -14,9 +14,7 @@ points at equal positions, and fill the same cells. README.md says what is measu
 import argparse
 import contextlib
 import json
-import os
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
@@ -24,31 +22,10 @@ from pathlib import Path
 
 import numpy
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from measured import Skipped, run
+
 MISSING = -9999.0
-
-
-class Skipped(Exception):
-    """A program that has no result, and why."""
-
-
-def run(command, limit=None, one_processor=False, **variables):
-    """Runs a process. Returns its seconds and what it printed."""
-    first = min(os.sched_getaffinity(0))
-    pinned = (lambda: os.sched_setaffinity(0, {first})) if one_processor else None
-    environment = os.environ | {name: str(value) for name, value in variables.items()}
-    began = time.perf_counter()
-    how = {"capture_output": True, "text": True, "timeout": limit, "env": environment, "preexec_fn": pinned}
-    try:
-        done = subprocess.run([str(part) for part in command], **how)
-    except FileNotFoundError:
-        raise Skipped(f"{command[0]} is not installed") from None
-    except subprocess.TimeoutExpired:
-        raise Skipped(f"more than {limit} s") from None
-    seconds = time.perf_counter() - began
-    if done.returncode != 0:
-        lines = (done.stderr.strip() or done.stdout.strip() or f"exit code {done.returncode}").splitlines()
-        raise Skipped(lines[-1])
-    return seconds, done.stdout
 
 
 class Case:
@@ -97,7 +74,7 @@ class Case:
         """Returns the values of a raster, row by row from the north; those of other cells are not a number."""
         if path.suffix == ".npy":
             return numpy.load(path)
-        about = json.loads(run(["gdalinfo", "-json", path])[1])
+        about = json.loads(run(["gdalinfo", "-json", path]).printed)
         if about["size"] != [self.columns, self.rows]:
             raise Skipped(f"has {about['size']} cells, not {[self.columns, self.rows]}")
         raw = path.with_suffix(".raw")
@@ -133,7 +110,7 @@ class Program:
             return
         try:
             whole, part, path = self.once(case, limit)
-            self.whole.append(whole)
+            self.whole.append(whole.seconds)
             self.part.append(part)
             self.values = case.values(path) if self.values is None else self.values
         except Skipped as why:
@@ -145,8 +122,8 @@ def by_tiletool(case, limit, **how):
     build = [case.tiletool, "build", case.folder / "points.f64", "--dims", 3, "-o", tiles, "--force", "--quiet"]
     cells = ["--resolution", case.resolution, "--bounds=" + ",".join(repr(v) for v in case.corners())]
     export = [case.tiletool, "export", tiles, "-o", path, *cells, "--json"]
-    built, exported = run(build, limit, **how)[0], run(export, limit, **how)[0]
-    return built + exported, exported, path
+    built, exported = run(build, limit, **how), run(export, limit, **how)
+    return built + exported, exported.seconds, path
 
 
 def by_gdal(case, limit, threads):
@@ -156,7 +133,7 @@ def by_gdal(case, limit, threads):
     cells = ["-txe", west, east, "-tye", north, south, "-outsize", case.columns, case.rows]
     method = ["-a", f"linear:radius=0:nodata={MISSING}", "-ot", "Float64", "-of", "GTiff", "-q"]
     command = ["gdal_grid", *method, *cells, case.folder / "points.fgb", path]
-    return run(command, limit, GDAL_NUM_THREADS=threads)[0], None, path
+    return run(command, limit, GDAL_NUM_THREADS=threads), None, path
 
 
 def by_python(name):
@@ -166,9 +143,9 @@ def by_python(name):
         x, y, resolution = *(float(v) for v in case.origin), case.resolution
         arguments = json.dumps([x, y, resolution, case.columns, case.rows])
         command = [sys.executable, __file__, "--peer", name, case.folder, arguments]
-        seconds, printed = run(command, limit)
-        answer = json.loads(printed.splitlines()[-1])
-        return seconds, answer["interpolation"], case.folder / answer["file"]
+        ran = run(command, limit)
+        answer = json.loads(ran.printed.splitlines()[-1])
+        return ran, answer["interpolation"], case.folder / answer["file"]
 
     return once
 
