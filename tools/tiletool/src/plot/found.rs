@@ -136,8 +136,8 @@ fn draw_pieces(svg: &mut Svg, legend: &mut Legend, overlay: &Overlay, page: &Pag
     }
 }
 
-/// Adds what the colours of pieces mean to the legend, in the order along the lines. Colours are used
-/// again after the last one; then the order and the names on the map tell pieces apart.
+/// Adds what the colours of pieces mean to the legend, in the order along the lines. Colours are
+/// used again after the last one; then the order and the names on the map tell pieces apart.
 pub fn add_keys(legend: &mut Legend, overlay: &Overlay) {
     if overlay.keys.is_empty() {
         return;

@@ -78,8 +78,8 @@ impl Legend {
         self.draw_within(svg, start, f64::INFINITY);
     }
 
-    /// Draws the legend itself, in as many rows as it needs to end at `right`. Returns the pixels that
-    /// the rows after the first one take.
+    /// Draws the legend itself, in as many rows as it needs to end at `right`. Returns the pixels
+    /// that the rows after the first one take.
     pub fn draw_within(&self, svg: &mut Svg, (left, top): (f64, f64), right: f64) -> f64 {
         let (mut x, mut y) = (left, top);
         for (sign, text) in &self.0 {

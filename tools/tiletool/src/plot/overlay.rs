@@ -44,7 +44,7 @@ pub struct Overlay {
     pub sites: Vec<Mark>,
     /// What the sites of the file that were not found are; `None` if they are not drawn.
     pub other_sites: Option<&'static str>,
-    /// Whether the whole file is shown, if it is small, so that sites that were not found are in it.
+    /// Whether the whole file is shown, if it is small, with the sites that were not found.
     pub shows_all: bool,
     /// The paths found.
     pub paths: Vec<Way>,

@@ -28,8 +28,8 @@ pub fn count(pixels: &[Pixel], edges: &[[u32; 2]]) -> f64 {
     edges.iter().map(share).sum()
 }
 
-/// Divides edges by the size of what they are connected with: the smaller it is, the thinner they are.
-/// Returns widths, each with its edges.
+/// Divides edges by the size of what they are connected with: the smaller it is, the thinner they
+/// are. Returns widths, each with its edges.
 pub fn by_size(pixels: &[Pixel], edges: &[[u32; 2]], width: f64) -> Vec<(f64, Vec<[u32; 2]>)> {
     let mut groups = Groups::new(pixels.len());
     edges.iter().for_each(|&[a, b]| groups.join(a, b));

@@ -64,8 +64,8 @@ impl Picture {
         self.last = title(ask, unit, answer);
     }
 
-    /// Marks a site, unless it is already marked. The distance is written only if there is one question,
-    /// because a site has several distances otherwise.
+    /// Marks a site, unless it is already marked. The distance is written only if there is one
+    /// question, because a site has several distances otherwise.
     fn mark_site(&mut self, at: Point, name: String, distance: Option<String>, key: Option<usize>) {
         if self.marked.insert([at.x.to_bits(), at.y.to_bits()]) {
             let text = match distance.filter(|_| self.is_single) {
