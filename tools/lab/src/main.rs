@@ -10,6 +10,7 @@
 //!   queries                          several methods for the same queries
 //!     │
 //!     └──▶ table, plot::chart ──▶ folder
+//!   steps                            the steps of a build, as pictures of a page
 //!   query                            questions to a tile file, answered by one of the methods
 //! ```
 
@@ -21,6 +22,7 @@ mod pictures;
 mod plot;
 mod queries;
 mod query;
+mod steps;
 mod stretch;
 mod table;
 mod tiles;
@@ -54,6 +56,7 @@ enum Command {
     Stretch(stretch::StretchArgs),
     Queries(queries::QueriesArgs),
     Query(query::QueryArgs),
+    Steps(steps::StepsArgs),
     #[command(hide = true)]
     Peer(peer::PeerArgs),
     /// The commands of tiletool; experiments run them in processes of their own
@@ -73,6 +76,7 @@ fn main() -> ExitCode {
         Command::Stretch(args) => stretch::run(args),
         Command::Queries(args) => queries::run(args),
         Command::Query(args) => query::run(&args),
+        Command::Steps(args) => steps::run(&args),
         Command::Peer(args) => peer::run(args),
         Command::Tool(args) => tiletool::run(args.command),
     })

@@ -54,12 +54,17 @@ fn main() -> anyhow::Result<()> {
     let vertices: Vec<_> = vertices.collect();
     drop(bytes);
     let Some(segments) = arguments.segments else {
-        return write(&DelaunayTriangulation::<Vertex>::bulk_load(vertices)?, &arguments.corners);
+        return write(
+            &DelaunayTriangulation::<Vertex>::bulk_load(vertices)?,
+            &arguments.corners,
+        );
     };
     let bytes = fs::read(segments)?;
     let (ends, _) = bytes.as_chunks::<4>();
     let (pairs, _) = ends.as_chunks::<2>();
-    let segments = pairs.iter().map(|pair| pair.map(|end| u32::from_le_bytes(end) as usize));
+    let segments = pairs
+        .iter()
+        .map(|pair| pair.map(|end| u32::from_le_bytes(end) as usize));
     let mesh = ConstrainedDelaunayTriangulation::<Vertex>::bulk_load_cdt(vertices, segments.collect())?;
     write(&mesh, &arguments.corners)
 }

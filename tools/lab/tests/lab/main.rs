@@ -6,6 +6,7 @@ mod support;
 mod experiment;
 mod incremental;
 mod methods;
+mod steps;
 
 /// The program that the tests run.
 const PROGRAM: &str = env!("CARGO_BIN_EXE_lab");
