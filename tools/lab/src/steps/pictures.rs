@@ -10,7 +10,6 @@ use super::stages::{Leaf, Stages};
 use super::triangles::{Triangle, TriangleSet};
 use super::walk::Walk;
 use tiletool::common::thousands;
-use tiletool::plot::legend::Sign;
 use tiletool::plot::style::{CONSTRAINT, INK, SITE, WALL};
 
 const CELL: &str = "#c8452f";
@@ -142,7 +141,7 @@ fn query(walk: &Walk) -> String {
     let mut sheet = Sheet::new("5. Query", &caption);
     let (cells, is_used) = (&walk.ground.cells, |id| walk.used.binary_search(id).is_ok());
     let used = cells.iter().filter(|(id, _)| is_used(id));
-    sheet.cells("tiles that are read", Sign::Patch(USED), used.map(|(_, cell)| cell));
+    sheet.cells("tiles that are read", USED, None, used.map(|(_, cell)| cell));
     sheet.triangles("searched", SEARCHED, &walk.searched);
     sheet.triangles("holes", HOLES, &walk.ground.holes);
     draw_cells(&mut sheet, cells.iter().map(|(_, cell)| cell), 0.9);
@@ -154,7 +153,7 @@ fn query(walk: &Walk) -> String {
 }
 
 fn draw_cells<'a>(sheet: &mut Sheet, cells: impl Iterator<Item = &'a Rect>, width: f64) {
-    sheet.cells("cells", Sign::Line(CELL, width), cells);
+    sheet.cells("cells", CELL, Some(width), cells);
 }
 
 /// Draws a triangle, its circumcircle, and the points of other cells in it.

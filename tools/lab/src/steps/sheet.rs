@@ -106,8 +106,14 @@ impl Sheet {
         self.sign(name, Sign::Line(colour, 2.2));
     }
 
-    /// Draws the part of cells that lies in the frame, in a style.
-    pub fn cells<'a>(&mut self, name: &'static str, sign: Sign, cells: impl IntoIterator<Item = &'a Rect>) {
+    /// Draws the part of cells that lies in the frame: their outlines of this width, or else their areas.
+    pub fn cells<'a>(
+        &mut self,
+        name: &'static str,
+        colour: &'static str,
+        outline: Option<f64>,
+        cells: impl IntoIterator<Item = &'a Rect>,
+    ) {
         let rings = cells.into_iter().map(|&cell| {
             let seen = self.seen(cell);
             [
@@ -118,10 +124,11 @@ impl Sheet {
             ]
         });
         let path = Path::polygons(rings);
-        match sign {
-            Sign::Line(colour, width) => self.svg.path(&path, &stroke(colour, width)),
-            Sign::Patch(colour) | Sign::Dot(colour) => self.svg.path(&path, &fill(colour)),
-        }
+        let (style, sign) = match outline {
+            Some(width) => (stroke(colour, width), Sign::Line(colour, width)),
+            None => (fill(colour), Sign::Patch(colour)),
+        };
+        self.svg.path(&path, &style);
         self.sign(name, sign);
     }
 
