@@ -244,7 +244,7 @@ pub fn print(what: &'static str, text: &str) -> anyhow::Result<()> {
     print_bytes(what, shown::message(text).as_bytes())
 }
 
-/// Prints a summary of what a command did, as [`print`] does, unless the tool is quiet.
+/// Prints a summary of what a command did, as [`print()`] does, unless the tool is quiet.
 pub fn print_summary(what: &'static str, text: &str) -> anyhow::Result<()> {
     match quiet::is_set() {
         true => Ok(()),

@@ -60,6 +60,6 @@ mod tests {
             let line = format!("\n  {:13}", command.get_name());
             assert_eq!(text.matches(&line).count(), 1, "{}", command.get_name());
         }
-        assert!(text.lines().all(|line| line.len() <= 90), "{text}");
+        assert!(text.lines().all(|line| line.len() <= 84), "{text}");
     }
 }

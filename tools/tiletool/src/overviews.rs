@@ -14,7 +14,7 @@ use crate::allocator;
 use crate::common::{self, MemoryArgs, bytes, counted, thousands};
 use crate::progress::Bar;
 
-/// Make overviews of a tile file: coarser triangulations of the same surface
+/// Make overviews: coarser triangulations of the same surface
 ///
 /// Each overview is the Delaunay triangulation of about a quarter of the vertices of the one
 /// before, down to one tile. With z, the vertices are chosen so that the surface stays; the error

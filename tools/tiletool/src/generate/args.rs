@@ -7,7 +7,7 @@ use clap::Args;
 use super::count::parse_count;
 use super::what::{What, kinds};
 
-/// Generate test points, segments that do not cross, or maps of obstacles and sites
+/// Generate test points, segments, or maps of obstacles and sites
 ///
 /// The same arguments give the same bytes on every machine and with every version. Coordinates are
 /// raw little-endian f64, x y x y ...; segments are pairs of record numbers, raw little-endian u32.

@@ -24,7 +24,7 @@ use super::{matrix, progress, turns};
 use crate::common;
 use crate::plot;
 
-/// Answer questions: locations, nearest sites, shortest paths, heights, volumes
+/// Answer questions: locations, nearest sites, shortest paths, heights
 ///
 /// Walls and the rings of obstacles block paths. Paths may run along them, and around the outside
 /// of the convex hull unless the file was built with --exterior hole. Break lines do not block
