@@ -31,7 +31,7 @@ mod work;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use tiletool::Ending;
+use tiletool::{Ending, ToolArgs};
 
 /// The allocator of the tool: builds that are measured run in this program.
 #[global_allocator]
@@ -64,12 +64,6 @@ enum Command {
     Tool(Box<ToolArgs>),
 }
 
-#[derive(clap::Args, Debug)]
-struct ToolArgs {
-    #[command(subcommand)]
-    command: tiletool::Command,
-}
-
 fn main() -> ExitCode {
     tiletool::start(|cli: Cli| match cli.command {
         Command::Build(args) => build::run(args),
@@ -78,6 +72,6 @@ fn main() -> ExitCode {
         Command::Query(args) => query::run(&args),
         Command::Steps(args) => steps::run(&args),
         Command::Peer(args) => peer::run(args),
-        Command::Tool(args) => tiletool::run(args.command),
+        Command::Tool(args) => tiletool::run(*args),
     })
 }

@@ -45,7 +45,7 @@ use std::ffi::OsString;
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use delaunay_tiles::input::panic_is_caught;
 use delaunay_tiles::shown;
 
@@ -56,6 +56,13 @@ pub use system::Ending;
 #[derive(Parser, Debug)]
 #[command(name = "tiletool", version, max_term_width = 110, after_help = EXAMPLES)]
 struct Cli {
+    #[command(flatten)]
+    tool: ToolArgs,
+}
+
+/// A command, and what concerns all commands.
+#[derive(Args, Debug)]
+pub struct ToolArgs {
     /// Log to standard error: -v how memory is divided, -vv each step, -vvv all details. RUST_LOG
     /// chooses by module, as delaunay_tiles::io=debug
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
@@ -113,11 +120,7 @@ pub enum Command {
 
 /// Runs the tool with these arguments, the first of which is its name. Returns its exit code.
 pub fn tiletool(args: impl IntoIterator<Item = OsString>) -> u8 {
-    start_with(groups::grouped(Cli::command()), args, |cli: Cli| {
-        quiet::set(cli.quiet);
-        log::start(cli.verbose);
-        run(cli.command)
-    })
+    start_with(groups::grouped(Cli::command()), args, |cli: Cli| run(cli.tool))
 }
 
 /// Runs a program: parses the arguments of the process and calls `run` with them. Prints an error in one
@@ -161,8 +164,10 @@ fn start_with<C: Parser>(
 ///
 /// # Errors
 /// Returns the error of the command.
-pub fn run(command: Command) -> anyhow::Result<()> {
-    match command {
+pub fn run(tool: ToolArgs) -> anyhow::Result<()> {
+    quiet::set(tool.quiet);
+    log::start(tool.verbose);
+    match tool.command {
         Command::Build(args) => build::run(args),
         Command::Task(args) => task::run(args),
         Command::Insert(args) => edit::points::insert(args),
