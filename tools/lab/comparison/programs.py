@@ -197,27 +197,32 @@ class Startinpy(InPython):
         return results.read_corners(case.path("startinpy.u32"), case.path("startinpy.f64"))
 
 
-class Whitebox(InPython):
+class WritesPolygons:
+    """What programs have in common that write triangles as polygons, to the shapefile `written`."""
+
     stores = "a shapefile of polygons"
     polygons = True
+
+    def triangles(self, case, limit):
+        self.triangulate(case, limit)
+        return results.read_polygons(case.path(self.written))
+
+
+class Whitebox(WritesPolygons, InPython):
+    written = "whitebox.shp"
 
     def __init__(self):
         super().__init__("whitebox", "whitebox-workflows")
 
     def command(self, case):
-        case.path("whitebox.shp").unlink(missing_ok=True)
-        files = [case.shapefile(), case.path("whitebox.shp")]
-        return [sys.executable, HERE / "peers.py", self.function(False), *files]
-
-    def triangles(self, case, limit):
-        self.triangulate(case, limit)
-        return results.read_polygons(case.path("whitebox.shp"))
+        written = case.path(self.written)
+        written.unlink(missing_ok=True)
+        return [sys.executable, HERE / "peers.py", self.function(False), case.shapefile(), written]
 
 
-class Gdal(Program):
+class Gdal(WritesPolygons, Program):
     name = "GDAL (GEOS)"
-    stores = "a shapefile of polygons"
-    polygons = True
+    written = "gdal.shp"
     constrains = False
 
     def __init__(self):
@@ -236,11 +241,7 @@ class Gdal(Program):
         columns = ["-oo", "X_POSSIBLE_NAMES=x", "-oo", "Y_POSSIBLE_NAMES=y"]
         query = "SELECT ST_DelaunayTriangulation(ST_Collect(geometry)) AS geometry FROM points"
         sql = ["-dialect", "sqlite", "-sql", query, "-explodecollections", "-nlt", "POLYGON"]
-        return ["ogr2ogr", case.path("gdal.shp"), case.csv(), *columns, *sql]
-
-    def triangles(self, case, limit):
-        self.triangulate(case, limit)
-        return results.read_polygons(case.path("gdal.shp"))
+        return ["ogr2ogr", case.path(self.written), case.csv(), *columns, *sql]
 
 
 class Pdal(Program):
