@@ -24,7 +24,7 @@ impl Input {
         Self {
             name,
             options: BuildOptions::default()
-                .tile_vertices(500)
+                .tile_vertices(1000)
                 .memory(memory)
                 .threads(2)
                 .resumable(Some("points: 1".to_owned())),

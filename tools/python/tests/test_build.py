@@ -191,7 +191,7 @@ def pass_shapes(form: str, kind: str, shapes: list):
     return made
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(point_sets, line_sets, line_sets, st.lists(triangles, max_size=2), sites_sets, st.sampled_from(list(FORMS)))
 def test_lines_polygons_and_sites_give_the_digest_of_the_tool(of_tool, points, lines, walls, rings, sites, form):
     folder = Path("lattice")

@@ -17,8 +17,8 @@ import delaunay_tiles as dt
 boto3 = pytest.importorskip("boto3")
 server = pytest.importorskip("moto.server")
 
-# 60,000 points take more than this, so there are several blocks.
-LITTLE = {"memory": "2MB", "threads": 2, "tile_vertices": 500}
+# 30,000 points take more than this, so there are ten blocks.
+LITTLE = {"memory": "2MB", "threads": 2, "tile_vertices": 1000}
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def bucket():
 def inputs(tmp_path_factory):
     """Files of points with z, walls and sites in all blocks. The walls are so short that none is deferred."""
     folder = tmp_path_factory.mktemp("inputs")
-    xy = np.random.default_rng(3).random((60_000, 2)) * 100
+    xy = np.random.default_rng(3).random((30_000, 2)) * 100
     np.savetxt(folder / "points.csv", np.column_stack([xy, xy.sum(axis=1)]), "%.17g", ",", header="x,y,z", comments="")
     rows = [f"{x + 0.5},{y + 0.25},{x + 1.5},{y + 0.5}" for x in range(0, 90, 10) for y in range(0, 100, 5)]
     (folder / "walls.csv").write_text("\n".join(rows))
@@ -117,7 +117,7 @@ def test_the_tool_does_the_same_without_python(bucket, inputs, whole, run, tmp_p
     monkeypatch.chdir(tmp_path)
     url = "s3://maps/tool/town.tiles.parts"
     build = ["build", inputs["points"], "--walls", inputs["walls"], "--sites", inputs["sites"], "-o", url]
-    build += ["--memory", "2MB", "--threads", "2", "--tile-vertices", "500"]
+    build += ["--memory", "2MB", "--threads", "2", "--tile-vertices", "1000"]
     listed = run(*build, "--tasks")
     count = len(json.loads(run("task", url, "--json"))["blocks"])
     assert count > 3 and f"{count} left: 0-{count - 1}" in listed and f"tiletool task {url} --block 0" in listed
