@@ -30,13 +30,12 @@ pub fn current(code: u32) -> u32 {
 
 /// Returns the definition of a code as WKT.
 #[cfg(feature = "epsg")]
-pub fn definition(code: u32) -> Option<&'static str> {
-    let definition = crs_definitions::from_code(u16::try_from(code).ok()?)?;
-    Some(definition.wkt)
+pub fn definition(code: u32) -> Option<String> {
+    super::epsg::definition(code).map(|definition| definition.wkt)
 }
 
 /// Without the feature `epsg`, there are no definitions.
 #[cfg(not(feature = "epsg"))]
-pub fn definition(_: u32) -> Option<&'static str> {
+pub fn definition(_: u32) -> Option<String> {
     None
 }

@@ -15,6 +15,8 @@
 
 mod agreement;
 mod code;
+#[cfg(feature = "epsg")]
+pub(crate) mod epsg;
 mod method;
 #[cfg(feature = "parquet")]
 mod projjson;
@@ -24,6 +26,8 @@ mod wkt;
 
 pub use agreement::{Agreement, CrsConflict};
 pub use unit::Unit;
+
+use std::borrow::Cow;
 
 use crate::crs::system::System;
 use crate::crs::wkt::Node;
@@ -66,7 +70,7 @@ impl Crs {
             text: text.to_owned(),
             epsg,
             system: match epsg {
-                Some(epsg) => System::of_code(epsg, code::definition(epsg)),
+                Some(epsg) => System::of_code(epsg, code::definition(epsg).as_deref()),
                 None => System::of_projjson(text),
             },
         }
@@ -89,10 +93,10 @@ impl Crs {
     /// Returns the system as WKT: the text itself, or the definition of its code, which needs the
     /// feature `epsg`.
     #[must_use]
-    pub fn wkt(&self) -> Option<&str> {
+    pub fn wkt(&self) -> Option<Cow<'_, str>> {
         match Node::parse(&self.text) {
-            Some(_) => Some(&self.text),
-            None => code::definition(self.epsg?),
+            Some(_) => Some(Cow::Borrowed(&self.text)),
+            None => code::definition(self.epsg?).map(Cow::Owned),
         }
     }
 
@@ -100,7 +104,7 @@ impl Crs {
     /// itself may be PROJJSON too; then there is no WKT.
     #[cfg(feature = "parquet")]
     pub(crate) fn projjson(&self) -> Option<serde_json::Value> {
-        projjson::of(&Node::parse(self.wkt()?)?)
+        projjson::of(&Node::parse(&self.wkt()?)?)
     }
 
     /// Returns the URN of the system for the member `crs` of GeoJSON; `None` if the system is that of

@@ -129,7 +129,7 @@ fn codes_have_the_parameters_of_their_definition() {
     let utm = Crs::new("EPSG:32632");
     assert_eq!(utm.name(), Some("WGS 84 / UTM zone 32N"));
     assert_eq!(utm.summary(), "EPSG:32632, WGS 84 / UTM zone 32N");
-    assert_eq!(Crs::new(utm.wkt().unwrap()).epsg(), Some(32632));
+    assert_eq!(Crs::new(&utm.wkt().unwrap()).epsg(), Some(32632));
 }
 
 #[test]

@@ -128,7 +128,7 @@ pub(super) fn header(reader: &PassReader, contents: &Contents<'_>) -> Vec<u8> {
             org: epsg.map(|_| builder.create_string("EPSG")),
             code: epsg.unwrap_or(0),
             name: name.map(|name| builder.create_string(name)),
-            wkt: crs.wkt().map(|wkt| builder.create_string(wkt)),
+            wkt: crs.wkt().map(|wkt| builder.create_string(&wkt)),
             ..CrsArgs::default()
         };
         FlatCrs::create(&mut builder, &args)

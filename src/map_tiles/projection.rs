@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use proj4rs::Proj;
 use proj4rs::transform::transform;
 
-use crate::crs::Crs;
+use crate::crs::{Crs, epsg};
 use crate::geometry::{Point, Rect};
 use crate::map_tiles::drawn::NoGrid;
 
@@ -160,12 +160,12 @@ impl Way {
             return Ok(Self::Degrees);
         }
         let definition = match crs.epsg().and_then(definition) {
-            Some(definition) => definition.to_owned(),
+            Some(definition) => definition,
             None => {
                 let wkt = crs
                     .wkt()
                     .ok_or_else(|| unsupported("it has no definition".to_owned()))?;
-                proj4wkt::wkt_to_projstring(wkt).map_err(|error| unsupported(error.to_string()))?
+                proj4wkt::wkt_to_projstring(&wkt).map_err(|error| unsupported(error.to_string()))?
             }
         };
         let proj = |text: &str| Proj::from_proj_string(text).map_err(|error| unsupported(error.to_string()));
@@ -188,8 +188,8 @@ impl Way {
 }
 
 /// Returns the definition of an EPSG code as PROJ.4 has it.
-fn definition(epsg: u32) -> Option<&'static str> {
-    let definition = crs_definitions::from_code(u16::try_from(epsg).ok()?)?;
+fn definition(code: u32) -> Option<String> {
+    let definition = epsg::definition(code)?;
     Some(definition.proj4).filter(|text| !text.is_empty())
 }
 

@@ -6,6 +6,7 @@
 //! takes.
 
 use std::io::IsTerminal;
+use std::ops::Deref;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -66,6 +67,33 @@ impl Bar {
         // Without a thread, no bar is shown.
         let thread = thread.and_then(Result::ok);
         Self { stop, thread }
+    }
+}
+
+/// A bar that its owner moves, until it is dropped.
+pub struct OwnBar(ProgressBar);
+
+impl OwnBar {
+    /// Shows a bar of this length on standard error, if bars are shown.
+    pub fn new(length: u64, style: &str) -> Self {
+        Self(match are_shown() {
+            true => shown(ProgressBar::new(length), style),
+            false => ProgressBar::hidden(),
+        })
+    }
+}
+
+impl Deref for OwnBar {
+    type Target = ProgressBar;
+
+    fn deref(&self) -> &ProgressBar {
+        &self.0
+    }
+}
+
+impl Drop for OwnBar {
+    fn drop(&mut self) {
+        remove(&self.0);
     }
 }
 

@@ -80,7 +80,7 @@ pub struct BuildExperimentArgs {
     /// Seed of the sets of points
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Triangulators to compare with; none if no peer follows
+    /// Triangulators to compare with, on the first distribution; none if no peer follows
     #[arg(long, value_name = "PEER,…", value_delimiter = ',', num_args = 0.., default_values = ["spade", "triangle"])]
     peers: Vec<Peer>,
     #[command(flatten)]
@@ -164,7 +164,7 @@ pub fn run(args: BuildExperimentArgs) -> anyhow::Result<()> {
     }
     for data in plan.data() {
         bar.set_message(data.to_string());
-        bench.measure_all(data, plan.is_limited(data), &mut records)?;
+        bench.measure_all(data, &plan, &mut records)?;
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -185,7 +185,7 @@ pub fn run(args: BuildExperimentArgs) -> anyhow::Result<()> {
 
 impl Bench<'_> {
     /// Generates a set of points, triangulates it with all engines, and removes it.
-    fn measure_all(&self, data: &Data, is_limited: bool, records: &mut Vec<Record>) -> anyhow::Result<()> {
+    fn measure_all(&self, data: &Data, plan: &BuildPlan, records: &mut Vec<Record>) -> anyhow::Result<()> {
         let (points, segments) = (self.scratch.join("points.f64"), self.scratch.join("points.u32"));
         let mut generate = Command::new(&self.program);
         generate.args(["tool", "generate", data.kind.name(), "-n", &data.points.to_string()]);
@@ -204,9 +204,10 @@ impl Bench<'_> {
         let bytes = |path: &&PathBuf| std::fs::metadata(path).map_or(0, |its| its.len());
         let input_bytes = input.iter().flatten().map(bytes).sum();
         let mut engines = vec![Engine::Ours];
-        engines.extend(self.args.peers.iter().map(|&peer| Engine::Peer(peer)));
+        let peers = self.args.peers.iter().filter(|_| plan.has_peers(data));
+        engines.extend(peers.map(|&peer| Engine::Peer(peer)));
         engines.retain(|&engine| engine != Engine::Peer(Peer::Triangle) || self.triangle.is_some());
-        let limits = [Some(None), is_limited.then_some(Some(&self.limit))];
+        let limits = [Some(None), plan.is_limited(data).then_some(Some(&self.limit))];
         // Alternately, so that other work on this machine affects all alike.
         for round in 0..self.args.rounds {
             for limit in limits.iter().flatten() {

@@ -82,12 +82,16 @@ impl BuildPlan {
         self.data.iter().map(|data| data.points).max().unwrap_or(0)
     }
 
+    /// Returns whether peers triangulate a set too. Only those of the first distribution are: the
+    /// distribution hardly matters to peers, and they take most of the time.
+    pub fn has_peers(&self, data: &Data) -> bool {
+        self.kinds.first() == Some(&data.kind)
+    }
+
     /// Returns whether a set is triangulated under a hard limit too; only those of the first
     /// distribution are.
     pub fn is_limited(&self, data: &Data) -> bool {
-        self.kinds.first() == Some(&data.kind)
-            && data.alpha.is_none_or(|alpha| alpha == ALPHA)
-            && self.sizes.contains(&data.points)
+        self.has_peers(data) && data.alpha.is_none_or(|alpha| alpha == ALPHA) && self.sizes.contains(&data.points)
     }
 }
 

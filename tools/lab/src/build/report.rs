@@ -128,13 +128,15 @@ impl Page<'_> {
             "# Building: time, bytes and memory\n\n\
              `{}`\n\n\
              Measured with tiletool {} on {}. `tiletool build` had {} and {} threads; {}. Each build is a process of its own, from reading the raw points \
-             to the finished file; the input was evicted from the page cache before. spade (and `triangle`, if it is installed) read the same file and triangulate in memory: \
+             to the finished file; the input was evicted from the page cache before. On the first distribution, \
+             spade (and `triangle`, if it is installed) read the same file and triangulate in memory: \
              they keep no result, so they write nothing. All processes are in [builds.csv](builds.csv), with \
              `off_cpu_seconds`, the time less the processor time, which is the I/O time of a program of one thread.\n\n\
              *CPU* is the processor time of all threads. *Waited* is the time that computing threads waited for the disk, summed over the threads: the \
              part of the I/O that was not overlapped. Bytes are those that the program read and wrote: input, work files, tiles. *Seam* is the share of \
              the vertices that tiles hand up, *border* that of the triangles that a merge settles, *held* that of the triangles that are held for segments. \
-             The points were divided into blocks; with 1 block, all were in memory.\n",
+             The points were divided into blocks; with 1 block, all were in memory. *Peak* is the largest resident size: the program's code may \
+             take up to 16 MiB besides the memory that `tiletool build` had; the largest peak of its builds was {}.\n",
             machine::command(),
             env!("CARGO_PKG_VERSION"),
             machine::describe(),
@@ -144,6 +146,12 @@ impl Page<'_> {
                 1 => "each was measured once".to_owned(),
                 rounds => format!("figures are those of the median of {rounds} by time"),
             },
+            m.records
+                .iter()
+                .filter(|r| r.engine == Engine::Ours)
+                .filter_map(Record::peak)
+                .max()
+                .map_or_else(|| "not known".to_owned(), common::bytes),
         );
     }
 
@@ -400,8 +408,8 @@ impl Page<'_> {
         is_known.then(|| times.ln() / (last.points as f64 / first.points as f64).ln())
     }
 
-    /// Returns a line for each distribution and engine. Distributions have colours; every second
-    /// engine has dashed lines.
+    /// Returns a line for each engine and each distribution that it triangulated. Distributions have
+    /// colours; every second engine has dashed lines.
     fn lines(&self, data: &[Vec<Data>], value: Value, x: impl Fn(&Data) -> f64 + Copy) -> Vec<ChartLine> {
         let mut lines = Vec::new();
         for (index, engine) in self.engines().into_iter().enumerate() {
@@ -411,16 +419,21 @@ impl Page<'_> {
                 lines.push(self.line(name, engine, (colour + 3 * (index / 2), index % 2 > 0), data, value, x));
             }
         }
+        lines.retain(|line| !line.points.is_empty() || !line.failures.is_empty());
         lines
     }
 
-    /// Returns a line for each quantity of our builds and each distribution. All quantities but the
-    /// first have dashed lines.
+    /// Returns a line for each quantity of our builds and each distribution; for several quantities,
+    /// only the first and the last distribution, since more lines are hard to tell apart. All
+    /// quantities but the first have dashed lines.
     fn lines_of_ours(&self, data: &[Vec<Data>], parts: &[Quantity], x: impl Fn(&Data) -> f64 + Copy) -> Vec<ChartLine> {
         let mut lines = Vec::new();
         for (index, &(part, value)) in parts.iter().enumerate() {
             for (colour, data) in data.iter().enumerate() {
-                let Some(first) = data.first() else { continue };
+                let is_between = colour > 0 && colour + 1 < self.measured.plan.kinds.len();
+                let Some(first) = data.first().filter(|_| parts.len() == 1 || !is_between) else {
+                    continue;
+                };
                 let name = format!("{part}, {}", first.kind);
                 lines.push(self.line(name, Engine::Ours, (colour, index > 0), data, value, x));
             }

@@ -28,17 +28,17 @@ use delaunay_tiles::terrain::Clip;
 use indicatif::ProgressBar;
 
 use crate::common;
+use crate::progress::OwnBar;
 use crate::surface::open_clipped;
 use args::usage;
 use formats::AnyFormat;
-use progress::bar;
 
 pub use args::ExportArgs;
 
 /// Exports a tile file.
 pub fn run(args: ExportArgs) -> anyhow::Result<()> {
     let format = format(&args).unwrap_or_else(|error| error.exit());
-    let bar = bar();
+    let bar = OwnBar::new(0, "export   {wide_bar} {percent:>3}%  {eta} left");
     let done = common::block_on(async {
         tokio::select! {
             done = write(&args, format, &bar) => done,
@@ -46,7 +46,7 @@ pub fn run(args: ExportArgs) -> anyhow::Result<()> {
             () = common::interrupted() => bail!("interrupted"),
         }
     });
-    bar.finish_and_clear();
+    drop(bar);
     let summary = done?;
     if args.is_stdout() {
         // Standard output holds the triangulation, so the summary goes to standard error.

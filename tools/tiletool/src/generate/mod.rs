@@ -18,11 +18,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::Context;
 use clap::{Args as _, Command};
 use distributions::{Kind, LongSegments, MapKind, Pslg, points, points3};
-use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::common;
 use crate::output::{StandardOutput, StreamOutput};
-use crate::progress;
+use crate::progress::OwnBar;
 pub use args::GenerateArgs;
 pub use count::parse_count;
 use what::What;
@@ -163,7 +162,7 @@ impl TestData {
     /// Writes both files, and then renames them to their final names. Returns the number of
     /// segments if there is a file of them.
     fn write_files(&self, path: &Path, segment_path: &Path, stop: &AtomicBool) -> anyhow::Result<Option<u64>> {
-        let bar = progress_bar(self.records());
+        let bar = OwnBar::new(self.records(), "{wide_bar} {human_pos}/{human_len} points {msg} {eta}");
         let mut progress = |done| {
             bar.set_position(done);
             if stop.load(Ordering::Relaxed) {
@@ -192,7 +191,6 @@ impl TestData {
         }
         // The points get their name last, so a process that sees new points also sees new segments.
         point_file.publish().with_context(|| failed(path))?;
-        bar.finish_and_clear();
         Ok(segments)
     }
 }
@@ -239,19 +237,6 @@ fn flat_bytes([x, y]: [f64; 2]) -> [[u8; 8]; 3] {
 /// Returns the bytes of a segment.
 fn end_bytes(ends: [u32; 2]) -> [[u8; 4]; 2] {
     ends.map(u32::to_le_bytes)
-}
-
-/// Returns a progress bar on standard error, hidden unless bars are shown.
-fn progress_bar(records: u64) -> ProgressBar {
-    if !progress::are_shown() {
-        return ProgressBar::hidden();
-    }
-    let template = "{wide_bar} {human_pos}/{human_len} points {msg} {eta}";
-    let bar = ProgressBar::new(records);
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style);
-    }
-    bar
 }
 
 /// Ignores a broken pipe: the reader has read enough.
