@@ -6,6 +6,9 @@ import json
 import logging
 import multiprocessing
 import os
+import signal
+import subprocess
+import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from types import SimpleNamespace
 
@@ -124,7 +127,8 @@ def test_the_tool_does_the_same_without_python(bucket, inputs, whole, run, tmp_p
     for block in range(count - 1):
         run("task", url, "--block", block, "--tmp", tmp_path, "--quiet")
     assert json.loads(run("task", url, "--block", "0", "--json"))["blocks"][0]["was_done"]
-    assert f"1 left: {count - 1}" in run("task", url)
+    for listed in (run("task", url), run(*build, "--tasks", "--resume")):
+        assert f"1 left: {count - 1}" in listed
     run(*build, "--resume", "--quiet")
     assert os.listdir(tmp_path) == []
     assert run("digest", "--recompute", url) == run("digest", "--recompute", whole)
@@ -132,6 +136,23 @@ def test_the_tool_does_the_same_without_python(bucket, inputs, whole, run, tmp_p
     assert run(*path, url) == run(*path, whole).replace(str(whole), url)
     run("compact", url, "-o", "one.tiles")
     assert run("digest", "--recompute", "one.tiles") == run("digest", "--recompute", whole)
+
+
+def test_an_interrupted_task_leaves_no_files(bucket, inputs, run, tmp_path, tool):
+    url = "s3://maps/interrupted/town.tiles.parts"
+    run("build", inputs["points"], "-o", url, "--memory", "2MB", "--threads", "2", "--tile-vertices", "1000", "--tasks")
+    blocks = json.loads(run("task", url, "--json"))["blocks"]
+    options = [word for block in range(len(blocks)) for word in ("--block", str(block))]
+    task = subprocess.Popen([tool, "task", url, *options, "--tmp", tmp_path, "--quiet"], stderr=subprocess.PIPE)
+    while not os.listdir(tmp_path):
+        assert task.poll() is None
+        time.sleep(0.001)
+    task.send_signal(signal.SIGINT)
+    _, said = task.communicate(timeout=60)
+    assert task.returncode != 0 and b"is not conquered" in said
+    assert os.listdir(tmp_path) == []
+    blocks = json.loads(run("task", url, "--json"))["blocks"]
+    assert not blocks[-1]["is_done"]
 
 
 def test_a_build_without_workers_goes_into_a_store_too(bucket, tmp_path):

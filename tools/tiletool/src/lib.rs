@@ -13,6 +13,8 @@ pub mod common;
 mod compact;
 pub mod crs;
 mod digest;
+#[cfg(all(test, feature = "geopackage", feature = "object-store", feature = "parquet"))]
+mod documented;
 mod edit;
 pub mod export;
 mod flags;

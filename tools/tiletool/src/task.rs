@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use bytesize::ByteSize;
 use clap::Args;
 use delaunay_tiles::{BlockTasks, ConqueredBlock, TaskOptions, TaskStore};
@@ -73,13 +73,12 @@ impl Tasks {
 
     async fn list(&self) -> anyhow::Result<TaskList> {
         match self {
-            Self::Folder(tasks) => Ok(TaskList::of(tasks, |block| tasks.is_done(block))),
+            Self::Folder(tasks) => TaskList::of(tasks, None).await,
             Self::Store(store, tmp) => {
                 let cannot = || format!("cannot make a folder in {}", shown(tmp));
                 let folder = tempfile::tempdir_in(tmp).with_context(cannot)?;
                 let tasks = store.tasks(folder.path()).await?;
-                let are_done = store.are_done(&tasks).await?;
-                Ok(TaskList::of(&tasks, |block| are_done[block as usize]))
+                TaskList::of(&tasks, Some(store)).await
             }
         }
     }
@@ -91,8 +90,12 @@ impl Tasks {
                 let conquering = async { Ok(tasks.conquer(block, options).await?) };
                 common::until_interrupted(conquering, tasks.progress(), || {}).await
             }
-            // Until it is complete, nothing of it is in the store.
-            Self::Store(store, tmp) => Ok(store.conquer(block, options, tmp).await?),
+            // Dropping the future of the other branch removes the temporary files. Until a block is complete, it
+            // does not count.
+            Self::Store(store, tmp) => tokio::select! {
+                done = store.conquer(block, options, tmp) => Ok(done?),
+                () = common::interrupted() => bail!("interrupted: block {block} is not conquered"),
+            },
         }
     }
 }
@@ -129,15 +132,20 @@ struct BlockEntry {
 }
 
 impl TaskList {
-    pub fn of(tasks: &BlockTasks, is_done: impl Fn(u32) -> bool) -> Self {
-        let entry = |block| BlockEntry {
-            points: tasks.points(block),
-            is_done: is_done(block),
+    /// Lists tasks, whose output is in the store, if there is one, or in their folder.
+    pub async fn of(tasks: &BlockTasks, store: Option<&TaskStore>) -> anyhow::Result<Self> {
+        let are_done = match store {
+            Some(store) => store.are_done(tasks).await?,
+            None => (0..tasks.blocks()).map(|block| tasks.is_done(block)).collect(),
         };
-        Self {
+        let entry = |(block, is_done)| BlockEntry {
+            points: tasks.points(block),
+            is_done,
+        };
+        Ok(Self {
             memory: tasks.memory(),
-            blocks: (0..tasks.blocks()).map(entry).collect(),
-        }
+            blocks: (0..).zip(are_done).map(entry).collect(),
+        })
     }
 
     /// Returns the report for people. `file` is that of the build.

@@ -273,7 +273,8 @@ impl BuildArgs {
 
     /// Prints the tasks to which the blocks were left.
     fn print_tasks(&self, tasks: &BlockTasks) -> anyhow::Result<()> {
-        let list = TaskList::of(tasks, |block| tasks.is_done(block));
+        let store = common::url(&self.output).map(TaskStore::at).transpose()?;
+        let list = common::block_on(TaskList::of(tasks, store.as_ref()))?;
         match self.json {
             true => common::print_json("the tasks", &list),
             false => common::print_summary("the tasks", &list.report(&self.output)),
