@@ -16,7 +16,13 @@ fn commands(text: &str) -> Vec<Vec<String>> {
     let words = |line: &str| {
         let words = shlex::split(line).unwrap_or_else(|| panic!("a quote is open in: {line}"));
         let is_shell = |word: &String| matches!(&**word, "|" | "&" | "&&" | ";" | ">" | "2>" | "<");
-        words.into_iter().take_while(|word| !is_shell(word)).collect()
+        // Variables that the pages use are numbers.
+        let value = |word: String| if word.starts_with('$') { "1".to_owned() } else { word };
+        words
+            .into_iter()
+            .take_while(|word| !is_shell(word))
+            .map(value)
+            .collect()
     };
     of_tool.map(words).collect()
 }
