@@ -116,11 +116,16 @@ def test_on_dask_workers_that_are_killed_change_nothing(bucket, inputs, whole, r
     assert_is(whole, url, summary, bucket, run)
 
 
+def command(inputs, url) -> list:
+    """The command of the tool for a build as those above."""
+    build = ["build", inputs["points"], "--walls", inputs["walls"], "--sites", inputs["sites"], "-o", url]
+    return [*build, "--memory", "2MB", "--threads", "2", "--tile-vertices", "1000"]
+
+
 def test_the_tool_does_the_same_without_python(bucket, inputs, whole, run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     url = "s3://maps/tool/town.tiles.parts"
-    build = ["build", inputs["points"], "--walls", inputs["walls"], "--sites", inputs["sites"], "-o", url]
-    build += ["--memory", "2MB", "--threads", "2", "--tile-vertices", "1000"]
+    build = command(inputs, url)
     listed = run(*build, "--tasks")
     count = len(json.loads(run("task", url, "--json"))["blocks"])
     assert count > 3 and f"{count} left: 0-{count - 1}" in listed and f"tiletool task {url} --block 0" in listed
@@ -140,7 +145,7 @@ def test_the_tool_does_the_same_without_python(bucket, inputs, whole, run, tmp_p
 
 def test_an_interrupted_task_leaves_no_files(bucket, inputs, run, tmp_path, tool):
     url = "s3://maps/interrupted/town.tiles.parts"
-    run("build", inputs["points"], "-o", url, "--memory", "2MB", "--threads", "2", "--tile-vertices", "1000", "--tasks")
+    run(*command(inputs, url), "--tasks")
     blocks = json.loads(run("task", url, "--json"))["blocks"]
     options = [word for block in range(len(blocks)) for word in ("--block", str(block))]
     task = subprocess.Popen([tool, "task", url, *options, "--tmp", tmp_path, "--quiet"], stderr=subprocess.PIPE)
