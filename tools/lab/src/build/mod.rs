@@ -120,6 +120,16 @@ fn parse_share(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Seconds after which a peer is slow: it is not measured again on the same points.
+const SLOW: f64 = 60.0;
+
+/// What was measured so far.
+#[derive(Default)]
+struct Results {
+    records: Vec<Record>,
+    notes: Vec<String>,
+}
+
 /// The state that all processes of an experiment share.
 struct Bench<'a> {
     args: &'a BuildExperimentArgs,
@@ -150,24 +160,25 @@ pub fn run(args: BuildExperimentArgs) -> anyhow::Result<()> {
         scratch: &scratch,
         stop: &stop,
     };
-    let mut notes = Vec::new();
+    let mut results = Results::default();
     if args.peers.contains(&Peer::Triangle) {
         bench.triangle = peer::find_triangle();
         if bench.triangle.is_none() {
-            notes.push("The program `triangle` is not installed here, so it is not among the peers.".to_owned());
+            let note = "The program `triangle` is not installed here, so it is not among the peers.";
+            results.notes.push(note.to_owned());
         }
     }
-    let mut records = Vec::new();
     let bar = ProgressBar::new(plan.data().len() as u64);
     if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos}/{len} {msg} {eta}") {
         bar.set_style(style);
     }
     for data in plan.data() {
         bar.set_message(data.to_string());
-        bench.measure_all(data, &plan, &mut records)?;
+        bench.measure_all(data, &plan, &mut results)?;
         bar.inc(1);
     }
     bar.finish_and_clear();
+    let Results { records, mut notes } = results;
     notes.extend(record::contradictions(&records));
     let measured = Measured {
         records,
@@ -185,7 +196,7 @@ pub fn run(args: BuildExperimentArgs) -> anyhow::Result<()> {
 
 impl Bench<'_> {
     /// Generates a set of points, triangulates it with all engines, and removes it.
-    fn measure_all(&self, data: &Data, plan: &BuildPlan, records: &mut Vec<Record>) -> anyhow::Result<()> {
+    fn measure_all(&self, data: &Data, plan: &BuildPlan, results: &mut Results) -> anyhow::Result<()> {
         let (points, segments) = (self.scratch.join("points.f64"), self.scratch.join("points.u32"));
         let mut generate = Command::new(&self.program);
         generate.args(["tool", "generate", data.kind.name(), "-n", &data.points.to_string()]);
@@ -211,23 +222,23 @@ impl Bench<'_> {
         // Alternately, so that other work on this machine affects all alike.
         for round in 0..self.args.rounds {
             for limit in limits.iter().flatten() {
+                let mut slow = Vec::new();
                 for &engine in &engines {
                     for file in input.iter().flatten() {
                         caches::drop_file(file)?;
                     }
                     let took = self.measure_one(engine, &points, segments.as_deref(), *limit)?;
                     if engine == Engine::Ours && limit.is_none() && took.ended != Ended::Done {
-                        bail!("{data}: the build failed: {}", took.complaint());
+                        results.notes.push(format!("{data}: the build failed: {}", took.complaint()));
                     }
-                    records.push(Record::new(
-                        engine,
-                        *data,
-                        round,
-                        limit.map(|l| l.bytes),
-                        input_bytes,
-                        took,
-                    )?);
+                    if engine != Engine::Ours && took.seconds > SLOW {
+                        slow.push(engine);
+                    }
+                    let limit = limit.map(|limit| limit.bytes);
+                    let record = Record::new(engine, *data, round, limit, input_bytes, took)?;
+                    results.records.push(record);
                 }
+                engines.retain(|engine| !slow.contains(engine));
             }
         }
         Ok(())

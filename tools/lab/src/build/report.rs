@@ -144,7 +144,9 @@ impl Page<'_> {
             m.threads,
             match m.rounds {
                 1 => "each was measured once".to_owned(),
-                rounds => format!("figures are those of the median of {rounds} by time"),
+                rounds => format!(
+                    "figures are those of the median of {rounds} by time, and of one process if a peer took over a minute"
+                ),
             },
             m.records
                 .iter()
