@@ -293,13 +293,14 @@ impl Source<PointBatch> {
     }
 
     /// Returns a text that identifies these inputs and the options, so that work on them can be
-    /// resumed. It contains the options and, for each file, its absolute path, size in bytes and
-    /// time of modification in nanoseconds since 1970, as at open. Returns `None` if an input is
-    /// not a regular file. Use the text only for comparison: its form may change between versions.
+    /// resumed. It contains the options, but for the number of threads, and, for each file, its
+    /// absolute path, size in bytes and time of modification in nanoseconds since 1970, as at open.
+    /// Returns `None` if an input is not a regular file. Use the text only for comparison: its form
+    /// may change between versions.
     #[must_use]
     pub fn identity(&self) -> Option<String> {
         self.total_bytes?;
-        let mut identity = format!("{:?}", self.options);
+        let mut identity = format!("{:?}", self.options.clone().threads(0));
         for (path, stamp) in &self.stamps {
             let path = std::path::absolute(path).ok()?;
             // The path is quoted, so that a path with line breaks cannot look like two paths.
