@@ -221,8 +221,8 @@ impl Bench<'_> {
         let limits = [Some(None), plan.is_limited(data).then_some(Some(&self.limit))];
         // Alternately, so that other work on this machine affects all alike.
         for round in 0..self.args.rounds {
+            let mut slow = Vec::new();
             for limit in limits.iter().flatten() {
-                let mut slow = Vec::new();
                 for &engine in &engines {
                     for file in input.iter().flatten() {
                         caches::drop_file(file)?;
@@ -238,8 +238,8 @@ impl Bench<'_> {
                     let record = Record::new(engine, *data, round, limit, input_bytes, took)?;
                     results.records.push(record);
                 }
-                engines.retain(|engine| !slow.contains(engine));
             }
+            engines.retain(|engine| !slow.contains(engine));
         }
         Ok(())
     }
