@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use bytesize::ByteSize;
 use clap::Args;
 use delaunay_tiles::BuildOptions;
@@ -130,6 +130,14 @@ struct Results {
     notes: Vec<String>,
 }
 
+impl Results {
+    /// Returns whether any build of ours succeeded.
+    fn have_builds(&self) -> bool {
+        let mut ours = self.records.iter().filter(|record| record.engine == Engine::Ours);
+        ours.any(Record::is_done)
+    }
+}
+
 /// The state that all processes of an experiment share.
 struct Bench<'a> {
     args: &'a BuildExperimentArgs,
@@ -229,7 +237,10 @@ impl Bench<'_> {
                     }
                     let took = self.measure_one(engine, &points, segments.as_deref(), *limit)?;
                     if engine == Engine::Ours && limit.is_none() && took.ended != Ended::Done {
-                        results.notes.push(format!("{data}: the build failed: {}", took.complaint()));
+                        let failure = format!("{data}: the build failed: {}", took.complaint());
+                        // What was measured is kept.
+                        ensure!(results.have_builds(), failure);
+                        results.notes.push(failure);
                     }
                     if engine != Engine::Ours && took.seconds > SLOW {
                         slow.push(engine);
