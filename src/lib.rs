@@ -268,8 +268,9 @@ pub use export::{ExportError, ExportOptions};
 pub use geometry::{Point, Rect};
 pub use memory::{MemoryShortage, MemoryUse, default_memory, peak_memory};
 pub use pipeline::{
-    BlockTasks, BuildError, BuildOptions, BuildSummary, Builder, ConqueredBlock, Crossings, Description, Duplicates,
-    LevelSummary, Phase, PhaseSummary, Planned, Progress, Steiner, TaskOptions, TaskStore, UnknownDuplicates, Waits,
+    BlockTasks, BuildError, BuildOptions, BuildSummary, Builder, ConqueredBlock, Crossings, Description,
+    DistributedInput, Duplicates, InputPlan, InputTask, InputTasks, LevelSummary, Phase, PhaseSummary, Planned,
+    Progress, Steiner, TaskOptions, TaskStore, UnknownDuplicates, Waits,
 };
 pub use query::{Distance, Location, Mode, Near, Path, PathOutcome, QueryError, QueryOptions, SiteFound, TriangleRef};
 pub use store::{Cache, OpenOptions, ReadError, TileReader, VerifyError};

@@ -92,6 +92,8 @@ pub struct InputCounts {
 #[derive(Default)]
 pub struct PointTotals {
     pub counts: InputCounts,
+    /// The number of the first record.
+    pub first_record: u64,
     /// The number of points of the current file that had no z and got 0.
     padded: u64,
 }

@@ -5,6 +5,7 @@
 //! the records, and fills a [`Batch`]. The methods of the sink depend on the kind of record; they
 //! are defined in the modules `points`, `lines` and `sites`.
 
+use crate::geometry::Rect;
 use crate::input::about::About;
 use crate::input::error::{InputError, Location, RecordKind};
 use crate::input::flaw::Flaw;
@@ -65,6 +66,11 @@ pub trait Reader<B: Batch>: Send {
     /// Returns the number of records that remain, as estimated from the file's beginning and its
     /// size. The file may claim any number, so no memory may be allocated according to it.
     fn expected(&self) -> Option<u64> {
+        None
+    }
+
+    /// Returns the rectangle that contains the records, as the file's beginning says, which may be wrong.
+    fn expected_extent(&self) -> Option<Rect> {
         None
     }
 

@@ -244,6 +244,12 @@ impl MemoryPlan {
         (self.run_buffers() / (16 << 10)).clamp(16, 512)
     }
 
+    /// Returns the number of cells to which the points of one of several inputs are distributed. Their
+    /// files do not stay open.
+    pub(crate) fn most_cells_of_input(&self) -> usize {
+        (self.run_buffers() / (16 << 10)).clamp(16, 4096)
+    }
+
     /// Returns the shares of a build whose points do not fit in memory. They use only threads for
     /// which there is memory.
     ///

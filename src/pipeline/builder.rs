@@ -1,37 +1,38 @@
 //! The builder takes points and lines, and makes a file from them.
 
-use std::iter::repeat;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::AtomicU64;
 use std::time::Instant;
 
 use futures::future::FutureExt;
 
 use crate::constraints::polygons::arrivals::Arrivals;
 use crate::constraints::segments::spool::SegmentSpool;
-use crate::edit::EditError;
 use crate::geometry::Point;
 use crate::input::{MissingZ, PointBatch, SegmentBatch, SiteBatch};
-use crate::io::{blocking, new_output};
+use crate::io::new_output;
 use crate::pipeline::assembly::Assembly;
 use crate::pipeline::context::{BuildContext, Given};
 use crate::pipeline::disk::{DiskLoad, check_disk};
 use crate::pipeline::draping::surface_of;
 use crate::pipeline::error::BuildError;
+use crate::pipeline::ingest::batch::check_batch;
 use crate::pipeline::ingest::drape::{Draping, PointSurface};
 use crate::pipeline::ingest::intake::{Intake, Points};
 use crate::pipeline::ingest::ponds::PondInput;
 use crate::pipeline::ingest::sites::Sites;
 use crate::pipeline::options::{BuildOptions, Crossings, Phase, Steiner};
-use crate::pipeline::records::{Description, FinishedBlocks};
-use crate::pipeline::resume::plan::SavedPlan;
+use crate::pipeline::records::Description;
 use crate::pipeline::summary::BuildSummary;
+use crate::pipeline::tasks::inputs::SavedInputs;
 use crate::pipeline::work_folder::WorkFolder;
 use crate::store::LineKind;
 
 mod ends;
+mod inputs;
 mod next;
+mod resume;
 mod tasks;
 
 pub use tasks::Planned;
@@ -59,6 +60,9 @@ pub struct Builder {
     given: Given,
     /// The surface from which vertices without z take it, once all points have arrived.
     surface: Option<Arc<PointSurface>>,
+    /// If the build is resumed: the plan of the tasks that distribute its inputs, until their points are
+    /// taken.
+    inputs: Option<SavedInputs>,
     /// If the build is resumed: how vertices take their z from the surface.
     draping: Option<Draping>,
     began: Instant,
@@ -88,7 +92,7 @@ impl Builder {
             // `WorkFolder` keeps the folder until this has succeeded, so an error leaves its
             // content in place.
             this.resume()?;
-            this.context.folder.keep(!this.needs_points());
+            this.context.folder.keep(!this.needs_points() || this.inputs.is_some());
         }
         this.context.options.progress.start(Phase::Read, 0);
         Ok(this)
@@ -115,6 +119,7 @@ impl Builder {
             ponds: PondInput::default(),
             given: Given::default(),
             surface: None,
+            inputs: None,
             draping: None,
             began: Instant::now(),
             context: BuildContext {
@@ -127,53 +132,6 @@ impl Builder {
                 limits: None,
             },
         })
-    }
-
-    /// Loads the work of an interrupted build. Removes it if there is no plan to continue from, or if
-    /// something that the plan needs is lost, as after a power cut.
-    fn resume(&mut self) -> Result<(), BuildError> {
-        let BuildContext { folder, options, .. } = &self.context;
-        let cannot = |error| BuildError::io(folder.path(), "resume the work in", error);
-        match SavedPlan::load(&folder.plan()).map_err(cannot)? {
-            Some(saved) if !folder.was_published() => {
-                let (mine, others) = (options.identity(), &saved.settings.identity);
-                if let Some(line) = first_difference(others, &mine) {
-                    return Err(BuildError::OtherBuild {
-                        path: folder.path().to_owned(),
-                        what: line.to_owned(),
-                    });
-                }
-                if let Some(finished) = saved.finished(folder)? {
-                    return self.continue_from(saved, finished);
-                }
-            }
-            _ => {}
-        }
-        folder.empty().map_err(cannot)
-    }
-
-    /// Takes over the input and the settings of an interrupted build, apart from its segments.
-    fn continue_from(&mut self, saved: SavedPlan, finished: FinishedBlocks) -> Result<(), BuildError> {
-        let SavedPlan {
-            settings,
-            given,
-            plan,
-            draping,
-        } = saved;
-        let context = &mut self.context;
-        context.memory = context.memory.with_arrivals_before(settings.arrivals)?;
-        if draping.is_some() {
-            context.memory = context.memory.with_surface();
-        }
-        // With less memory, nodes must be smaller. Then the file has the same triangles, and other
-        // bytes.
-        let has_memory = context.memory.total() >= settings.memory;
-        context.limits = has_memory.then_some(settings.limits);
-        context.segments = settings.segments;
-        context.first_end.store(settings.first_end, Ordering::Relaxed);
-        self.next_record = given.next_record;
-        (self.given, self.draping, self.intake) = (given, draping, Intake::Resumed(plan, finished));
-        Ok(())
     }
 
     /// Returns whether points must be pushed. A resumed build has all its points.
@@ -236,23 +194,13 @@ impl Builder {
         if progress.is_cancelled() {
             return Err(BuildError::Cancelled);
         }
-        let (points, z, records) = (batch.points.len(), batch.z.len(), batch.records.len());
-        if records != points || !(z == points || z == 0) {
-            return Err(BuildError::Batch { points, z, records });
-        }
-        if let Some((&z, &record)) = batch.z.iter().zip(&batch.records).find(|(z, _)| !z.is_finite()) {
-            return Err(BuildError::InvalidZ { record, z });
-        }
-        let invalid = batch.points.iter().zip(&batch.records).find(|(p, _)| !p.is_valid());
-        if let Some((&point, &record)) = invalid {
-            return Err(BuildError::InvalidPoint { record, point });
-        }
+        check_batch(batch)?;
         self.intake.push(batch, &self.context).await?;
         self.segments.resolve(batch)?;
         self.given.has_z |= !batch.z.is_empty();
         let last = batch.records.iter().copied().max();
         self.next_record = self.next_record.max(last.map_or(0, |last| last.saturating_add(1)));
-        let points = points as u64;
+        let points = batch.points.len() as u64;
         self.given.points += points;
         self.context.options.progress.advance(points, points);
         Ok(())
@@ -415,25 +363,6 @@ impl Builder {
         self.push_ends().await
     }
 
-    /// Reads back what an interrupted build saved beside its plan: segments, and the surface.
-    async fn read_back(&mut self) -> Result<(), BuildError> {
-        let BuildContext { folder, memory, .. } = &self.context;
-        let (path, count) = (folder.lines(), self.context.segments);
-        let mut segments = SegmentSpool::new(folder.spill(), memory.for_segments());
-        let read = blocking(move || match count {
-            0 => Ok(segments),
-            _ => segments.restore(&path, count).map(|()| segments),
-        });
-        let cannot = |error| BuildError::io(folder.spill(), "read segments in", error);
-        self.segments = read.await.map_err(cannot)??;
-        if let Some(rules) = self.draping.take() {
-            let progress = Arc::clone(&self.context.options.progress);
-            let surface = PointSurface::open(&folder.surface(), rules, memory.for_surface(), progress).await;
-            self.surface = Some(Arc::new(surface.map_err(EditError::Read)?));
-        }
-        Ok(())
-    }
-
     /// Returns what makes the file of all that has arrived.
     async fn assembly(&mut self) -> Result<(Assembly, Points, SegmentSpool), BuildError> {
         let intake = std::mem::replace(&mut self.intake, Intake::new());
@@ -499,14 +428,6 @@ impl Builder {
         }
         result
     }
-}
-
-/// Returns the first line in which two texts differ: that of `a`, or of `b` if `a` has no more
-/// lines.
-fn first_difference<'a>(a: &'a str, b: &'a str) -> Option<&'a str> {
-    let padded = |text: &'a str| text.lines().map(Some).chain(repeat(None));
-    let mut pairs = padded(a).zip(padded(b)).take_while(|(a, b)| a.or(*b).is_some());
-    pairs.find(|(a, b)| a != b).and_then(|(a, b)| a.or(b))
 }
 
 /// Returns the file that an output's name stands for.

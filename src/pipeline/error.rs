@@ -232,6 +232,35 @@ pub enum BuildError {
         /// Number of blocks.
         blocks: u32,
     },
+    /// A build has no such input.
+    #[error("there is no input {input}; the build has {inputs}, numbered from 0")]
+    NoInput {
+        /// The number of the input.
+        input: u32,
+        /// Number of inputs.
+        inputs: u32,
+    },
+    /// A point of an input has a record number that the plan does not give to it.
+    #[error("input {input} has a record {record}, which it did not announce; plan the inputs again")]
+    RecordOfInput {
+        /// The number of the input.
+        input: u32,
+        /// The record number.
+        record: u64,
+    },
+    /// The points of inputs were not distributed yet.
+    #[error("{left} of the inputs were not distributed yet, {first} is the first; do their tasks")]
+    InputsLeft {
+        /// The number of the first of them.
+        first: u32,
+        /// Number of these inputs.
+        left: u64,
+    },
+    /// Segments lie between points of records, and tasks distribute the points.
+    #[error(
+        "segments between records need their points; build without tasks for inputs, or give the segments by positions"
+    )]
+    InputsForRecords,
     /// A task may take less memory than the plan has for it.
     #[error(
         "a task of this build needs {} MiB of memory, and may take {}; do it where there is more, or plan the build with less",

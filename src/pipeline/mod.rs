@@ -20,9 +20,10 @@
 //! computing threads, which share a board of tasks (`conquer::schedule`). Their results pass in the
 //! order of the file (`output::ordered`) through a channel to the task that writes
 //! (`output::writer`). After the root, `finish` assembles the borders. `resume` holds the state
-//! from which an interrupted build continues. `tasks` conquers blocks one by one, in any process, for a
-//! build that is then resumed; `task_store` is where they find their points and leave their tiles if they
-//! share no folder. `records` holds the values that phases pass to each other.
+//! from which an interrupted build continues. `tasks` distributes inputs and conquers blocks one by
+//! one, in any process, for a build that is then resumed; `task_store` is where they find their points
+//! and leave their tiles if they share no folder. `records` holds the values that phases pass to each
+//! other.
 
 mod assembly;
 mod builder;
@@ -52,4 +53,4 @@ pub use options::{BuildOptions, Crossings, Duplicates, Phase, Progress, Steiner,
 pub use records::Description;
 pub use summary::{BuildSummary, LevelSummary, PhaseSummary, Waits};
 pub use task_store::TaskStore;
-pub use tasks::{BlockTasks, ConqueredBlock, TaskOptions};
+pub use tasks::{BlockTasks, ConqueredBlock, DistributedInput, InputPlan, InputTask, InputTasks, TaskOptions};

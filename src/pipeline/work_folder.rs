@@ -7,12 +7,14 @@
 //! plan      the blocks, once all points arrived        ┐ of a build that outgrew the memory and
 //! journal   the finished blocks                        │ whose inputs can be read again
 //! lines     all segments, in the spill folder          ┘
+//! inputs    the plan of the tasks that distribute the inputs, if any do
 //! tasks     the settings of the tasks that conquer the blocks, if any do
 //! spill     the path of the spill folder, if the build was given one
 //! run-…     points of unfinished blocks                ┐ here, or in a folder of their own in the
 //! borders   the border log                             ┘ spill folder that the build was given
 //! segments  segments; its name is removed as soon as the file exists
-//! segments-… segments of a block                    ┐ of tasks, where the runs are
+//! input-…   an input that was distributed to runs    ┐ of tasks, where the runs are
+//! segments-… segments of a block                     │
 //! block-…   a block that was conquered               │
 //! cores-…   the cores of its tiles                   ┘
 //! elsewhere says that these cores are in an object store
@@ -43,6 +45,8 @@ const JOURNAL: &str = "journal";
 const SPILL: &str = "spill";
 const BORDERS: &str = "borders";
 const LINES: &str = "lines";
+const INPUTS: &str = "inputs";
+const INPUT: &str = "input-";
 const TASKS: &str = "tasks";
 const RUN: &str = "run-";
 const BLOCK: &str = "block-";
@@ -152,7 +156,7 @@ impl WorkFolder {
 
     /// Returns whether the folder holds the work of an interrupted build that could be resumed.
     fn can_be_resumed(&self) -> bool {
-        self.plan().exists() && !self.was_published()
+        (self.plan().exists() || self.inputs().exists()) && !self.was_published()
     }
 
     /// Returns the error about work that is kept.
@@ -250,6 +254,24 @@ impl WorkFolder {
     /// Returns the path of the plan of blocks.
     pub(crate) fn plan(&self) -> PathBuf {
         self.path.join(PLAN)
+    }
+
+    /// Returns the path of the plan of input tasks.
+    pub(crate) fn inputs(&self) -> PathBuf {
+        self.path.join(INPUTS)
+    }
+
+    /// Returns the path of the output of an input task.
+    pub(crate) fn input(&self, input: u32) -> PathBuf {
+        self.spill.join(format!("{INPUT}{input}"))
+    }
+
+    /// Removes the plan of blocks, and what belongs to it.
+    pub(crate) fn forget_plan(&self) {
+        for file in [self.plan(), self.journal(), self.tasks()] {
+            // It may not be there.
+            let _ = fs::remove_file(file);
+        }
     }
 
     /// Returns the path of the settings of tasks.
@@ -363,7 +385,9 @@ impl Drop for WorkFolder {
         }
         // A build that is killed while it cleans up must not leave a plan without the files that it
         // names.
-        let _ = fs::remove_file(self.plan());
+        for plan in [self.plan(), self.inputs()] {
+            let _ = fs::remove_file(plan);
+        }
         let mut folders = vec![&self.path];
         if self.spill != self.path {
             folders.push(&self.spill);
@@ -445,15 +469,14 @@ fn is_ours(path: &Path) -> io::Result<bool> {
         // Those of tasks have another name while they are incomplete.
         let complete = name.split_once('.').map_or(name, |(complete, _)| complete);
         let is_number = |number: &str| number.parse::<u32>().is_ok();
-        let is_numbered = name.strip_prefix(RUN).is_some_and(is_number)
-            || [BLOCK, CORES, SEGMENTS_OF]
-                .iter()
-                .any(|of| complete.strip_prefix(of).is_some_and(is_number));
+        let is_numbered = [RUN, INPUT, BLOCK, CORES, SEGMENTS_OF]
+            .iter()
+            .any(|of| complete.strip_prefix(of).is_some_and(is_number));
         let is_known = [
             LOCK, TILES, SURFACE, COMPACTED, PLAN, "plan.new", JOURNAL, SPILL, BORDERS, LINES, SEGMENTS, ELSEWHERE,
         ]
         .contains(&name);
-        if !(is_numbered || is_known || complete == TASKS) || !entry.file_type()?.is_file() {
+        if !(is_numbered || is_known || [TASKS, INPUTS].contains(&complete)) || !entry.file_type()?.is_file() {
             return Ok(false);
         }
     }

@@ -1,7 +1,7 @@
 //! The source of points: the reader of each format, and the methods that only sources of points
 //! have.
 
-use crate::geometry::Point;
+use crate::geometry::{Point, Rect};
 use crate::input::bytes::ByteInput;
 use crate::input::content;
 use crate::input::error::{InputError, Location, NOT_COPC, RecordKind};
@@ -138,6 +138,17 @@ fn has_points_beside(format: Option<Format>, opened: &Opened<PointBatch>) -> boo
     format == Some(Format::Poly) && opened.reader.expected() == Some(0)
 }
 
+/// Returns positions that are evenly spread over a rectangle, however many of them are taken: the sequence
+/// R2 of Roberts, *The unreasonable effectiveness of quasirandom sequences* (2018).
+fn spread(extent: Rect) -> impl Iterator<Item = Point> {
+    const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+    let (width, height) = extent.size();
+    (1u32..).map(move |number| {
+        let [x, y] = STEPS.map(|step| (f64::from(number) * step).fract());
+        Point::new(extent.min_x + x * width, extent.min_y + y * height).normalized()
+    })
+}
+
 impl Source<PointBatch> {
     /// Opens the inputs in this order and examines the beginning of each. A path `-` means standard
     /// input.
@@ -246,6 +257,7 @@ impl Source<PointBatch> {
     #[must_use]
     pub fn counts(&self) -> InputCounts {
         InputCounts {
+            records: self.totals.counts.records - self.totals.first_record,
             bytes_read: self.bytes_read(),
             ..self.totals.counts
         }
@@ -268,6 +280,70 @@ impl Source<PointBatch> {
     #[must_use]
     pub fn expected_points(&self) -> Option<u64> {
         self.expected()
+    }
+
+    /// Returns the number of records of each input that remains, as
+    /// [`expected_points`](Self::expected_points) has it of all of them.
+    #[must_use]
+    pub fn expected_records(&self) -> Vec<Option<u64>> {
+        self.inputs.iter().map(Input::expected).collect()
+    }
+
+    /// Returns about `count` positions where points may be: evenly spread over the rectangles that the
+    /// inputs announce, as many in each as it announces points, valid and normalized. The result is empty
+    /// unless all inputs announce both. LAS and LAZ do. It serves in place of a [sample](Self::sample)
+    /// where there is none.
+    #[must_use]
+    pub fn expected_positions(&self, count: usize) -> Vec<Point> {
+        let Some(total) = self.expected().filter(|&total| total > 0) else {
+            return Vec::new();
+        };
+        let mut positions = Vec::new();
+        for input in &self.inputs {
+            let (Some(points), Some(extent)) = (input.expected(), input.extent) else {
+                return Vec::new();
+            };
+            let share = (u128::from(points) * count as u128).div_ceil(u128::from(total));
+            positions.extend(spread(extent).take(share as usize));
+        }
+        let bounds = self.options.bounds;
+        positions.retain(|&point| point.is_valid() && bounds.is_none_or(|bounds| bounds.contains(point)));
+        positions
+    }
+
+    /// Leaves only one of the inputs to be read, of which the first record gets the number
+    /// `first_record`. Its points are those that they would be among all inputs. Returns `None` if there
+    /// is no such input.
+    ///
+    /// ```
+    /// use delaunay_tiles::input::{InputOptions, PointBatch, PointSource};
+    ///
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let dir = tempfile::tempdir()?;
+    /// let paths = [dir.path().join("a.f64"), dir.path().join("b.f64")];
+    /// for path in &paths {
+    ///     std::fs::write(path, [1.5f64.to_le_bytes(), 2.5f64.to_le_bytes()].concat())?;
+    /// }
+    /// let source = PointSource::open(&paths, &InputOptions::default())?;
+    /// assert_eq!(source.expected_records(), [Some(1), Some(1)]);
+    /// let mut second = source.only(1, 1).expect("there are two");
+    /// let mut batch = PointBatch::default();
+    /// second.next_batch(&mut batch)?;
+    /// assert_eq!((batch.records, second.counts().records), (vec![1], 1));
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[must_use]
+    pub fn only(mut self, input: usize, first_record: u64) -> Option<Self> {
+        let input = self.inputs.remove(input)?;
+        self.total_bytes = input.size();
+        self.inputs = [input].into();
+        // They are those of all inputs.
+        self.random_access = None;
+        self.totals.first_record = first_record;
+        self.totals.counts.records = first_record;
+        self.done_records = first_record;
+        Some(self)
     }
 
     /// Returns about `count` points from all parts of the inputs, in input order, valid and

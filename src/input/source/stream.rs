@@ -4,6 +4,7 @@
 //! file and those that can be read only once (standard input, pipes); these stay open. While
 //! reading, the state is one reader and the remaining inputs. An error ends the stream.
 
+use crate::geometry::Rect;
 use crate::input::about::About;
 use crate::input::bytes::ByteInput;
 use crate::input::content;
@@ -66,8 +67,9 @@ pub struct Input<B: Records> {
     stamp: Option<FileStamp>,
     /// The stamps of the files beside it when it was examined.
     beside: Vec<(PathBuf, FileStamp)>,
-    /// The number of records that the file claimed when it was examined.
+    /// The number of records that the file claimed when it was examined, and where they are.
     expected: Option<u64>,
+    pub extent: Option<Rect>,
     opened: Option<Opened<B>>,
 }
 
@@ -84,12 +86,13 @@ impl<B: Records> Input<B> {
             stamp: None,
             beside: Vec::new(),
             expected: None,
+            extent: None,
             opened: None,
         }
     }
 
     /// Returns the length in bytes of a regular file.
-    fn size(&self) -> Option<u64> {
+    pub fn size(&self) -> Option<u64> {
         self.stamp.map(|stamp| stamp.length)
     }
 
@@ -129,12 +132,22 @@ impl<B: Records> Input<B> {
     }
 }
 
+impl<B: Records> Input<B> {
+    /// Returns the number of records that remain, as estimated.
+    pub fn expected(&self) -> Option<u64> {
+        match &self.opened {
+            Some(opened) => opened.reader.expected(),
+            None => self.expected,
+        }
+    }
+}
+
 /// A blocking stream of the records of several files. See
 /// [`PointSource`](crate::input::PointSource), [`SegmentSource`](crate::input::SegmentSource) and
 /// [`SiteSource`](crate::input::SiteSource) for what they read.
 pub struct Source<B: Records> {
     /// The inputs that remain to be read.
-    inputs: VecDeque<Input<B>>,
+    pub(super) inputs: VecDeque<Input<B>>,
     /// All inputs.
     pub(super) all: Vec<(Arc<Path>, B::Format)>,
     pub(super) options: B::Options,
@@ -156,7 +169,7 @@ pub struct Source<B: Records> {
     bytes_read: u64,
     /// The number of bytes and of records of the inputs that have ended.
     done_bytes: u64,
-    done_records: u64,
+    pub(super) done_records: u64,
     /// The name and the number of records of each input that has ended.
     pub(super) done: Vec<(String, u64)>,
 }
@@ -227,6 +240,7 @@ impl<B: Records> Source<B> {
             _ => self.random_access = None,
         }
         input.expected = opened.reader.expected();
+        input.extent = opened.reader.expected_extent();
         // An input that can be read only once stays open.
         let keep = self.inputs.is_empty() || input.stamp.is_none();
         input.opened = keep.then_some(opened);
@@ -317,13 +331,9 @@ impl<B: Records> Source<B> {
     /// Returns the number of records that remain, as estimated from the beginnings of the inputs;
     /// `None` if an input gives no estimate.
     pub(super) fn expected(&self) -> Option<u64> {
-        let left = |input: &Input<B>| match &input.opened {
-            Some(opened) => opened.reader.expected(),
-            None => input.expected,
-        };
         self.inputs
             .iter()
-            .try_fold(0u64, |sum, input| Some(sum.saturating_add(left(input)?)))
+            .try_fold(0u64, |sum, input| Some(sum.saturating_add(input.expected()?)))
     }
 
     /// Returns whether the batches have z. They do if any input has z according to its header or

@@ -16,8 +16,8 @@ use crate::pipeline::context::BuildContext;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::ingest::point_store::PointStore;
 use crate::pipeline::ingest::spill;
-use crate::pipeline::ingest::spill::Spill;
 use crate::pipeline::ingest::spill::resplit::{SplitLimits, plan_blocks};
+use crate::pipeline::ingest::spill::{Spill, cut};
 use crate::pipeline::options::DuplicateRule;
 use crate::pipeline::plan::{BlockPlan, Run};
 use crate::pipeline::records::FinishedBlocks;
@@ -115,6 +115,20 @@ impl Intake {
         Self::Memory(PointStore::default())
     }
 
+    /// Creates an intake that has the points of these runs of each cell. Other runs are numbered from
+    /// `first_run` on.
+    pub(crate) fn of_runs(
+        cells: KdTree,
+        runs: Vec<Vec<Run>>,
+        has_z: bool,
+        first_run: u32,
+        context: &BuildContext,
+    ) -> Result<Self, BuildError> {
+        let spill = Spill::new(context.folder.spill(), cells, context.memory.run_buffers(), first_run);
+        let spilling = Spilling::start(PointStore::default(), spill.behind(runs, has_z), context)?;
+        Ok(Self::Spilling(spilling))
+    }
+
     /// Takes the expected number of points and a sample of them. If the points will not fit in
     /// memory, they go to disk from the first one on.
     pub(crate) fn expect(&mut self, points: u64, sample: Vec<Point>, context: &BuildContext) -> Result<(), BuildError> {
@@ -131,7 +145,8 @@ impl Intake {
         let shares = context.memory.shares(load)?;
         let cells = points.saturating_mul(4).div_ceil(shares.block_points).min(1 << 16) as usize;
         let cells = cells.min(context.memory.most_cells());
-        *self = Self::Spilling(Spilling::start(PointStore::default(), &sample, cells, context)?);
+        let spill = new_spill(cut(&sample, cells), context);
+        *self = Self::Spilling(Spilling::start(PointStore::default(), spill, context)?);
         Ok(())
     }
 
@@ -159,7 +174,7 @@ impl Intake {
         let step = store.items.len().div_ceil(spill::SAMPLE).max(1);
         let sample: Vec<Point> = store.items.iter().step_by(step).map(|item| item.point).collect();
         let cells = context.memory.most_cells();
-        let mut spilling = Spilling::start(store, &sample, cells, context)?;
+        let mut spilling = Spilling::start(store, new_spill(cut(&sample, cells), context), context)?;
         if !room {
             spilling.push(batch).await?;
         }
@@ -191,11 +206,10 @@ impl Intake {
 }
 
 impl Spilling {
-    fn start(store: PointStore, sample: &[Point], cells: usize, context: &BuildContext) -> Result<Self, BuildError> {
+    fn start(store: PointStore, mut spill: Spill, context: &BuildContext) -> Result<Self, BuildError> {
         let (batches, incoming) = mpsc::channel(BATCHES_AHEAD);
         let (reply, plan) = oneshot::channel::<Result<BlockPlan, BuildError>>();
         let path = context.folder.spill().to_owned();
-        let mut spill = Spill::new(&path, sample, cells, context.memory.run_buffers(), context.first_run);
         let context = context.clone();
         let work = move || {
             let pushed = spill.push_store(&store);
@@ -257,6 +271,16 @@ impl Spilling {
     }
 }
 
+/// Starts to distribute points to these cells.
+fn new_spill(cells: KdTree, context: &BuildContext) -> Spill {
+    Spill::new(
+        context.folder.spill(),
+        cells,
+        context.memory.run_buffers(),
+        context.first_run,
+    )
+}
+
 fn gone() -> BuildError {
     BuildError::Internal("the thread that spills points is gone".to_owned())
 }
@@ -291,9 +315,8 @@ fn distribute(
         return Err(BuildError::Cancelled);
     }
     let spilled = spill.finish().map_err(cannot)?;
-    let points = spilled.runs.iter().map(|run| run.points).sum();
     let load = Load {
-        points,
+        points: spilled.points(),
         segments: context.segments,
         has_z: spilled.has_z,
     };

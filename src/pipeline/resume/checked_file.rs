@@ -17,11 +17,14 @@ const HEADER: usize = 12;
 pub(crate) fn write(path: &Path, magic: &[u8; 8], body: &[u8]) -> io::Result<()> {
     let unfinished = path.with_extension("new");
     let mut file = File::create(&unfinished)?;
-    file.write_all(magic)?;
-    file.write_all(&crc32c::crc32c(body).to_le_bytes())?;
-    file.write_all(body)?;
+    file.write_all(&bytes(magic, body))?;
     file.sync_all()?;
     fs::rename(unfinished, path)
+}
+
+/// Returns the bytes of a file.
+pub(crate) fn bytes(magic: &[u8; 8], body: &[u8]) -> Vec<u8> {
+    [&magic[..], &crc32c::crc32c(body).to_le_bytes(), body].concat()
 }
 
 /// Reads the body of a file. Returns `None` if there is no file, or if it is damaged.

@@ -1,9 +1,10 @@
 //! What a point source reports before it is read.
 
 use crate::input::{bits, drain};
-use delaunay_tiles::geometry::Point;
+use delaunay_tiles::geometry::{Point, Rect};
 use delaunay_tiles::input::{Format, InputOptions, PointBatch, PointSource};
 use std::io::Cursor;
+use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, UNIX_EPOCH};
 
@@ -238,4 +239,89 @@ fn las_files_report_expected_points_and_samples() {
     assert_eq!(compressed.sample(100).unwrap(), []);
     let expected = compressed.expected_points().unwrap();
     assert_eq!(expected, drain(compressed).unwrap().source.counts().records);
+}
+
+/// They stand in for a sample where there is none.
+#[test]
+fn positions_are_spread_over_the_extents_that_inputs_announce() {
+    use crate::input::data;
+    let las = [data("las/autzen.laz"), data("las/autzen.las")];
+    let source = PointSource::open(&las, &InputOptions::default()).unwrap();
+    let points = drain(PointSource::open(&las[..1], &InputOptions::default()).unwrap())
+        .unwrap()
+        .points;
+    let around = |points: &[(f64, f64)]| Rect::around(points.iter().map(|&(x, y)| Point::new(x, y)));
+    let extent = around(&points);
+    let positions = source.expected_positions(1000);
+    assert!((1000..1003).contains(&positions.len()), "{}", positions.len());
+    let (width, height) = extent.size();
+    let mut quarters = [0; 4];
+    for p in positions {
+        // Headers are rounded.
+        assert!(
+            (p.x - extent.min_x) / width > -0.01 && (p.x - extent.max_x) / width < 0.01,
+            "{p:?}"
+        );
+        assert!(
+            (p.y - extent.min_y) / height > -0.01 && (p.y - extent.max_y) / height < 0.01,
+            "{p:?}"
+        );
+        let is_high = |at: f64, low: f64, size: f64| usize::from(at > low + size / 2.0);
+        quarters[2 * is_high(p.x, extent.min_x, width) + is_high(p.y, extent.min_y, height)] += 1;
+    }
+    assert!(
+        quarters.iter().all(|&count| (240..260).contains(&count)),
+        "{quarters:?}"
+    );
+    let within = Rect::new(extent.min_x, extent.min_y, extent.min_x + width / 2.0, extent.max_y);
+    let half = PointSource::open(&las, &InputOptions::default().bounds(within)).unwrap();
+    assert!(half.expected_positions(1000).iter().all(|&p| within.contains(p)));
+    // Only where all inputs announce them.
+    let dir = tempfile::tempdir().unwrap();
+    let raw = write(dir.path(), &[("a.f64", &counted(0, 9))]);
+    let both = PointSource::open(&[las[0].clone(), raw[0].clone()], &InputOptions::default()).unwrap();
+    assert_eq!(both.expected_positions(10), []);
+    assert_eq!(
+        PointSource::open(&[], &InputOptions::default())
+            .unwrap()
+            .expected_positions(10),
+        []
+    );
+}
+
+#[test]
+fn one_of_the_inputs_gives_the_points_that_it_gives_among_all() {
+    let dir = tempfile::tempdir().unwrap();
+    let files = [
+        ("a.f64", counted(0, 9000)),
+        ("b.f64", counted(9000, 30)),
+        ("c.f64", counted(9030, 8200)),
+    ];
+    let files = files.each_ref().map(|(name, bytes)| (*name, &bytes[..]));
+    let paths = write(dir.path(), &files);
+    let every = InputOptions::default().every(NonZeroU64::new(7).unwrap());
+    for options in [InputOptions::default(), every] {
+        let all = drain(PointSource::open(&paths, &options).unwrap()).unwrap();
+        let (mut points, mut sources) = (Vec::new(), Vec::new());
+        let mut first = 0;
+        for input in 0..3 {
+            let source = PointSource::open(&paths, &options).unwrap();
+            let announced = source.expected_records()[input].unwrap();
+            let read = drain(source.only(input, first).unwrap()).unwrap();
+            let counts = read.source.counts();
+            assert_eq!(counts.records, announced);
+            assert_eq!(counts.points + counts.filtered, counts.records);
+            points.extend(read.points);
+            sources.extend(read.source.sources().to_vec());
+            first += announced;
+        }
+        assert!(points == all.points);
+        assert_eq!(sources, all.source.sources());
+    }
+    assert!(
+        PointSource::open(&paths, &InputOptions::default())
+            .unwrap()
+            .only(3, 0)
+            .is_none()
+    );
 }

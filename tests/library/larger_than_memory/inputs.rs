@@ -35,6 +35,29 @@ impl Input {
 
     /// Pushes all of it to a builder.
     pub async fn push(&self, builder: &mut Builder) -> Result<(), BuildError> {
+        self.push_beside(builder)?;
+        for batch in &self.points {
+            builder.push(batch).await?;
+        }
+        self.describe(builder);
+        Ok(())
+    }
+
+    /// Returns the batches of the points.
+    pub fn points(&self) -> &[PointBatch] {
+        &self.points
+    }
+
+    /// Describes the input to a builder.
+    pub fn describe(&self, builder: &mut Builder) {
+        builder.describe(Description {
+            memo: self.name.to_owned(),
+            ..Description::default()
+        });
+    }
+
+    /// Pushes all but the points.
+    pub fn push_beside(&self, builder: &mut Builder) -> Result<(), BuildError> {
         let ponds = self.ponds.lines.iter().copied().max().map_or(0, |last| last + 1);
         if ponds > 0 {
             builder.push_ponds(0, &self.ponds)?;
@@ -45,15 +68,7 @@ impl Input {
             first += lines.lines.iter().copied().max().map_or(0, |last| last + 1);
         }
         builder.push_seeds(&self.seeds)?;
-        builder.push_sites(&self.sites)?;
-        for batch in &self.points {
-            builder.push(batch).await?;
-        }
-        builder.describe(Description {
-            memo: self.name.to_owned(),
-            ..Description::default()
-        });
-        Ok(())
+        builder.push_sites(&self.sites)
     }
 }
 

@@ -1,5 +1,6 @@
 //! The promise: points that exceed the memory give the same triangles.
 
+mod input_tasks;
 mod inputs;
 mod parts;
 mod resumed;

@@ -35,14 +35,14 @@ async fn tasks(input: &Input, path: &Path) -> BlockTasks {
     }
 }
 
-async fn finished(input: &Input, path: &Path, options: BuildOptions) -> Result<BuildSummary, BuildError> {
+pub(super) async fn finished(input: &Input, path: &Path, options: BuildOptions) -> Result<BuildSummary, BuildError> {
     let builder = Builder::new(path, options.resume(true))?;
     assert!(!builder.needs_points());
     assert_eq!(builder.description().memo, input.name);
     builder.finish().await
 }
 
-fn options_of(input: &Input, threads: usize) -> TaskOptions {
+pub(super) fn options_of(input: &Input, threads: usize) -> TaskOptions {
     TaskOptions {
         memory: input.options.memory,
         threads,
@@ -50,7 +50,7 @@ fn options_of(input: &Input, threads: usize) -> TaskOptions {
 }
 
 /// Returns a file of the work folder.
-fn in_folder(scratch: &Scratch, name: &str) -> PathBuf {
+pub(super) fn in_folder(scratch: &Scratch, name: &str) -> PathBuf {
     let mut folder = scratch.path.clone().into_os_string();
     folder.push(".partial");
     Path::new(&folder).join(name)

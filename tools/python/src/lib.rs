@@ -45,7 +45,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
-    use super::build::{Builder, conquer, identity};
+    use super::build::{Builder, conquer, distribute, identity};
 
     #[pymodule_export]
     use super::edit::Transaction;

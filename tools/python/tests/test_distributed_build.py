@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import multiprocessing
 import os
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -59,6 +60,51 @@ def test_processes_build_what_one_builds(inputs, whole, run, tmp_path):
     assert_is(whole, out, summary, run)
     steps = [state[1:] for state in seen if state[0] == "tasks"]
     assert len(steps) == summary.blocks + 1 and steps[0][0] == 0 and steps[-1][0] == steps[-1][1] >= 60_000
+
+
+@pytest.fixture(scope="module")
+def raw(inputs, tmp_path_factory) -> list[dt.PointFile]:
+    """The points in files of raw numbers."""
+    xyz = np.loadtxt(inputs["points"], delimiter=",", skiprows=1)
+    folder = tmp_path_factory.mktemp("raw")
+    files = [folder / f"{number}.f64" for number in range(5)]
+    for path, part in zip(files, np.array_split(xyz, 5), strict=True):
+        part.tofile(path)
+    return [dt.PointFile(path, dims=3) for path in files]
+
+
+def test_processes_read_the_inputs_too(inputs, raw, whole, run, tmp_path):
+    seen = []
+    arguments = {**inputs, "points": raw, "crossings": "split", "read_inputs": True, **LITTLE}
+    out = tmp_path / "shared.tiles"
+    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as client:
+        summary = dt.distributed.build(
+            **arguments, out=out, client=client, progress=lambda *state: seen.append(state)
+        )
+    assert_is(whole, out, summary, run)
+    assert ("tasks", 60_000, 60_000) in seen
+    names = [source["name"] for source in json.loads(run("inspect", out, "--json"))["sources"]]
+    assert names == [f"{number}.f64" for number in range(5)]
+
+
+def test_what_workers_cannot_read_is_an_error(inputs, raw, tmp_path):
+    out = tmp_path / "shared.tiles"
+    with ThreadPoolExecutor(2) as client:
+
+        def build(points: object, **options: object) -> dt.BuildSummary:
+            return dt.distributed.build(points, out, client=client, read_inputs=True, **{**LITTLE, **options})
+
+        with pytest.raises(ValueError, match="all read in the same way"):
+            build([raw[0], dt.PointFile(raw[1].path, dims=2)])
+        with pytest.raises(ValueError, match="must be files"):
+            build([])
+        with pytest.raises(dt.BuildError, match="does not say how many records it has"):
+            build(inputs["points"])
+        with pytest.raises(ValueError, match="read_inputs or resume"):
+            build(raw, resume=True)
+        # All fit into memory.
+        assert build(raw, memory="1GB").blocks == 1
+    assert os.listdir(tmp_path) == [out.name]
 
 
 def test_arrays_become_tasks_too(run, tmp_path):

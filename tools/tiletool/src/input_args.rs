@@ -69,7 +69,47 @@ impl FormatArgs {
     }
 }
 
+impl FormatArgs {
+    /// Returns the arguments that give these options.
+    fn arguments(&self) -> Vec<String> {
+        let format = self.format.map(|format| format!("--format={format}"));
+        let columns = self.columns.as_ref().map(|columns| format!("--columns={columns}"));
+        let dims = format!("--dims={}", self.dims);
+        format.into_iter().chain(columns).chain([dims]).collect()
+    }
+}
+
 impl InputArgs {
+    /// Returns the arguments that give these options.
+    pub fn arguments(&self) -> Vec<String> {
+        let mut arguments = self.format.arguments();
+        arguments.extend(self.classes.iter().map(|class| format!("--class={class}")));
+        arguments.push(format!("--returns={}", self.returns));
+        arguments.push(format!("--every={}", self.every));
+        if let Some(rect) = self.bounds {
+            let Rect {
+                min_x,
+                min_y,
+                max_x,
+                max_y,
+            } = rect;
+            arguments.push(format!("--bounds={min_x},{min_y},{max_x},{max_y}"));
+        }
+        arguments.extend(self.level.map(|level| format!("--level={level}")));
+        arguments.extend(self.resolution.map(|resolution| format!("--resolution={resolution}")));
+        let flags = [
+            ("--keep-withheld", self.keep_withheld),
+            ("--skip-invalid", self.skip_invalid),
+        ];
+        arguments.extend(
+            flags
+                .iter()
+                .filter(|(_, is_set)| *is_set)
+                .map(|(flag, _)| (*flag).to_owned()),
+        );
+        arguments
+    }
+
     /// Returns the options for the library.
     pub fn options(&self) -> InputOptions {
         self.format
@@ -115,6 +155,28 @@ fn distance(text: &str) -> anyhow::Result<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    #[command(no_binary_name = true)]
+    struct Parsed {
+        #[command(flatten)]
+        input: InputArgs,
+    }
+
+    #[test]
+    fn arguments_give_the_options_that_they_come_from() {
+        for line in [
+            "",
+            "--format f64 --dims 3 --every 7 --skip-invalid",
+            "--columns lon,lat,5 --bounds=-1.5,2,3e20,0.1e22",
+            "--class 2,9 --returns last --keep-withheld --level 3 --resolution 0.1",
+        ] {
+            let parsed = Parsed::parse_from(line.split_whitespace());
+            let again = Parsed::parse_from(parsed.input.arguments());
+            assert_eq!(format!("{:?}", again.input), format!("{:?}", parsed.input), "{line}");
+        }
+    }
 
     #[test]
     fn rectangles_have_finite_corners_in_order() {

@@ -21,7 +21,7 @@ mod flags;
 pub mod generate;
 mod groups;
 mod info;
-mod input_args;
+pub mod input_args;
 mod inspect;
 mod limits;
 pub mod lines;
@@ -39,7 +39,7 @@ mod serve;
 mod shell;
 mod surface;
 mod system;
-mod task;
+pub mod task;
 mod unchanged;
 mod verify;
 

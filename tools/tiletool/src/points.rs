@@ -1,17 +1,65 @@
 //! Points of files on their way to a builder.
 
+use std::path::PathBuf;
+
 use delaunay_tiles::Builder;
 use delaunay_tiles::input::{InputError, PointBatch, PointSource};
+use serde::{Deserialize, Serialize};
 use tokio::sync::{Notify, mpsc};
 
 use crate::common;
 use crate::crs::Extents;
 
 /// Number of sampled points that show a build in advance how the points are distributed.
-const SAMPLE: usize = 1 << 16;
+pub const SAMPLE: usize = 1 << 16;
 
 /// Maximum number of batches that wait between the reader and the builder.
 const BATCHES_AHEAD: usize = 8;
+
+/// What was read of inputs of points.
+#[derive(Debug, Default, Deserialize, Serialize)]
+pub struct PointsRead {
+    pub records: u64,
+    pub withheld: u64,
+    pub filtered: u64,
+    pub invalid: u64,
+    pub bytes: u64,
+    pub notes: Vec<String>,
+    /// The name and the number of records of each input.
+    pub sources: Vec<(String, u64)>,
+    /// The coordinate reference systems that inputs name.
+    pub crs: Vec<(PathBuf, String)>,
+}
+
+impl PointsRead {
+    /// Returns what was read of a source that has ended.
+    pub fn of(source: &PointSource) -> Self {
+        let counts = source.counts();
+        Self {
+            records: counts.records,
+            withheld: counts.withheld,
+            filtered: counts.filtered,
+            invalid: counts.invalid,
+            bytes: counts.bytes_read,
+            notes: source.notes().to_vec(),
+            sources: source.sources().to_vec(),
+            crs: source.crs_of_files().to_vec(),
+        }
+    }
+
+    /// Adds what was read of the inputs behind these.
+    pub fn add(&mut self, other: Self) {
+        self.records += other.records;
+        self.withheld += other.withheld;
+        self.filtered += other.filtered;
+        self.invalid += other.invalid;
+        self.bytes += other.bytes;
+        self.notes.extend(other.notes);
+        self.sources.extend(other.sources);
+        // Each task sees those of all inputs.
+        self.crs = other.crs;
+    }
+}
 
 /// Returns whether the error says that reading was stopped.
 pub fn is_stopped(error: &anyhow::Error) -> bool {

@@ -71,6 +71,8 @@ struct Las {
     /// Space for whole records.
     buffer: Vec<u8>,
     crs: Option<String>,
+    /// The rectangle of the header.
+    extent: Rect,
     /// The counts for a description, if there is to be one.
     census: Option<Box<Census>>,
 }
@@ -139,6 +141,7 @@ impl Las {
             keep: Keep::new(options),
             buffer: Vec::new(),
             crs,
+            extent: Rect::new(header.min_x, header.min_y, header.max_x, header.max_y),
             census,
         })
     }
@@ -184,6 +187,10 @@ impl Reader<PointBatch> for Las {
 
     fn expected(&self) -> Option<u64> {
         Some(self.left)
+    }
+
+    fn expected_extent(&self) -> Option<Rect> {
+        Some(self.extent)
     }
 
     fn random_access(&self) -> Option<RandomAccess> {

@@ -37,6 +37,9 @@ use run::RunWriter;
 /// Number of points of a sample that are used: a cell of 1/512 has 128.
 pub(crate) const SAMPLE: usize = 1 << 16;
 
+/// Number of runs of which the files can stay open.
+const OPEN_RUNS: u32 = 512;
+
 /// Distributes points to the runs of cells.
 #[derive(Debug)]
 pub(crate) struct Spill {
@@ -44,39 +47,70 @@ pub(crate) struct Spill {
     tree: KdTree,
     index: CellIndex,
     runs: Vec<RunWriter>,
+    /// Other runs of each cell, which are complete; empty if there are none.
+    earlier: Vec<Vec<Run>>,
     has_z: bool,
     /// The cell of each point of a batch; reused to keep its memory.
     cells: Vec<u32>,
 }
 
-/// The result of distributing points: the cells, and the run of each.
+/// The result of distributing points: the cells, and the runs of each.
 #[derive(Debug)]
 pub(crate) struct Spilled {
     pub(crate) tree: KdTree,
-    pub(crate) runs: Vec<Run>,
+    pub(crate) runs: Vec<Vec<Run>>,
     pub(crate) has_z: bool,
 }
 
+impl Spilled {
+    /// Returns the number of points of all runs.
+    pub(crate) fn points(&self) -> u64 {
+        self.runs.iter().flatten().map(|run| run.points).sum()
+    }
+
+    /// Returns the bytes of all runs.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.runs.iter().flatten().map(|run| run.length).sum()
+    }
+}
+
+/// Cuts the plane into about `cells` cells by a sample of at least one point.
+pub(crate) fn cut(sample: &[Point], cells: usize) -> KdTree {
+    let step = sample.len().div_ceil(SAMPLE);
+    let items = sample.iter().step_by(step.max(1));
+    let mut items: Vec<Item> = items.map(|&point| Item { point, position: 0 }).collect();
+    let per_cell = items.len().div_ceil(cells.max(1)).max(1);
+    divide(&mut items, per_cell, 1).tree
+}
+
 impl Spill {
-    /// Cuts the plane into about `cells` cells by a sample of at least one point. Runs are numbered
-    /// from `first_run` on. Their buffers take `buffers` bytes together.
-    pub(crate) fn new(folder: &Path, sample: &[Point], cells: usize, buffers: usize, first_run: u32) -> Self {
-        let step = sample.len().div_ceil(SAMPLE);
-        let items = sample.iter().step_by(step.max(1));
-        let mut items: Vec<Item> = items.map(|&point| Item { point, position: 0 }).collect();
-        let per_cell = items.len().div_ceil(cells.max(1)).max(1);
-        let tree = divide(&mut items, per_cell, 1).tree;
+    /// Starts with the leaves of `tree` as cells. Runs are numbered from `first_run` on. Their buffers
+    /// take `buffers` bytes together.
+    pub(crate) fn new(folder: &Path, tree: KdTree, buffers: usize, first_run: u32) -> Self {
         let count = tree.tiles();
         let buffer = buffers / count.max(1) as usize;
-        let runs = (0..count).map(|cell| RunWriter::new(folder, first_run + cell, buffer));
+        let runs = (0..count).map(|cell| RunWriter::new(folder, first_run + cell, buffer, count <= OPEN_RUNS));
         Self {
             folder: folder.to_owned(),
             index: CellIndex::new(&tree),
             runs: runs.collect(),
+            earlier: Vec::new(),
             tree,
             has_z: false,
             cells: Vec::new(),
         }
+    }
+
+    /// Lets the names of all files end with `suffix`.
+    pub(crate) fn named(mut self, suffix: &str) -> Self {
+        self.runs.iter_mut().for_each(|run| run.name(suffix));
+        self
+    }
+
+    /// Adds runs of each cell that are complete, and says whether their points have z.
+    pub(crate) fn behind(mut self, earlier: Vec<Vec<Run>>, has_z: bool) -> Self {
+        (self.earlier, self.has_z) = (earlier, has_z);
+        self
     }
 
     /// Returns the work folder.
@@ -132,16 +166,21 @@ impl Spill {
 
     /// Writes the buffers. Returns the current runs and the tree of their cells.
     pub(crate) fn flush(&mut self) -> io::Result<(Vec<Run>, KdTree)> {
-        let runs: io::Result<_> = self.runs.iter_mut().map(RunWriter::flushed).collect();
-        Ok((runs?, self.tree.clone()))
+        let runs = self.runs.iter_mut().map(RunWriter::flushed);
+        let earlier = self.earlier.iter().flatten().cloned().map(Ok);
+        Ok((earlier.chain(runs).collect::<io::Result<_>>()?, self.tree.clone()))
     }
 
     /// Writes the buffers and returns the result.
     pub(crate) fn finish(self) -> io::Result<Spilled> {
-        let runs = self.runs.into_iter().map(RunWriter::finish);
+        let mut runs = self.earlier;
+        runs.resize(self.runs.len(), Vec::new());
+        for (cell, run) in runs.iter_mut().zip(self.runs) {
+            cell.push(run.finish()?);
+        }
         Ok(Spilled {
             tree: self.tree,
-            runs: runs.collect::<io::Result<_>>()?,
+            runs,
             has_z: self.has_z,
         })
     }

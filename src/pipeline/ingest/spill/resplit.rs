@@ -2,13 +2,13 @@
 
 use std::fs::File;
 use std::os::unix::fs::FileExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use crate::geometry::Point;
 use crate::pipeline::ingest::point_store::Record;
 use crate::pipeline::ingest::spill::run::{HEADER, chunk_length, decode_chunk};
-use crate::pipeline::ingest::spill::{SAMPLE, Spill, Spilled};
+use crate::pipeline::ingest::spill::{SAMPLE, Spill, Spilled, cut};
 use crate::pipeline::options::{DuplicateRule, Duplicates, Progress};
 use crate::pipeline::plan::{Block, BlockPlan, Run};
 use crate::shown;
@@ -25,9 +25,9 @@ pub(crate) struct SplitLimits {
     pub(crate) buffers: usize,
 }
 
-/// A part of the plane: a cell with its run, or two parts.
+/// A part of the plane: a cell with its runs, or two parts.
 enum RunTree {
-    Run(Run),
+    Cell(Vec<Run>),
     Cut { cut: KdNode, children: Box<[RunTree; 2]> },
 }
 
@@ -59,17 +59,23 @@ pub(crate) fn plan_blocks(
         rule,
         progress,
         has_z: spilled.has_z,
-        next_run: spilled.runs.iter().map(|run| run.number + 1).max().unwrap_or(0),
+        next_run: spilled
+            .runs
+            .iter()
+            .flatten()
+            .map(|run| run.number + 1)
+            .max()
+            .unwrap_or(0),
         merged: 0,
         bytes_read: 0,
         bytes_rewritten: 0,
     };
-    let bytes_written = spilled.runs.iter().map(|run| run.length).sum();
-    let points = spilled.runs.iter().map(|run| run.points).sum();
+    let bytes_written = spilled.bytes();
+    let points = spilled.points();
     if points == 0 {
         return Ok(BlockPlan::default());
     }
-    let subtree = splitting.split(run_tree(&spilled.tree, &spilled.runs))?;
+    let subtree = splitting.split(run_tree(spilled))?;
     let (mut nodes, mut blocks) = (Vec::new(), Vec::new());
     join(subtree, limits.block_points, &mut nodes, &mut blocks);
     Ok(BlockPlan {
@@ -84,21 +90,22 @@ pub(crate) fn plan_blocks(
     })
 }
 
-fn run_tree(tree: &KdTree, runs: &[Run]) -> RunTree {
-    fn below(tree: &KdTree, node: u32, runs: &[Run]) -> RunTree {
+fn run_tree(spilled: Spilled) -> RunTree {
+    fn below(tree: &KdTree, node: u32, runs: &mut [Vec<Run>]) -> RunTree {
         match tree.nodes()[node as usize] {
-            KdNode::Leaf(cell) => RunTree::Run(runs[cell.0 as usize].clone()),
+            KdNode::Leaf(cell) => RunTree::Cell(std::mem::take(&mut runs[cell.0 as usize])),
             cut @ (KdNode::X { right, .. } | KdNode::Y { right, .. }) => RunTree::Cut {
                 cut,
                 children: Box::new([below(tree, node + 1, runs), below(tree, right, runs)]),
             },
         }
     }
-    below(tree, 0, runs)
+    let Spilled { tree, mut runs, .. } = spilled;
+    below(&tree, 0, &mut runs)
 }
 
 impl Splitting<'_> {
-    /// Splits all runs that are too long.
+    /// Splits all cells that have too many points.
     fn split(&mut self, subtree: RunTree) -> io::Result<RunTree> {
         match subtree {
             RunTree::Cut { cut, children } => {
@@ -108,25 +115,54 @@ impl Splitting<'_> {
                     children: Box::new([self.split(left)?, self.split(right)?]),
                 })
             }
-            RunTree::Run(run) if run.points > self.limits.block_points => {
-                let subtree = self.split_run(&run)?;
+            RunTree::Cell(runs) if points_of(&runs) > self.limits.block_points => {
+                let subtree = self.split_cell(&runs)?;
                 self.split(subtree)
             }
             whole => Ok(whole),
         }
     }
 
-    /// Distributes a run to cells of its own. Either at least two of them get points, or many equal
-    /// points are merged into one.
-    fn split_run(&mut self, run: &Run) -> io::Result<RunTree> {
-        let path = run.path(self.folder);
-        let _span = tracing::debug_span!("split", run = run.number, points = run.points).entered();
-        let mut reader = RunReader::open(&path, run.length)?;
-        let sample = reader.sample()?;
-        let cells = (4 * run.points / self.limits.block_points).min(self.limits.cells as u64) as usize;
+    /// Distributes the points of a cell to cells of their own. Either at least two of them get points, or
+    /// many equal points are merged into one.
+    fn split_cell(&mut self, runs: &[Run]) -> io::Result<RunTree> {
+        let all = points_of(runs);
+        let _span = tracing::debug_span!("split", run = runs[0].number, points = all).entered();
+        let mut readers = Vec::new();
+        for run in runs.iter().filter(|run| run.points > 0) {
+            readers.push((RunReader::open(run.path(self.folder), run.length)?, run.points));
+        }
+        let mut sample = Vec::new();
+        for (reader, points) in &mut readers {
+            let share = u128::from(*points) * SAMPLE as u128 / u128::from(all);
+            sample.extend(reader.sample(share as usize)?);
+        }
+        let cells = (4 * all / self.limits.block_points).min(self.limits.cells as u64) as usize;
+        let tree = cut(&sample, cells.max(4));
         let mut heavy = HeavyPoints::of(&sample, self.rule);
-        let mut spill = Spill::new(self.folder, &sample, cells.max(4), self.limits.buffers, self.next_run);
+        let mut spill = Spill::new(self.folder, tree, self.limits.buffers, self.next_run);
         spill.has_z = self.has_z;
+        for (reader, _) in &mut readers {
+            self.distribute(reader, &mut heavy, &mut spill)?;
+        }
+        let before = heavy.taken;
+        for record in heavy.kept() {
+            self.merged = self.merged.wrapping_sub(1);
+            spill.push_record(record)?;
+        }
+        self.merged = self.merged.wrapping_add(before);
+        let spilled = spill.finish()?;
+        self.next_run += spilled.runs.len() as u32;
+        self.bytes_read += runs.iter().map(|run| run.length).sum::<u64>();
+        self.bytes_rewritten += spilled.bytes();
+        for (reader, _) in readers {
+            fs::remove_file(reader.path)?;
+        }
+        Ok(run_tree(spilled))
+    }
+
+    /// Distributes the points of a run, but for those at heavy positions.
+    fn distribute(&self, reader: &mut RunReader, heavy: &mut HeavyPoints, spill: &mut Spill) -> io::Result<()> {
         reader.offset = 0;
         let mut chunk = Vec::new();
         while reader.next(&mut chunk)? {
@@ -139,21 +175,10 @@ impl Splitting<'_> {
                     pushed = spill.push_record(record);
                 }
             };
-            decode_chunk(&chunk, take).map_err(|problem| damaged(&path, problem))?;
+            decode_chunk(&chunk, take).map_err(|problem| damaged(&reader.path, problem))?;
             pushed?;
         }
-        let before = heavy.taken;
-        for record in heavy.kept() {
-            self.merged = self.merged.wrapping_sub(1);
-            spill.push_record(record)?;
-        }
-        self.merged = self.merged.wrapping_add(before);
-        let spilled = spill.finish()?;
-        self.next_run += spilled.runs.len() as u32;
-        self.bytes_read += run.length;
-        self.bytes_rewritten += spilled.runs.iter().map(|run| run.length).sum::<u64>();
-        fs::remove_file(&path)?;
-        Ok(run_tree(&spilled.tree, &spilled.runs))
+        Ok(())
     }
 }
 
@@ -188,16 +213,20 @@ fn join(subtree: RunTree, most: u64, nodes: &mut Vec<KdNode>, blocks: &mut Vec<B
 
 fn points(subtree: &RunTree) -> u64 {
     match subtree {
-        RunTree::Run(run) => run.points,
+        RunTree::Cell(runs) => points_of(runs),
         RunTree::Cut { children, .. } => children.iter().map(points).sum(),
     }
 }
 
+fn points_of(runs: &[Run]) -> u64 {
+    runs.iter().map(|run| run.points).sum()
+}
+
 fn gather(subtree: RunTree, block: &mut Block) {
     match subtree {
-        RunTree::Run(run) => {
-            block.points += run.points;
-            block.runs.extend((run.points > 0).then_some(run));
+        RunTree::Cell(runs) => {
+            block.points += points_of(&runs);
+            block.runs.extend(runs.into_iter().filter(|run| run.points > 0));
         }
         RunTree::Cut { children, .. } => children.into_iter().for_each(|subtree| gather(subtree, block)),
     }
@@ -251,18 +280,18 @@ impl HeavyPoints {
 }
 
 /// Reads a run chunk by chunk.
-struct RunReader<'a> {
-    path: &'a Path,
+struct RunReader {
+    path: PathBuf,
     file: File,
     offset: u64,
     length: u64,
 }
 
-impl<'a> RunReader<'a> {
-    fn open(path: &'a Path, length: u64) -> io::Result<Self> {
+impl RunReader {
+    fn open(path: PathBuf, length: u64) -> io::Result<Self> {
         Ok(Self {
+            file: File::open(&path)?,
             path,
-            file: File::open(path)?,
             offset: 0,
             length,
         })
@@ -275,7 +304,7 @@ impl<'a> RunReader<'a> {
         }
         let mut header = [0; HEADER];
         self.file.read_exact_at(&mut header, self.offset)?;
-        chunk_length(&header, self.length - self.offset).map_err(|problem| damaged(self.path, problem))
+        chunk_length(&header, self.length - self.offset).map_err(|problem| damaged(&self.path, problem))
     }
 
     /// Reads the next chunk. Returns `false` at the end.
@@ -287,8 +316,8 @@ impl<'a> RunReader<'a> {
         Ok(length > 0)
     }
 
-    /// Samples points from chunks all over the run.
-    fn sample(&mut self) -> io::Result<Vec<Point>> {
+    /// Samples about `most` points, at least one, from chunks all over the run.
+    fn sample(&mut self, most: usize) -> io::Result<Vec<Point>> {
         /// Most chunks sampled.
         const CHUNKS: usize = 64;
         let mut starts = Vec::new();
@@ -302,12 +331,13 @@ impl<'a> RunReader<'a> {
             }
         }
         let (mut sample, mut chunk) = (Vec::new(), Vec::new());
-        for start in starts.iter().step_by(starts.len().div_ceil(CHUNKS).max(1)) {
+        let chunks = most.clamp(1, CHUNKS);
+        for start in starts.iter().step_by(starts.len().div_ceil(chunks).max(1)) {
             self.offset = *start;
             self.next(&mut chunk)?;
             let mut points = Vec::new();
-            decode_chunk(&chunk, |record| points.push(record.point)).map_err(|problem| damaged(self.path, problem))?;
-            let step = points.len().div_ceil(SAMPLE / CHUNKS);
+            decode_chunk(&chunk, |record| points.push(record.point)).map_err(|problem| damaged(&self.path, problem))?;
+            let step = points.len().div_ceil((most / chunks).max(1));
             sample.extend(points.into_iter().step_by(step.max(1)));
         }
         Ok(sample)
@@ -319,12 +349,11 @@ pub(crate) fn read_points(run: &Run, folder: &Path, take: &mut dyn FnMut(&[Point
     if run.length == 0 {
         return Ok(());
     }
-    let path = run.path(folder);
-    let mut reader = RunReader::open(&path, run.length)?;
+    let mut reader = RunReader::open(run.path(folder), run.length)?;
     let (mut chunk, mut points) = (Vec::new(), Vec::new());
     while reader.next(&mut chunk)? {
         points.clear();
-        decode_chunk(&chunk, |record| points.push(record.point)).map_err(|problem| damaged(&path, problem))?;
+        decode_chunk(&chunk, |record| points.push(record.point)).map_err(|problem| damaged(&reader.path, problem))?;
         take(&points);
     }
     Ok(())

@@ -35,6 +35,8 @@ pub(crate) struct RunWriter {
     path: PathBuf,
     /// Created with the first chunk.
     file: Option<File>,
+    /// Whether the file stays open between chunks.
+    stays_open: bool,
     coordinates: Vec<u8>,
     z: Vec<u8>,
     records: Vec<u8>,
@@ -45,7 +47,7 @@ pub(crate) struct RunWriter {
 
 impl RunWriter {
     /// Starts a run with a buffer of `buffer` bytes.
-    pub(crate) fn new(folder: &Path, number: u32, buffer: usize) -> Self {
+    pub(crate) fn new(folder: &Path, number: u32, buffer: usize, stays_open: bool) -> Self {
         Self {
             run: Run {
                 number,
@@ -53,12 +55,18 @@ impl RunWriter {
             },
             path: path_of_run(folder, number),
             file: None,
+            stays_open,
             coordinates: Vec::new(),
             z: Vec::new(),
             records: Vec::new(),
             last_record: 0,
             capacity: (buffer / 20).max(1) * 16,
         }
+    }
+
+    /// Lets the name of the file, which is not created yet, end with `suffix`.
+    pub(crate) fn name(&mut self, suffix: &str) {
+        self.path.as_mut_os_string().push(suffix);
     }
 
     /// Adds a point. Either all or none of the points of a chunk must have z.
@@ -97,9 +105,13 @@ impl RunWriter {
         chunk[..4].copy_from_slice(&crc.to_le_bytes());
         let file = match &mut self.file {
             Some(file) => file,
-            none => none.insert(File::create(&self.path)?),
+            none if self.run.length == 0 => none.insert(File::create(&self.path)?),
+            none => none.insert(File::options().write(true).open(&self.path)?),
         };
         file.write_all_at(&chunk, self.run.length)?;
+        if !self.stays_open {
+            self.file = None;
+        }
         self.run.length += chunk.len() as u64;
         self.run.points += points as u64;
         self.last_record = 0;

@@ -198,6 +198,15 @@ class Builder:
             self.close()
         return blocks
 
+    def _plan_inputs(self, files: list[_points.PointFile]) -> list[int] | None:
+        """Leaves reading files, all in the same way, to tasks. Returns the number of records of each; none if all fit
+        into memory."""
+        try:
+            paths = [path_text(file.path, "points") for file in files]
+            return self._core.plan_inputs(paths, files[0]._arguments())
+        finally:
+            self.close()
+
     @property
     def summary(self) -> BuildSummary | None:
         """The summary of the finished build, or None before."""
@@ -369,9 +378,11 @@ def begun(
     holes: Any = None,
     resume: bool = False,
     unnamed: str | None = None,
+    has_inputs: bool = False,
     **options: Any,
 ) -> Builder:
-    """Returns a builder that has all of the input; see `build`. `unnamed` identifies inputs that are no files."""
+    """Returns a builder that has all of the input; see `build`. `unnamed` identifies inputs that are no files, or whose
+    points tasks have distributed, if `has_inputs` is set."""
     if all(given is None for given in (points, lines, walls, obstacles, ponds, sites)):
         raise ValueError("points must be given, or lines, walls, obstacles, ponds or sites")
     identity = None
@@ -379,12 +390,12 @@ def begun(
         points = _points.PointFile(points)
     beside = (("ponds", ponds), ("lines", lines), ("walls", walls), ("obstacles", obstacles), ("sites", sites))
     from_file = isinstance(points, _points.PointFile) and not points.keep_edges
-    if from_file and holes is None and all(_is_files(given) for _, given in beside):
+    if not has_inputs and from_file and holes is None and all(_is_files(given) for _, given in beside):
         files = [(kind, path_text(path, kind)) for kind, given in beside for path in _files(given)]
         identity = _core.identity(path_text(points.path, "points"), points._arguments(), files, site_id)
     if resume and identity is None:
         raise ValueError("only a build of one file of points, with lines and sites of files, can be resumed")
-    builder = Builder(out, _resume=resume, _identity=identity or unnamed, **options)
+    builder = Builder(out, _resume=resume or has_inputs, _identity=identity or unnamed, **options)
     try:
         if builder._core.needs_points():
             for kind, given in beside:
@@ -394,7 +405,9 @@ def begun(
                 builder.add_sites(sites, site_id=site_id)
             if holes is not None:
                 builder.add_holes(holes)
-            if points is not None:
+            if builder._core.has_inputs():
+                builder._core.take_inputs()
+            elif points is not None:
                 _points.push(builder._core, points, are_all=True)
     except BaseException:
         builder.close()

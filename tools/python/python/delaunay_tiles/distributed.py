@@ -20,7 +20,7 @@ import os
 import sys
 import uuid
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from datetime import timedelta
 from functools import lru_cache
 from typing import Any, Protocol, TypeVar
@@ -30,10 +30,11 @@ import numpy as np
 from . import _core
 from ._answers import Distances, Neighbours
 from ._arguments import path_text, positive
-from ._build import Builder, BuildSummary, begun
+from ._build import Builder, BuildSummary, _files, begun
 from ._columns import names
 from ._open import Tiles, _reopened, open
 from ._places import places, rank
+from ._points import PointFile
 from ._progress import Observer, observer
 from ._tiles import Cache
 
@@ -58,6 +59,7 @@ def build(
     *,
     client: Client,
     task_threads: int = 1,
+    read_inputs: bool = False,
     progress: bool | Observer | None = None,
     **options: Any,
 ) -> BuildSummary:
@@ -79,6 +81,9 @@ def build(
         What runs the tasks, one for each block. What a worker did is not lost if another one is killed.
     task_threads : int
         Threads of a task, at most `threads`.
+    read_inputs : bool
+        Let the workers read the files of `points`, too, each a task. They reach the files by the same absolute paths,
+        the files say how many records they have, as LAZ, LAS and raw numbers do, and all are read in the same way.
     progress : bool or callable, optional
         See `build`. While the workers work, the phase is "tasks", and its steps are points.
 
@@ -107,7 +112,9 @@ def build(
     folder = options.get("work_folder")
     if folder is not None:
         options["work_folder"] = os.path.abspath(path_text(folder, "work_folder"))
-    begin = begun(points, out, unnamed=f"dt.distributed.build {uuid.uuid4()}", progress=progress, **options)
+    identity = f"dt.distributed.build {uuid.uuid4()}"
+    is_read = read_inputs and _read(points, out, client, threads, progress, identity, options)
+    begin = begun(points, out, unnamed=identity, has_inputs=is_read, progress=progress, **options)
     blocks = begin._plan()
     if begin.summary is not None:
         return begin.summary
@@ -116,9 +123,41 @@ def build(
         build = uuid.uuid4().hex
         tasks = [(_conquer, out, block, threads, build) for block in range(len(blocks))]
         _run(client, tasks, lambda task: steps.advance(blocks[task]))
-    of_input = ("lines", "walls", "obstacles", "ponds", "sites", "site_id", "holes", "resume")
-    settings = {name: value for name, value in options.items() if name not in of_input}
+    settings = _settings(options)
     return Builder(out, progress=progress, _resume=True, _identity=begin._identity, **settings).finish()
+
+
+def _settings(options: dict[str, Any]) -> dict[str, Any]:
+    """Returns the options of a build without its input."""
+    of_input = ("lines", "walls", "obstacles", "ponds", "sites", "site_id", "holes", "resume")
+    return {name: value for name, value in options.items() if name not in of_input}
+
+
+def _read(
+    points: Any,
+    out: str,
+    client: Client,
+    threads: int,
+    progress: bool | Observer | None,
+    identity: str,
+    options: dict[str, Any],
+) -> bool:
+    """Lets workers distribute the points of files. Returns whether they did: not if all fit into memory."""
+    if options.get("resume"):
+        raise ValueError("a build whose inputs workers read cannot be resumed here: give read_inputs or resume")
+    files = [file if isinstance(file, PointFile) else PointFile(file) for file in _files(points)]
+    if not files or any(file._arguments() != files[0]._arguments() or file.keep_edges for file in files):
+        raise ValueError("with read_inputs, points must be files, all read in the same way")
+    files = [replace(file, path=os.path.abspath(path_text(file.path, "points"))) for file in files]
+    begin = Builder(out, progress=progress, _identity=identity, **_settings(options))
+    records = begin._plan_inputs(files)
+    if records is None:
+        return False
+    with _Steps(progress, sum(records)) as steps:
+        build = uuid.uuid4().hex
+        tasks = [(_distribute, out, number, threads, build) for number in range(len(records))]
+        _run(client, tasks, lambda task: steps.advance(records[task]))
+    return True
 
 
 def knn(
@@ -239,6 +278,10 @@ class _Steps:
 
 def _conquer(out: str, block: int, threads: int, build: str) -> tuple[int, int, int]:
     return _core.conquer(out, block, _memory_of_worker(), threads)
+
+
+def _distribute(out: str, number: int, threads: int, build: str) -> tuple[int, int]:
+    return _core.distribute(out, number, _memory_of_worker(), threads)
 
 
 def _memory_of_worker() -> int | None:

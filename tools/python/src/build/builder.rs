@@ -6,12 +6,15 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use arrow_array::RecordBatch;
 use delaunay_tiles::input::{MissingZ, PointBatch, PointSource, SiteSource};
-use delaunay_tiles::{BuildSummary, Planned, Progress, TaskStore};
+use delaunay_tiles::{BuildSummary, InputTasks, Planned, Progress, TaskStore};
 use numpy::PyReadonlyArray2;
 use numpy::ndarray::s;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3_arrow::PyRecordBatchReader;
+use tiletool::input_args::InputArgs;
+use tiletool::lines::MissingZArgs;
+use tiletool::task::reading::{self, PointArgs};
 use tokio::runtime::Runtime;
 
 use super::batches::{self, ROWS};
@@ -288,6 +291,29 @@ impl Builder {
         }
     }
 
+    /// Leaves reading these files to tasks. Returns the number of records of each, or `None` if all points fit
+    /// into memory. The builder is used up.
+    fn plan_inputs(&self, py: Python<'_>, paths: Vec<PathBuf>, arguments: ReadArguments) -> PyResult<Option<Vec<u64>>> {
+        let work = self.take()?;
+        let input = arguments.of_tool()?;
+        self.wait(py, |_| plan_inputs(work, &paths, &input))
+    }
+
+    /// Returns whether tasks read the points of the build that goes on.
+    fn has_inputs(&self) -> bool {
+        self.locked()
+            .as_ref()
+            .is_some_and(|work| work.builder.input_tasks().is_some())
+    }
+
+    /// Takes the points that tasks distributed, and distributes those of inputs that are left.
+    fn take_inputs(&self, py: Python<'_>) -> PyResult<()> {
+        let work = self.take()?;
+        let work = self.wait(py, |_| work.take_inputs())?;
+        *self.locked() = Some(work);
+        Ok(())
+    }
+
     /// Discards the work.
     fn close(&self, py: Python<'_>) {
         let work = self.locked().take();
@@ -299,6 +325,24 @@ impl Drop for Builder {
     fn drop(&mut self) {
         discard(self.locked().take());
     }
+}
+
+/// Plans the tasks that read files.
+fn plan_inputs(work: Work, paths: &[PathBuf], input: &InputArgs) -> Outcome<Option<Vec<u64>>> {
+    let args = PointArgs {
+        inputs: paths,
+        input,
+        missing_z: MissingZArgs::from(MissingZ::Drape),
+    };
+    let source = PointSource::open(paths, &input.options().missing_z(MissingZ::Drape))?;
+    let tasks = reading::plan(&args, &source, work.builder).map_err(Failure::of_build)?;
+    let records = |tasks: InputTasks| {
+        (0..tasks.inputs())
+            .map(|input| tasks.records(input))
+            .map(|r| r.end - r.start)
+            .collect()
+    };
+    Ok(tasks.map(records))
 }
 
 fn json_of(summary: &BuildSummary) -> Outcome<String> {

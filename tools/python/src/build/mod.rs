@@ -5,7 +5,7 @@
 //!   builder ──▶ options      the keyword arguments
 //!      │  └───▶ work         a build in progress: numbering, sources, reference systems
 //!      ├──────▶ batches      rows of arrays and of record batches, as the library's batches
-//!      └ ─ ─ ─▶ tasks        blocks that other processes conquer
+//!      └ ─ ─ ─▶ tasks        inputs and blocks that other processes distribute and conquer
 //! ```
 
 pub mod batches;
@@ -16,4 +16,4 @@ mod work;
 
 pub use builder::{Builder, identity};
 pub use options::{MISSING_Z, Role, choice};
-pub use tasks::conquer;
+pub use tasks::{conquer, distribute};

@@ -9,6 +9,7 @@ use delaunay_tiles::input::{InputOptions, MissingZ, SegmentSource};
 use delaunay_tiles::store::LineKind;
 use delaunay_tiles::{BuildOptions, Crossings, Progress};
 use pyo3::prelude::*;
+use tiletool::input_args::{FormatArgs, InputArgs};
 
 use crate::error::{Failure, Outcome};
 
@@ -91,6 +92,11 @@ pub struct ReadArguments {
 impl ReadArguments {
     /// Returns the options for the library.
     pub fn options(self, missing_z: MissingZ) -> Outcome<InputOptions> {
+        Ok(self.of_tool()?.options().missing_z(missing_z))
+    }
+
+    /// Returns the options of the tool.
+    pub fn of_tool(self) -> Outcome<InputArgs> {
         let wrong = |error: &dyn std::fmt::Display| Failure::value(error.to_string());
         let format = self
             .format
@@ -102,23 +108,25 @@ impl ReadArguments {
             .map(|columns| columns.parse())
             .transpose()
             .map_err(|error| wrong(&error))?;
-        let every = NonZeroU64::new(self.every).ok_or_else(|| Failure::value("every must be above 0"))?;
         let bounds = self
             .bounds
             .map(|(min_x, min_y, max_x, max_y)| Rect::new(min_x, min_y, max_x, max_y));
-        Ok(InputOptions::default()
-            .format(format)
-            .columns(columns)
-            .dims(self.dims)
-            .classes(self.classes)
-            .returns(self.returns.parse().map_err(|error| wrong(&error))?)
-            .keep_withheld(self.keep_withheld)
-            .bounds(bounds)
-            .every(every)
-            .copc_level(self.level)
-            .copc_resolution(self.resolution)
-            .skip_invalid(self.skip_invalid)
-            .missing_z(missing_z))
+        Ok(InputArgs {
+            format: FormatArgs {
+                format,
+                columns,
+                dims: self.dims,
+            },
+            classes: self.classes,
+            returns: self.returns.parse().map_err(|error| wrong(&error))?,
+            keep_withheld: self.keep_withheld,
+            drop_withheld: false,
+            bounds,
+            every: NonZeroU64::new(self.every).ok_or_else(|| Failure::value("every must be above 0"))?,
+            level: self.level,
+            resolution: self.resolution,
+            skip_invalid: self.skip_invalid,
+        })
     }
 }
 

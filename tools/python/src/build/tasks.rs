@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use delaunay_tiles::{BlockTasks, TaskOptions, TaskStore};
+use delaunay_tiles::{BlockTasks, InputTasks, TaskOptions, TaskStore};
 use pyo3::prelude::*;
+use tiletool::task::reading;
 
-use crate::error::Outcome;
+use crate::error::{Failure, Outcome};
 use crate::reader::url_of;
 use crate::runtime::{runtime, work_or_cancel};
 
@@ -42,4 +44,24 @@ pub fn conquer(
     let conquer = |runtime: &tokio::runtime::Runtime| Ok(runtime.block_on(tasks.conquer(block, options))?);
     let done = work_or_cancel(py, conquer, |_| Ok(()), || progress.cancel())?;
     Ok((done.points, done.bytes_read, done.bytes_written))
+}
+
+/// Distributes the points of an input of the build of a file, with at most `memory` bytes; without it, with the
+/// memory that is available. Returns their number, and the bytes that were written.
+#[pyfunction]
+pub fn distribute(
+    py: Python<'_>,
+    file: PathBuf,
+    input: u32,
+    memory: Option<u64>,
+    threads: usize,
+) -> PyResult<(u64, u64)> {
+    let memory = memory.unwrap_or(TaskOptions::default().memory);
+    let stop = AtomicBool::new(false);
+    let distribute = |_: &tokio::runtime::Runtime| {
+        let tasks = InputTasks::open(&file)?;
+        reading::distribute(&tasks, input, (memory, threads), &stop).map_err(Failure::of_build)
+    };
+    let done = work_or_cancel(py, distribute, |_| Ok(()), || stop.store(true, Ordering::Relaxed))?;
+    Ok((done.points, done.bytes_written))
 }

@@ -1,6 +1,7 @@
 //! A build in progress.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use delaunay_tiles::crs::{Agreement, Crs};
@@ -10,6 +11,7 @@ use delaunay_tiles::{BuildSummary, Builder, Description, Planned};
 use tiletool::crs::Extents;
 use tiletool::lines::{LineInput, LineSet};
 use tiletool::points::push_points;
+use tiletool::task::reading;
 use tokio::sync::Notify;
 
 use super::options::Role;
@@ -32,6 +34,7 @@ pub struct Work {
 /// What wakes a build that is to end: it may wait for a file.
 #[derive(Default)]
 pub struct Stop {
+    is_set: AtomicBool,
     cancelled: Notify,
     readings: Mutex<Vec<Reading>>,
 }
@@ -39,6 +42,7 @@ pub struct Stop {
 impl Stop {
     /// Ends the reading of files.
     pub fn now(&self) {
+        self.is_set.store(true, Ordering::Relaxed);
         let readings = self.readings.lock().unwrap_or_else(PoisonError::into_inner);
         readings.iter().for_each(Reading::stop);
         self.cancelled.notify_one();
@@ -183,6 +187,21 @@ impl Work {
         }
         self.notes.extend_from_slice(source.notes());
         self.take_systems(source.crs_of_files())
+    }
+
+    /// Takes the points that tasks distributed.
+    pub fn take_inputs(mut self) -> Outcome<Self> {
+        let taken = reading::take(self.builder, &self.stop.is_set);
+        let (builder, read, corners) = taken.map_err(Failure::of_build)?;
+        self.builder = builder;
+        self.extents.add_points(&corners);
+        for (name, records) in &read.sources {
+            self.records += records;
+            self.note_source(name, *records);
+        }
+        self.notes.extend(read.notes);
+        self.take_systems(&read.crs)?;
+        Ok(self)
     }
 
     /// Builds the file. Returns the summary, and notes for the user.

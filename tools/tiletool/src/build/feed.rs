@@ -12,7 +12,8 @@ use super::report::InputCounts;
 use crate::common;
 use crate::crs::{self, CrsArgs, Extents};
 use crate::lines::LineInput;
-use crate::points::push_points;
+use crate::points::{PointsRead, push_points};
+use crate::task::reading;
 
 /// The open inputs of a build.
 pub(super) struct Inputs {
@@ -67,8 +68,18 @@ impl Fed {
         cancelled: &Notify,
     ) -> anyhow::Result<(Planned, InputCounts)> {
         let mut extents = self.lines.extents().clone();
-        let source = push_points(source, &mut builder, 0, !is_filtered, &mut extents, cancelled).await?;
-        let read = self.describe(&source, &mut builder, &extents)?;
+        let (source, read) = if builder.input_tasks().is_some() {
+            let (read, corners);
+            (builder, read, corners) =
+                common::on_thread("inputs", move || reading::take(builder, &common::interruption())).await?;
+            extents.add_points(&corners);
+            (source, read)
+        } else {
+            let source = push_points(source, &mut builder, 0, !is_filtered, &mut extents, cancelled).await?;
+            let read = PointsRead::of(&source);
+            (source, read)
+        };
+        let read = self.describe(&source, &read, &mut builder, &extents)?;
         self.finish(&source, builder, read).await
     }
 
@@ -97,21 +108,27 @@ impl Fed {
     }
 
     /// Describes the inputs, which were read, to the builder.
-    fn describe(&self, source: &PointSource, builder: &mut Builder, extents: &Extents) -> anyhow::Result<InputCounts> {
+    fn describe(
+        &self,
+        source: &PointSource,
+        points: &PointsRead,
+        builder: &mut Builder,
+        extents: &Extents,
+    ) -> anyhow::Result<InputCounts> {
         let lines = &self.lines;
-        let mut read = InputCounts::new(source, lines);
+        let mut read = InputCounts::new(points, lines);
         // A GeoJSON file may name its system at its end.
         let agreement = self
             .crs
             .agree(source.crs_of_files().iter().chain(lines.crs_of_files()))?;
         let of_lines = lines.sources();
-        let names = source.sources().iter().map(|(name, _)| &**name);
+        let names = points.sources.iter().map(|(name, _)| &**name);
         let names = names.chain(of_lines.iter().map(|lines| &*lines.name));
         let crs = agreement.crs().cloned().or_else(|| extents.of_plain_geojson(names));
         read.notes.extend(crs::note(crs.as_ref()));
         read.notes.extend(extents.notes());
         let mut next_record = 0;
-        let sources = source.sources().iter().map(|(name, records)| {
+        let sources = points.sources.iter().map(|(name, records)| {
             let first = next_record;
             next_record += records;
             Source {

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use std::thread::available_parallelism;
 
 use bytesize::ByteSize;
-use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
+use clap::{Args, ValueEnum};
 use delaunay_tiles::input::{PointSource, Reading};
 use delaunay_tiles::io::output_target;
 use delaunay_tiles::mesh::EngineKind;
@@ -30,7 +30,8 @@ use crate::overviews::MadeOverviews;
 use crate::plot::{self, PlotFile, Plotted, TitleArgs};
 use crate::points::is_stopped;
 use crate::progress::Bar;
-use crate::task::TaskList;
+use crate::task::reading::{self, PointArgs};
+use crate::task::{InputList, TaskList};
 use crate::unchanged::Unchanged;
 use feed::Inputs;
 use report::{BuildReport, InputCounts, report};
@@ -103,9 +104,19 @@ pub struct BuildArgs {
     /// that share the folder of the output; --resume completes the file
     ///
     /// --memory determines the size of blocks, and each task needs as much. Points that fit into it make
-    /// no blocks: the file is built at once.
-    #[arg(long, conflicts_with_all = ["overviews", "plot"])]
-    tasks: bool,
+    /// no blocks: the file is built at once. With --tasks=inputs, `tiletool task` reads the inputs, too: files
+    /// that say how many records they have, such as LAZ, LAS and raw numbers. --tasks --resume plans the
+    /// blocks then.
+    #[arg(
+        long,
+        value_name = "blocks|inputs",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "blocks",
+        hide_possible_values = true,
+        conflicts_with_all = ["overviews", "plot"]
+    )]
+    tasks: Option<TaskStage>,
     /// Compress the tiles; the file takes half to a quarter of the space, and tiles take longer to
     /// load
     #[arg(long)]
@@ -130,6 +141,13 @@ pub struct BuildArgs {
     input: InputArgs,
     #[command(flatten)]
     crs: CrsArgs,
+}
+
+/// What a build leaves to tasks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum TaskStage {
+    Blocks,
+    Inputs,
 }
 
 /// Builds a tile file.
@@ -162,16 +180,19 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
         is_filtered: input_options.is_filtered(),
         crs: args.crs.clone(),
     };
+    if args.left_inputs(&inputs.source, &output, &options)? {
+        return Ok(());
+    }
     let built = common::block_on(async {
-        let has_work = work_folder(&output).join("plan").exists();
+        let has_work = has_work(&work_folder(&output));
         let builder = Builder::new(&output, options)?;
         if has_work && !args.resume {
             common::note("the work of an interrupted build is discarded (--force without --resume)");
         }
-        if args.resume && builder.needs_points() {
+        if args.resume && builder.needs_points() && builder.input_tasks().is_none() {
             common::note("there is no finished work to resume; the build starts from the beginning");
         }
-        let building = inputs.build(builder, args.tasks, Arc::clone(&cancelled));
+        let building = inputs.build(builder, args.tasks.is_some(), Arc::clone(&cancelled));
         common::until_interrupted(building, &progress, || {
             readings.iter().for_each(Reading::stop);
             cancelled.notify_one();
@@ -184,7 +205,7 @@ pub fn run(args: BuildArgs) -> anyhow::Result<()> {
     match planned {
         Planned::Tasks(tasks) => args.print_tasks(&tasks),
         Planned::Built(summary) => {
-            if args.tasks {
+            if args.tasks.is_some() {
                 common::note("all points fit into memory, so there are no tasks, and the file is complete");
             }
             let overviews = args.make_overviews(memory)?;
@@ -227,6 +248,29 @@ impl BuildArgs {
         options.crossings = self.rules.crossings;
         options.steiner = self.rules.steiner;
         Ok((options, output))
+    }
+
+    /// Leaves the inputs to tasks, if the options ask for that and the points do not fit into memory. Returns
+    /// whether it did, and prints the tasks then.
+    fn left_inputs(&self, source: &PointSource, output: &Path, options: &BuildOptions) -> anyhow::Result<bool> {
+        if self.tasks != Some(TaskStage::Inputs) {
+            return Ok(false);
+        }
+        anyhow::ensure!(
+            common::url(&self.output).is_none(),
+            "tasks read inputs only where they share the folder of the output; give --tasks alone"
+        );
+        let args = PointArgs {
+            inputs: &self.inputs,
+            input: &self.input,
+            missing_z: self.missing_z,
+        };
+        let builder = Builder::new(output, options.clone()).map_err(anyhow::Error::from);
+        let planned = builder.and_then(|builder| reading::plan(&args, source, builder));
+        let planned = planned.map_err(|error| how_to_resume(error, output, options.resumable.is_some()))?;
+        let Some(tasks) = planned else { return Ok(false) };
+        InputList::of(&tasks).print(&self.output, self.json)?;
+        Ok(true)
     }
 
     /// Makes the overviews of the finished file, if the options ask for them.
@@ -324,6 +368,11 @@ fn work_folder(output: &Path) -> PathBuf {
     folder.into()
 }
 
+/// Returns whether a folder holds work of a build that can go on.
+fn has_work(folder: &Path) -> bool {
+    ["plan", "inputs"].iter().any(|name| folder.join(name).exists())
+}
+
 /// Returns whether the work of an interrupted build could be read, but is not what was written.
 fn is_of_damaged_work(error: &anyhow::Error) -> bool {
     let source = match error.downcast_ref() {
@@ -370,7 +419,7 @@ fn how_to_resume(error: anyhow::Error, output: &Path, can_resume: bool) -> anyho
         }
     } else if is_of_damaged_work(&error) {
         anyhow::anyhow!("{what}; repeat the command with --force, without --resume, to discard {shown}")
-    } else if folder.join("plan").exists() {
+    } else if has_work(folder) {
         anyhow::anyhow!("{what}; the finished work is kept in {shown}: repeat the command with --resume to continue")
     } else if folder.exists() {
         anyhow::anyhow!(

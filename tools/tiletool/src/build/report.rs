@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use delaunay_tiles::input::PointSource;
 use delaunay_tiles::{BuildSummary, Phase, Waits};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize, Serializer};
@@ -11,6 +10,7 @@ use crate::common::{self, bytes, counted, share, thousands};
 use crate::lines::LineInput;
 use crate::overviews::MadeOverviews;
 use crate::plot::Plotted;
+use crate::points::PointsRead;
 
 /// Counts of the input, known after it was read. A resumed build has them from the build that it
 /// resumes.
@@ -27,16 +27,15 @@ pub(super) struct InputCounts {
 }
 
 impl InputCounts {
-    pub(super) fn new(source: &PointSource, lines: &LineInput) -> Self {
-        let counts = source.counts();
+    pub(super) fn new(points: &PointsRead, lines: &LineInput) -> Self {
         Self {
-            records: counts.records,
-            withheld: counts.withheld,
-            filtered: counts.filtered,
-            invalid: counts.invalid,
+            records: points.records,
+            withheld: points.withheld,
+            filtered: points.filtered,
+            invalid: points.invalid,
             segments: lines.segments(),
-            input_bytes: counts.bytes_read + lines.bytes_read(),
-            notes: source.notes().iter().cloned().chain(lines.notes()).collect(),
+            input_bytes: points.bytes + lines.bytes_read(),
+            notes: points.notes.iter().cloned().chain(lines.notes()).collect(),
         }
     }
 }

@@ -29,7 +29,24 @@ pub struct MissingZArgs {
     missing_z: MissingZ,
 }
 
+impl From<MissingZ> for MissingZArgs {
+    fn from(missing_z: MissingZ) -> Self {
+        Self { missing_z }
+    }
+}
+
 impl MissingZArgs {
+    /// Returns the argument that gives this option.
+    pub fn arguments(self) -> Option<String> {
+        let name = match self.missing_z {
+            MissingZ::Drape => "drape",
+            MissingZ::Error => "error",
+            MissingZ::Zero => "zero",
+            _ => return None,
+        };
+        Some(format!("--missing-z={name}"))
+    }
+
     /// Returns the option for the library.
     pub fn option(self) -> MissingZ {
         self.missing_z

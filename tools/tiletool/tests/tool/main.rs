@@ -21,6 +21,7 @@ mod drape;
 mod export;
 mod faults;
 mod info;
+mod input_tasks;
 mod inside_out;
 mod inspect;
 mod keep_edges;

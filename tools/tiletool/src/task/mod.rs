@@ -1,31 +1,42 @@
-//! `tiletool task`: conquers blocks of a build that left them to tasks.
+//! `tiletool task`: conquers blocks, or distributes inputs, of a build that left them to tasks.
+
+mod inputs;
+mod numbers;
+pub mod reading;
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use bytesize::ByteSize;
 use clap::Args;
-use delaunay_tiles::{BlockTasks, ConqueredBlock, TaskOptions, TaskStore};
+use delaunay_tiles::{BlockTasks, BuildError, ConqueredBlock, InputTasks, TaskOptions, TaskStore};
 use serde::Serialize;
 
 use crate::allocator;
 use crate::common::{self, bytes, counted, shown, thousands};
+pub use inputs::InputList;
+use numbers::{left, ranges};
 
-/// Conquer blocks of a build that left them to tasks
+/// Conquer a block, or distribute an input, of a build
 ///
 /// `tiletool build --tasks` reads the inputs, and plans blocks of points. Each block is triangulated by
 /// itself then, by this command, on any machine that shares the folder of the file: in any order, at the
 /// same time, and if need be again. What was done before is not done again. `tiletool build --resume`
 /// completes the file, and conquers what is missing.
 ///
-/// Without --block, the blocks are listed.
+/// `tiletool build --tasks=inputs` leaves the inputs to this command, too: it distributes the points of each
+/// to the cells of the plan. Then `tiletool build --tasks --resume` plans blocks of them.
+///
+/// Without --block and --input, the tasks are listed.
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Examples:
   tiletool build survey.laz -o survey.tiles --memory 4GiB --tasks
   tiletool task survey.tiles
   tiletool task survey.tiles --block 0
   tiletool task survey.tiles --block $SLURM_ARRAY_TASK_ID --threads $SLURM_CPUS_PER_TASK
-  tiletool build survey.laz -o survey.tiles --memory 4GiB --resume")]
+  tiletool build survey.laz -o survey.tiles --memory 4GiB --resume
+  tiletool build north.laz south.laz -o survey.tiles --memory 4GiB --tasks=inputs
+  tiletool task survey.tiles --input 1")]
 pub struct TaskArgs {
     /// Tile file that is being built, or its address in an object store
     #[arg(value_name = "FILE")]
@@ -33,6 +44,9 @@ pub struct TaskArgs {
     /// Number of the block, from 0; may be given several times
     #[arg(long = "block", value_name = "NUMBER")]
     blocks: Vec<u32>,
+    /// Number of the input, from 0; may be given several times
+    #[arg(long = "input", value_name = "NUMBER", conflicts_with = "blocks")]
+    inputs: Vec<u32>,
     /// Memory limit, such as 512MiB or 2GB; a task needs that of the build [default: the available
     /// memory]
     #[arg(long, value_name = "BYTES")]
@@ -50,6 +64,8 @@ pub struct TaskArgs {
 
 /// Where the tasks are.
 enum Tasks {
+    /// Those of inputs.
+    Inputs(Box<InputTasks>),
     Folder(Box<BlockTasks>),
     /// The store, and the folder for temporary files.
     Store(TaskStore, PathBuf),
@@ -58,21 +74,49 @@ enum Tasks {
 impl Tasks {
     fn of(args: &TaskArgs) -> anyhow::Result<Self> {
         Ok(match common::url(&args.file) {
-            None => Self::Folder(Box::new(BlockTasks::open(&args.file)?)),
+            None if args.inputs.is_empty() => Self::in_folder(&args.file)?,
+            None => Self::Inputs(Box::new(InputTasks::open(&args.file)?)),
+            Some(_) if !args.inputs.is_empty() => bail!("tasks in an object store have no inputs; give --block"),
             Some(url) => Self::Store(TaskStore::at(url)?, args.tmp.clone().unwrap_or_else(std::env::temp_dir)),
         })
+    }
+
+    /// Opens the tasks of blocks, or those of inputs if there are no blocks yet.
+    fn in_folder(file: &Path) -> anyhow::Result<Self> {
+        match BlockTasks::open(file) {
+            Ok(tasks) => Ok(Self::Folder(Box::new(tasks))),
+            Err(error @ BuildError::NoTasks(_)) => match InputTasks::open(file) {
+                Ok(tasks) => Ok(Self::Inputs(Box::new(tasks))),
+                Err(_) => Err(error.into()),
+            },
+            Err(error) => Err(error.into()),
+        }
     }
 
     /// Returns the bytes of memory that a task needs; 0 if that is not known before one is fetched.
     fn memory(&self) -> u64 {
         match self {
+            Self::Inputs(tasks) => tasks.memory(),
             Self::Folder(tasks) => tasks.memory(),
             Self::Store(..) => 0,
         }
     }
 
+    /// Prints the list of the tasks.
+    async fn print(&self, file: &Path, is_json: bool) -> anyhow::Result<()> {
+        if let Self::Inputs(tasks) = self {
+            return InputList::of(tasks).print(file, is_json);
+        }
+        let list = self.list().await?;
+        match is_json {
+            true => common::print_json("the blocks", &list),
+            false => common::print("the blocks", &list.report(file)),
+        }
+    }
+
     async fn list(&self) -> anyhow::Result<TaskList> {
         match self {
+            Self::Inputs(_) => bail!("there are no blocks yet"),
             Self::Folder(tasks) => TaskList::of(tasks, None).await,
             Self::Store(store, tmp) => {
                 let cannot = || format!("cannot make a folder in {}", shown(tmp));
@@ -86,6 +130,7 @@ impl Tasks {
     /// Conquers a block. Ctrl-C cancels it.
     async fn conquer(&self, block: u32, options: TaskOptions) -> anyhow::Result<ConqueredBlock> {
         match self {
+            Self::Inputs(_) => bail!("there are no blocks yet: distribute the inputs, and plan blocks then"),
             Self::Folder(tasks) => {
                 let conquering = async { Ok(tasks.conquer(block, options).await?) };
                 common::until_interrupted(conquering, tasks.progress(), || {}).await
@@ -153,9 +198,7 @@ impl TaskList {
     /// Returns the report for people. `file` is that of the build.
     pub fn report(&self, file: &Path) -> String {
         let points: u64 = self.blocks.iter().map(|block| block.points).sum();
-        let left: Vec<usize> = (0..self.blocks.len())
-            .filter(|&block| !self.blocks[block].is_done)
-            .collect();
+        let left = left(self.blocks.iter().map(|block| block.is_done));
         let head = format!(
             "{}: {} of {} in all, each conquered with {}\n",
             shown(file),
@@ -182,24 +225,11 @@ impl TaskList {
     }
 }
 
-/// Returns ascending numbers as ranges.
-fn ranges(numbers: &[usize]) -> String {
-    let runs = numbers.chunk_by(|a, b| a + 1 == *b).map(|run| match run {
-        [first, .., last] => format!("{first}-{last}"),
-        _ => run[0].to_string(),
-    });
-    runs.collect::<Vec<_>>().join(", ")
-}
-
 /// Conquers blocks, or lists them.
 pub fn run(args: TaskArgs) -> anyhow::Result<()> {
     let tasks = Tasks::of(&args)?;
-    if args.blocks.is_empty() {
-        let list = common::block_on(tasks.list())?;
-        return match args.json {
-            true => common::print_json("the blocks", &list),
-            false => common::print("the blocks", &list.report(&args.file)),
-        };
+    if args.blocks.is_empty() && args.inputs.is_empty() {
+        return common::block_on(tasks.print(&args.file, args.json));
     }
     let available = TaskOptions::default();
     let options = TaskOptions {
@@ -207,6 +237,11 @@ pub fn run(args: TaskArgs) -> anyhow::Result<()> {
         threads: args.threads.map_or(available.threads, usize::from),
     };
     allocator::keep_to(tasks.memory());
+    if let Tasks::Inputs(tasks) = &tasks
+        && !args.inputs.is_empty()
+    {
+        return inputs::run(&args.file, tasks, &args.inputs, options, args.json);
+    }
     let mut report = BlocksReport { blocks: Vec::new() };
     common::block_on(async {
         for &block in &args.blocks {
