@@ -31,7 +31,7 @@ pub struct InputPlan {
 }
 
 /// The inputs of a build, the points of each of which any process may
-/// [distribute](Self::distribute) that shares the work folder, on any machine: in any order, at the
+/// [distribute](Self::start) that shares the work folder, on any machine: in any order, at the
 /// same time, and more than once.
 ///
 /// [`Builder::plan_inputs`](crate::Builder::plan_inputs) makes them, and
