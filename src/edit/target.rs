@@ -2,15 +2,14 @@
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use crate::edit::error::EditError;
-use crate::io::{ThreadsFile, is_manifest, is_named, open_regular, output_target};
+use crate::io::{FileLock, ThreadsFile, is_manifest, is_named, open_regular, output_target};
 use crate::shown;
 use crate::store::{Cache, OpenOptions, ReadError, TileReader};
 
 /// A file with an exclusive lock. The lock is released when this, and all that have `file`, are
-/// dropped.
+/// dropped. Readers do not hold it.
 #[derive(Clone)]
 pub(crate) struct Target {
     pub(crate) path: PathBuf,
@@ -29,15 +28,15 @@ impl Target {
         for _ in 0..100 {
             let file = open_regular(&target, File::options().read(true).write(true));
             let (file, _) = file.map_err(|error| EditError::io(path, "open", error))?;
-            match file.try_lock() {
-                Ok(()) => {}
+            let lock = match FileLock::try_new(file) {
+                Ok(lock) => lock,
                 Err(TryLockError::WouldBlock) => break,
                 Err(TryLockError::Error(error)) => return Err(EditError::io(path, "lock", error)),
-            }
-            if is_named(&file, &target).map_err(|error| EditError::io(path, "lock", error))? {
+            };
+            if is_named(lock.file(), &target).map_err(|error| EditError::io(path, "lock", error))? {
                 return Ok(Self {
                     path: path.to_owned(),
-                    file: ThreadsFile::from(Arc::new(file)),
+                    file: ThreadsFile::locked(lock),
                     kept: None,
                 });
             }
@@ -91,6 +90,6 @@ impl Target {
     /// Opens the file in its current state with these options.
     pub(crate) async fn open(&self, options: OpenOptions) -> Result<TileReader, ReadError> {
         let name = shown::path(&self.path);
-        TileReader::open_source(self.file.clone(), &name, options).await
+        TileReader::open_source(self.file.without_lock(), &name, options).await
     }
 }

@@ -280,7 +280,16 @@ impl Tiles {
 
     /// Forgets all changes. Returns the length that the file would have, without its directory.
     pub(crate) fn abandon(self) -> Result<u64, EditError> {
-        self.runtime.block_on(self.disk.abandon())
+        let abandoned = self.runtime.block_on(self.disk.abandon());
+        let Self {
+            runtime,
+            cache,
+            disk,
+            gone,
+            ..
+        } = self;
+        close(&runtime, (cache, disk), gone);
+        abandoned
     }
 
     /// Publishes the current tiles, with a directory that `change` adapts. Returns the length of
@@ -296,12 +305,16 @@ impl Tiles {
         } = self;
         tracing::debug!(cache = %cache.statistics(), "edited");
         let done = runtime.block_on(disk.publish(directory, change));
-        // Tiles may still be read ahead, needlessly, with the file locked. The next editor must
-        // find it unlocked.
-        drop((cache, disk));
-        let _ = runtime.block_on(gone);
+        close(&runtime, (cache, disk), gone);
         done
     }
+}
+
+/// Drops what has the file locked, and waits until it is unlocked, for the next editor: tiles may
+/// still be read ahead, needlessly.
+fn close<T>(runtime: &Handle, holders: T, gone: oneshot::Receiver<()>) {
+    drop(holders);
+    let _ = runtime.block_on(gone);
 }
 
 /// What the search for regions needs to know of tiles, in order.

@@ -18,6 +18,7 @@ mod buffers;
 #[cfg(test)]
 mod conformance;
 mod file;
+mod file_lock;
 mod memory;
 #[cfg(not(feature = "object-store"))]
 mod no_objects;
@@ -39,6 +40,7 @@ pub use backend::{BACKEND_VARIABLE, Backend, UnknownBackend};
 pub(crate) use buffers::Buffers;
 pub(crate) use file::{FIRST_READ, memory_of};
 pub use file::{ReadAt, WriteAt};
+pub(crate) use file_lock::FileLock;
 pub use memory::MemoryFile;
 #[cfg(not(feature = "object-store"))]
 pub(crate) use no_objects::Objects;

@@ -12,6 +12,7 @@ use futures::future::BoxFuture;
 
 use crate::io::buffers::Buffers;
 use crate::io::file::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, end_of, length_of};
+use crate::io::file_lock::FileLock;
 use crate::io::pool;
 use crate::io::range_lock::{is_locked_below, lock_shared};
 use crate::io::regular::open_regular;
@@ -22,6 +23,8 @@ pub struct ThreadsFile {
     file: Arc<File>,
     length: u64,
     buffers: Buffers,
+    /// Held by writes until they are done, even if nobody awaits them. Reads do not hold it.
+    lock: Option<Arc<FileLock>>,
 }
 
 impl ThreadsFile {
@@ -36,6 +39,7 @@ impl ThreadsFile {
             file: Arc::new(file),
             length: metadata.len(),
             buffers: Buffers::default(),
+            lock: None,
         })
     }
 
@@ -54,6 +58,7 @@ impl ThreadsFile {
             file: Arc::new(file),
             length: 0,
             buffers: Buffers::default(),
+            lock: None,
         })
     }
 }
@@ -71,9 +76,30 @@ impl ThreadsFile {
         is_locked_below(&self.file, end)
     }
 
+    /// Wraps a file with an exclusive lock, which is released when the clones of this are dropped and
+    /// their writes are done. Reads that nobody awaits do not delay it.
+    pub(crate) fn locked(lock: FileLock) -> Self {
+        let file = Self::from(Arc::clone(lock.file()));
+        Self {
+            lock: Some(Arc::new(lock)),
+            ..file
+        }
+    }
+
+    /// Returns the same open file, without its lock.
+    pub(crate) fn without_lock(&self) -> Self {
+        Self {
+            lock: None,
+            ..self.clone()
+        }
+    }
+
     /// Returns the same open file with the length that it has now.
     pub(crate) fn renewed(&self) -> Self {
-        Self::from(Arc::clone(&self.file))
+        Self {
+            lock: self.lock.clone(),
+            ..Self::from(Arc::clone(&self.file))
+        }
     }
 
     /// Cuts the file off at a length.
@@ -109,6 +135,7 @@ impl From<Arc<File>> for ThreadsFile {
             file,
             length,
             buffers: Buffers::default(),
+            lock: None,
         }
     }
 }
@@ -146,8 +173,9 @@ impl ReadAt for ThreadsFile {
 
 impl WriteAt for ThreadsFile {
     fn write_at(&self, offset: u64, data: Bytes) -> BoxFuture<'static, io::Result<()>> {
-        let file = Arc::clone(&self.file);
+        let (file, lock) = (Arc::clone(&self.file), self.lock.clone());
         pool::run(move || {
+            let _until_written = lock;
             end_of(offset, data.len())?;
             file.write_all_at(&data, offset)
         })

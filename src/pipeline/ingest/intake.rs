@@ -124,7 +124,7 @@ impl Intake {
         first_run: u32,
         context: &BuildContext,
     ) -> Result<Self, BuildError> {
-        let spill = Spill::new(context.folder.spill(), cells, context.memory.run_buffers(), first_run);
+        let spill = new_spill(cells, first_run, context);
         let spilling = Spilling::start(PointStore::default(), spill.behind(runs, has_z), context)?;
         Ok(Self::Spilling(spilling))
     }
@@ -145,7 +145,7 @@ impl Intake {
         let shares = context.memory.shares(load)?;
         let cells = points.saturating_mul(4).div_ceil(shares.block_points).min(1 << 16) as usize;
         let cells = cells.min(context.memory.most_cells());
-        let spill = new_spill(cut(&sample, cells), context);
+        let spill = new_spill(cut(&sample, cells), context.first_run, context);
         *self = Self::Spilling(Spilling::start(PointStore::default(), spill, context)?);
         Ok(())
     }
@@ -174,7 +174,8 @@ impl Intake {
         let step = store.items.len().div_ceil(spill::SAMPLE).max(1);
         let sample: Vec<Point> = store.items.iter().step_by(step).map(|item| item.point).collect();
         let cells = context.memory.most_cells();
-        let mut spilling = Spilling::start(store, new_spill(cut(&sample, cells), context), context)?;
+        let spill = new_spill(cut(&sample, cells), context.first_run, context);
+        let mut spilling = Spilling::start(store, spill, context)?;
         if !room {
             spilling.push(batch).await?;
         }
@@ -271,14 +272,9 @@ impl Spilling {
     }
 }
 
-/// Starts to distribute points to these cells.
-fn new_spill(cells: KdTree, context: &BuildContext) -> Spill {
-    Spill::new(
-        context.folder.spill(),
-        cells,
-        context.memory.run_buffers(),
-        context.first_run,
-    )
+/// Starts to distribute points to these cells, with runs numbered from `first_run` on.
+fn new_spill(cells: KdTree, first_run: u32, context: &BuildContext) -> Spill {
+    Spill::new(context.folder.spill(), cells, context.memory.run_buffers(), first_run)
 }
 
 fn gone() -> BuildError {

@@ -316,6 +316,22 @@ fn refused_edits_change_nothing() {
     });
 }
 
+/// Reads ahead of an edit that failed may still be in progress.
+#[test]
+fn an_edit_that_failed_leaves_the_file_unlocked() {
+    runtime().block_on(async {
+        let scratch = grid_in_tiles_of(20).await;
+        for _ in 0..300 {
+            let missing = edited(&scratch, ENOUGH, |transaction| {
+                let line = segment((0.0, 1.0), (29.0, 12.0));
+                transaction.unconstrain(LineKind::Wall, 0, &line).unwrap();
+            });
+            let error = missing.await.unwrap_err();
+            assert!(matches!(error, EditError::NoLine { .. }), "{error}");
+        }
+    });
+}
+
 /// An edit reads the tiles that a line crosses and their neighbours, and writes the former: the
 /// component tables say what it must know of the others.
 #[test]

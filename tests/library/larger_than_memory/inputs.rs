@@ -1,10 +1,12 @@
 //! Inputs of builds that outgrow their memory: with lines, sites, holes and ponds.
 
+use std::path::Path;
+
 use crate::support::{batches, points_of};
 use delaunay_tiles::geometry::Point;
 use delaunay_tiles::input::{PointBatch, SegmentBatch, SiteBatch, SiteId};
 use delaunay_tiles::store::LineKind;
-use delaunay_tiles::{BuildError, BuildOptions, Builder, Crossings, Description, MissingZ, Steiner};
+use delaunay_tiles::{BuildError, BuildOptions, BuildSummary, Builder, Crossings, Description, MissingZ, Steiner};
 use distributions::{Kind, LongSegments};
 
 /// The input of a build that outgrows its memory.
@@ -41,6 +43,13 @@ impl Input {
         }
         self.describe(builder);
         Ok(())
+    }
+
+    /// Builds it at once.
+    pub async fn build(&self, path: &Path) -> BuildSummary {
+        let mut builder = Builder::new(path, self.options.clone()).unwrap();
+        self.push(&mut builder).await.unwrap();
+        builder.finish().await.unwrap()
     }
 
     /// Returns the batches of the points.

@@ -125,9 +125,7 @@ fn blocks_that_tasks_conquered_give_the_triangles_of_one_build() {
     runtime().block_on(async {
         for input in [curve, city(), valley(), long_lines()] {
             let whole = Scratch::new();
-            let mut builder = Builder::new(&whole.path, input.options.clone()).unwrap();
-            input.push(&mut builder).await.unwrap();
-            let at_once = builder.finish().await.unwrap();
+            let at_once = input.build(&whole.path).await;
             let mut files = Vec::new();
             for seed in [1, 2] {
                 let scratch = Scratch::new();
@@ -160,9 +158,7 @@ fn tasks_split_lines_at_the_borders_of_the_same_cells() {
     let input = islands();
     runtime().block_on(async {
         let [whole, scratch] = [Scratch::new(), Scratch::new()];
-        let mut builder = Builder::new(&whole.path, input.options.clone()).unwrap();
-        input.push(&mut builder).await.unwrap();
-        builder.finish().await.unwrap();
+        input.build(&whole.path).await;
         conquer_and_finish(&input, &scratch, 3).await;
         assert_eq!(digest(&scratch).await, digest(&whole).await);
     });
@@ -272,9 +268,7 @@ fn a_block_of_another_plan_counts_for_nothing() {
         assert!(!tasks.conquer(0, options_of(&now, 1)).await.unwrap().was_done);
         fs::write(block_file(&scratch, 1), &stale).unwrap();
         finished(&now, &scratch.path, now.options.clone()).await.unwrap();
-        let mut builder = Builder::new(&whole.path, now.options.clone()).unwrap();
-        now.push(&mut builder).await.unwrap();
-        builder.finish().await.unwrap();
+        now.build(&whole.path).await;
         assert_eq!(digest(&scratch).await, digest(&whole).await);
     });
 }

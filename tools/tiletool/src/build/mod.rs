@@ -269,7 +269,11 @@ impl BuildArgs {
         let planned = builder.and_then(|builder| reading::plan(&args, source, builder));
         let planned = planned.map_err(|error| how_to_resume(error, output, options.resumable.is_some()))?;
         let Some(tasks) = planned else { return Ok(false) };
-        InputList::of(&tasks).print(&self.output, self.json)?;
+        let list = InputList::of(&tasks);
+        match self.json {
+            true => common::print_json("the inputs", &list)?,
+            false => common::print_summary("the inputs", &list.report(&self.output))?,
+        }
         Ok(true)
     }
 

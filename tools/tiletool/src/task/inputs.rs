@@ -55,16 +55,8 @@ impl InputList {
         }
     }
 
-    /// Prints the list.
-    pub fn print(&self, file: &Path, is_json: bool) -> anyhow::Result<()> {
-        match is_json {
-            true => common::print_json("the inputs", self),
-            false => common::print("the inputs", &self.report(file)),
-        }
-    }
-
     /// Returns the report for people. `file` is that of the build.
-    fn report(&self, file: &Path) -> String {
+    pub fn report(&self, file: &Path) -> String {
         let records = self.inputs.iter().map(|input| input.records).sum();
         let left = left(self.inputs.iter().map(|input| input.is_done));
         let head = format!(

@@ -105,7 +105,11 @@ impl Tasks {
     /// Prints the list of the tasks.
     async fn print(&self, file: &Path, is_json: bool) -> anyhow::Result<()> {
         if let Self::Inputs(tasks) = self {
-            return InputList::of(tasks).print(file, is_json);
+            let list = InputList::of(tasks);
+            return match is_json {
+                true => common::print_json("the inputs", &list),
+                false => common::print("the inputs", &list.report(file)),
+            };
         }
         let list = self.list().await?;
         match is_json {

@@ -99,7 +99,7 @@ fn inputs_that_processes_distribute_some_of_them_killed_give_the_triangles_of_on
 fn a_build_distributes_the_inputs_that_are_left() {
     let scratch = folder();
     let folder = scratch.path();
-    run(folder, &format!("{BUILD} --tasks=inputs --quiet"));
+    assert_eq!(run(folder, &format!("{BUILD} --tasks=inputs --quiet")), "");
     let text = fails(folder, 1, &format!("{BUILD} --tasks=inputs"));
     assert!(text.contains("holds the work of an interrupted build"), "{text}");
     run(folder, &format!("{BUILD} --tasks=inputs --resume --quiet"));
