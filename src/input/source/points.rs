@@ -311,9 +311,9 @@ impl Source<PointBatch> {
         positions
     }
 
-    /// Leaves only one of the inputs to be read, of which the first record gets the number
-    /// `first_record`. Its points are those that they would be among all inputs. Returns `None` if there
-    /// is no such input.
+    /// Makes these inputs a part of more inputs: the first record gets the number `first_record`, and
+    /// batches have z if `has_z` says that the others do. The points are those that all inputs would give
+    /// here.
     ///
     /// ```
     /// use delaunay_tiles::input::{InputOptions, PointBatch, PointSource};
@@ -324,9 +324,10 @@ impl Source<PointBatch> {
     /// for path in &paths {
     ///     std::fs::write(path, [1.5f64.to_le_bytes(), 2.5f64.to_le_bytes()].concat())?;
     /// }
-    /// let source = PointSource::open(&paths, &InputOptions::default())?;
-    /// assert_eq!(source.expected_records(), [Some(1), Some(1)]);
-    /// let mut second = source.only(1, 1).expect("there are two");
+    /// let all = PointSource::open(&paths, &InputOptions::default())?;
+    /// assert_eq!(all.expected_records(), [Some(1), Some(1)]);
+    /// let second = PointSource::open(&paths[1..], &InputOptions::default())?;
+    /// let mut second = second.as_part(1, all.has_z());
     /// let mut batch = PointBatch::default();
     /// second.next_batch(&mut batch)?;
     /// assert_eq!((batch.records, second.counts().records), (vec![1], 1));
@@ -334,16 +335,12 @@ impl Source<PointBatch> {
     /// # }
     /// ```
     #[must_use]
-    pub fn only(mut self, input: usize, first_record: u64) -> Option<Self> {
-        let input = self.inputs.remove(input)?;
-        self.total_bytes = input.size();
-        self.inputs = [input].into();
-        // They are those of all inputs.
-        self.random_access = None;
+    pub fn as_part(mut self, first_record: u64, has_z: bool) -> Self {
+        self.has_z |= has_z;
         self.totals.first_record = first_record;
         self.totals.counts.records = first_record;
         self.done_records = first_record;
-        Some(self)
+        self
     }
 
     /// Returns about `count` points from all parts of the inputs, in input order, valid and

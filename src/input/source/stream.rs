@@ -154,7 +154,7 @@ pub struct Source<B: Records> {
     pub(super) totals: B::Totals,
     /// The number of records handed out.
     pub(super) records: u64,
-    has_z: bool,
+    pub(super) has_z: bool,
     /// The coordinate reference system of each file that names one, as far as it is known.
     crs: Vec<(PathBuf, String)>,
     notes: Vec<String>,

@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use futures::future::FutureExt;
+use futures::stream::{self, StreamExt, TryStreamExt};
 
 use crate::io::{Manifest, folder_of};
 use crate::pipeline::error::BuildError;
@@ -14,6 +15,12 @@ use crate::pipeline::task_store::TaskStore;
 use crate::pipeline::tasks::block_tasks::BlockTasks;
 use crate::pipeline::tasks::conquer::{ConqueredBlock, TaskOptions};
 use crate::pipeline::work_folder::WorkFolder;
+
+/// Returns the number of objects that are put or fetched at once: a store is far, rather than slow.
+/// Each takes up to three requests of 8 MiB.
+fn at_once(tasks: &BlockTasks) -> usize {
+    (tasks.memory() >> 26).clamp(1, 8) as usize
+}
 
 impl TaskStore {
     /// Opens the tasks of the build. The plan is fetched into `folder`, which must not be that of
@@ -111,9 +118,11 @@ impl TaskStore {
         let files: Vec<PathBuf> = of_blocks.chain(surface).filter(|file| file.exists()).collect();
         let put = async {
             self.clear_work().await?;
-            for file in files.iter().chain([&folder.plan(), &folder.tasks()]) {
-                self.put_work(file).await?;
-            }
+            let put = stream::iter(files).map(|file| async move { self.put_work(&file).await });
+            put.buffer_unordered(at_once(tasks)).try_collect::<()>().await?;
+            // Once they are there, so is all that they name.
+            self.put_work(&folder.plan()).await?;
+            self.put_work(&folder.tasks()).await?;
             folder.set_cores_elsewhere()
         };
         put.await.map_err(tasks.cannot("put tasks into the store from"))
@@ -121,15 +130,12 @@ impl TaskStore {
 
     /// Fetches what tasks left, without the cores.
     pub(crate) async fn fetch_blocks(&self, tasks: &BlockTasks) -> Result<(), BuildError> {
-        let cannot = tasks.cannot("fetch blocks into");
-        for block in 0..tasks.blocks() {
-            if !tasks.is_done(block) {
-                self.fetch_block(tasks.id, tasks.folder.block(block))
-                    .await
-                    .map_err(&cannot)?;
-            }
-        }
-        Ok(())
+        let left = (0..tasks.blocks()).filter(|&block| !tasks.is_done(block));
+        let fetch = stream::iter(left).map(|block| self.fetch_block(tasks.id, tasks.folder.block(block)));
+        let fetched = fetch
+            .buffer_unordered(at_once(tasks))
+            .try_for_each(|_| async { Ok(()) });
+        fetched.await.map_err(tasks.cannot("fetch blocks into"))
     }
 }
 

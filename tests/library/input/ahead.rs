@@ -2,7 +2,7 @@
 
 use crate::input::{bits, drain};
 use delaunay_tiles::geometry::{Point, Rect};
-use delaunay_tiles::input::{Format, InputOptions, PointBatch, PointSource};
+use delaunay_tiles::input::{Format, InputOptions, MissingZ, PointBatch, PointSource};
 use std::io::Cursor;
 use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
@@ -305,9 +305,9 @@ fn one_of_the_inputs_gives_the_points_that_it_gives_among_all() {
         let (mut points, mut sources) = (Vec::new(), Vec::new());
         let mut first = 0;
         for input in 0..3 {
-            let source = PointSource::open(&paths, &options).unwrap();
-            let announced = source.expected_records()[input].unwrap();
-            let read = drain(source.only(input, first).unwrap()).unwrap();
+            let source = PointSource::open(&paths[input..=input], &options).unwrap();
+            let announced = source.expected_records()[0].unwrap();
+            let read = drain(source.as_part(first, false)).unwrap();
             let counts = read.source.counts();
             assert_eq!(counts.records, announced);
             assert_eq!(counts.points + counts.filtered, counts.records);
@@ -318,10 +318,11 @@ fn one_of_the_inputs_gives_the_points_that_it_gives_among_all() {
         assert!(points == all.points);
         assert_eq!(sources, all.source.sources());
     }
-    assert!(
-        PointSource::open(&paths, &InputOptions::default())
-            .unwrap()
-            .only(3, 0)
-            .is_none()
-    );
+    // Others have z.
+    let paths = write(dir.path(), &[("d.csv", b"x,y\n1,2\n"), ("e.csv", b"x,y,z\n3,4,5\n")]);
+    let zero = InputOptions::default().missing_z(MissingZ::Zero);
+    let all = PointSource::open(&paths, &zero).unwrap();
+    let part = PointSource::open(&paths[..1], &zero).unwrap().as_part(0, all.has_z());
+    let [all, part] = [all, part].map(|source| drain(source).unwrap());
+    assert_eq!((&part.z[..], part.z.len()), (&all.z[..1], 1));
 }

@@ -61,8 +61,12 @@ def test_more_neighbours_than_sites_and_points_in_obstacles_are_told_as_by_one_p
         assert "out_of_budget" in limited.status.tolist()
 
 
-def test_processes_open_the_file_themselves(processes, folder, town):
+def test_processes_open_the_file_themselves(processes, folder, town, monkeypatch):
     near = dt.distributed.knn(folder / "town.tiles", XY, 2, client=processes, batch=64)
+    assert_same_neighbours(near, town.knn(XY, 2))
+    # Their working directory is another one.
+    monkeypatch.chdir(folder)
+    near = dt.distributed.knn("town.tiles", XY, 2, client=processes, batch=64)
     assert_same_neighbours(near, town.knn(XY, 2))
     found = dt.distributed.matrix(folder / "town.tiles", XY[:20], XY, client=processes, batch=5)
     assert_same_distances(found, town.matrix(XY[:20], XY))

@@ -299,8 +299,10 @@ def _tiles(file: Tiles | str | os.PathLike[str]) -> Tiles:
 
 
 def _state(tiles: Tiles) -> _State:
-    about = tiles.metadata
-    return tiles.name, about.file_id, about.generation, tiles.cache.capacity
+    about, name = tiles.metadata, tiles.name
+    # A worker may have another working directory.
+    path = name if "://" in name else os.path.abspath(name)
+    return path, about.file_id, about.generation, tiles.cache.capacity
 
 
 @lru_cache(maxsize=8)

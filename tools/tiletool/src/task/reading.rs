@@ -2,12 +2,13 @@
 //! that goes on.
 
 use std::path::{Path, PathBuf};
+use std::slice;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, bail, ensure};
 use clap::{CommandFactory, FromArgMatches, Parser};
 use delaunay_tiles::geometry::{Point, Rect};
-use delaunay_tiles::input::{PointBatch, PointSource};
+use delaunay_tiles::input::{FileStamp, PointBatch, PointSource};
 use delaunay_tiles::{Builder, DistributedInput, InputPlan, InputTasks};
 use serde::{Deserialize, Serialize};
 
@@ -32,8 +33,34 @@ struct ReadingArgs {
 struct Memo {
     /// The arguments of [`ReadingArgs`].
     arguments: Vec<String>,
-    /// What identifies the inputs, so that a change of them is found.
-    identity: String,
+    has_z: bool,
+    files: Vec<FileState>,
+}
+
+/// The state of a file, so that a change of it is found.
+#[derive(Deserialize, PartialEq, Serialize)]
+struct FileState {
+    path: PathBuf,
+    length: u64,
+    modified: i128,
+}
+
+impl FileState {
+    /// Returns the states of the files of a source when it was opened.
+    fn all_of(source: &PointSource) -> anyhow::Result<Vec<Self>> {
+        let state = |(path, stamp): &(PathBuf, FileStamp)| {
+            Ok(Self {
+                path: absolute(path)?,
+                length: stamp.length,
+                modified: stamp.modified,
+            })
+        };
+        source.stamps().iter().map(state).collect()
+    }
+}
+
+fn absolute(path: &Path) -> anyhow::Result<PathBuf> {
+    std::path::absolute(path).with_context(|| format!("cannot find {}", shown(path)))
 }
 
 /// What a task says of its input to the build.
@@ -53,8 +80,8 @@ pub struct PointArgs<'a> {
 
 /// Plans the tasks of inputs, which are open. Returns `None` if all points fit into memory.
 pub fn plan(args: &PointArgs<'_>, source: &PointSource, builder: Builder) -> anyhow::Result<Option<InputTasks>> {
-    let identity = source
-        .identity()
+    source
+        .total_bytes()
         .context("only files can be read by tasks; standard input cannot")?;
     let counted = args.inputs.iter().zip(source.expected_records());
     let records = counted.map(|(path, records)| {
@@ -74,7 +101,8 @@ pub fn plan(args: &PointArgs<'_>, source: &PointSource, builder: Builder) -> any
         sample,
         memo: serde_json::to_string(&Memo {
             arguments: args.arguments()?,
-            identity,
+            has_z: source.has_z(),
+            files: FileState::all_of(source)?,
         })?,
     };
     Ok(builder.plan_inputs(plan)?)
@@ -87,7 +115,7 @@ impl PointArgs<'_> {
         arguments.extend(self.missing_z.arguments());
         arguments.push("--".to_owned());
         for path in self.inputs {
-            let path = std::path::absolute(path).with_context(|| format!("cannot find {}", shown(path)))?;
+            let path = absolute(path)?;
             let text = path.to_str();
             let text =
                 text.with_context(|| format!("{} has a name that is no UTF-8, so tasks cannot find it", shown(&path)));
@@ -109,16 +137,17 @@ pub fn distribute(
     let args = matches.and_then(|matches| ReadingArgs::from_arg_matches(&matches));
     let args = args.context("the plan was made by another version of this program")?;
     let options = args.input.options().missing_z(args.missing_z.option()).threads(threads);
-    let source = PointSource::open(&args.inputs, &options)?;
-    ensure!(
-        source.identity().is_some_and(|identity| identity == memo.identity),
-        "the inputs have changed since the tasks were planned; plan them again"
-    );
     let mut task = tasks.start(input, memory)?;
     let records = tasks.records(input);
-    let mut source = source
-        .only(input as usize, records.start)
-        .context("an input is missing")?;
+    // Of the others, of which there may be thousands, nothing is opened.
+    let path = args.inputs.get(input as usize).context("an input is missing")?;
+    let source = PointSource::open(slice::from_ref(path), &options)?;
+    ensure!(
+        FileState::all_of(&source)?.iter().all(|file| memo.files.contains(file)),
+        "{} has changed since the tasks were planned; plan them again",
+        shown(path)
+    );
+    let mut source = source.as_part(records.start, memo.has_z);
     let (mut batch, mut extent) = (PointBatch::default(), Rect::EMPTY);
     while source.next_batch(&mut batch)? {
         if stop.load(Ordering::Relaxed) {
@@ -131,7 +160,7 @@ pub fn distribute(
     ensure!(
         read.records == records.end - records.start,
         "{} has {} records, and announced {}; build without tasks for inputs",
-        shown(&args.inputs[input as usize]),
+        shown(path),
         read.records,
         records.end - records.start
     );
