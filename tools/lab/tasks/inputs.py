@@ -48,7 +48,7 @@ def measured(arguments, folder):
 
     def build(output, *options):
         inputs = [path.resolve() for path in arguments.inputs]
-        limits = ["--memory", arguments.memory, "--threads", AT_ONCE, "--quiet"]
+        limits = ["--memory", arguments.memory, "--threads", AT_ONCE, "--quiet", "--force"]
         return seconds([tool, "build", *inputs, "-o", output, *limits, *options])
 
     def tasks(kind):
@@ -59,8 +59,8 @@ def measured(arguments, folder):
             list(workers.map(lambda number: seconds([*one, number]), range(len(listed))))
         return time.perf_counter() - began, len(listed)
 
-    one_process = build(whole, "--force")
-    plan_of_inputs = build(shared, "--force", "--tasks=inputs")
+    one_process = build(whole)
+    plan_of_inputs = build(shared, "--tasks=inputs")
     of_inputs, _ = tasks("input")
     plan_of_blocks = build(shared, "--resume", "--tasks")
     of_blocks, blocks = tasks("block")
