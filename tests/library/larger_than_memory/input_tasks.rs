@@ -117,7 +117,7 @@ fn inputs_that_tasks_distributed_give_the_triangles_of_one_build() {
     runtime().block_on(async {
         for input in [curve, city(), valley(), long_lines()] {
             let whole = Scratch::new();
-            let at_once = input.build(&whole.path).await;
+            let at_once = input.build_at_once(&whole.path).await;
             for leaves_blocks in [false, true] {
                 let scratch = Scratch::new();
                 let builder = distributed(&input, &scratch, &mut random);
@@ -150,7 +150,7 @@ fn cells_by_a_sample_that_misleads_are_split() {
     let input = Input::new("points", &points_of(Kind::Uniform, 100_000, 6), &[], 1_500_000);
     runtime().block_on(async {
         let [whole, scratch] = [Scratch::new(), Scratch::new()];
-        input.build(&whole.path).await;
+        input.build_at_once(&whole.path).await;
         let inputs = cut(&input, 5);
         let corner = (0..400u32).map(|i| Point::new(f64::from(i % 20) / 1e4, f64::from(i / 20) / 1e4));
         let misleading = InputPlan {
@@ -179,7 +179,7 @@ fn a_build_that_took_inputs_can_be_stopped_and_resumed() {
     let mut random = Random(5);
     runtime().block_on(async {
         let [whole, scratch] = [Scratch::new(), Scratch::new()];
-        input.build(&whole.path).await;
+        input.build_at_once(&whole.path).await;
         for _ in 0..2 {
             let mut builder = distributed(&input, &scratch, &mut random);
             let again = builder.take_inputs().unwrap_err();

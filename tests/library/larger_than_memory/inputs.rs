@@ -46,7 +46,7 @@ impl Input {
     }
 
     /// Builds it at once.
-    pub async fn build(&self, path: &Path) -> BuildSummary {
+    pub async fn build_at_once(&self, path: &Path) -> BuildSummary {
         let mut builder = Builder::new(path, self.options.clone()).unwrap();
         self.push(&mut builder).await.unwrap();
         builder.finish().await.unwrap()

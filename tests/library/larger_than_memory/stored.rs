@@ -81,7 +81,7 @@ fn workers_that_share_a_store_give_the_triangles_of_one_build() {
     runtime().block_on(async {
         for (input, seed) in [curve, city(), valley(), long_lines()].into_iter().zip(1..) {
             let whole = Scratch::new();
-            input.build(&whole.path).await;
+            input.build_at_once(&whole.path).await;
             let objects = Arc::new(InMemory::new());
             let store = TaskStore::of(Arc::clone(&objects) as Arc<dyn ObjectStore>, NAME);
             // Twice: the second file replaces the first one.

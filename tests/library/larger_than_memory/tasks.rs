@@ -125,7 +125,7 @@ fn blocks_that_tasks_conquered_give_the_triangles_of_one_build() {
     runtime().block_on(async {
         for input in [curve, city(), valley(), long_lines()] {
             let whole = Scratch::new();
-            let at_once = input.build(&whole.path).await;
+            let at_once = input.build_at_once(&whole.path).await;
             let mut files = Vec::new();
             for seed in [1, 2] {
                 let scratch = Scratch::new();
@@ -158,7 +158,7 @@ fn tasks_split_lines_at_the_borders_of_the_same_cells() {
     let input = islands();
     runtime().block_on(async {
         let [whole, scratch] = [Scratch::new(), Scratch::new()];
-        input.build(&whole.path).await;
+        input.build_at_once(&whole.path).await;
         conquer_and_finish(&input, &scratch, 3).await;
         assert_eq!(digest(&scratch).await, digest(&whole).await);
     });
@@ -268,7 +268,7 @@ fn a_block_of_another_plan_counts_for_nothing() {
         assert!(!tasks.conquer(0, options_of(&now, 1)).await.unwrap().was_done);
         fs::write(block_file(&scratch, 1), &stale).unwrap();
         finished(&now, &scratch.path, now.options.clone()).await.unwrap();
-        now.build(&whole.path).await;
+        now.build_at_once(&whole.path).await;
         assert_eq!(digest(&scratch).await, digest(&whole).await);
     });
 }
