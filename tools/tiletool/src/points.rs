@@ -1,5 +1,7 @@
 //! Points of files on their way to a builder.
 
+use std::path::PathBuf;
+
 use delaunay_tiles::Builder;
 use delaunay_tiles::input::{InputError, PointBatch, PointSource};
 use serde::{Deserialize, Serialize};
@@ -25,6 +27,8 @@ pub struct PointsRead {
     pub notes: Vec<String>,
     /// The name and the number of records of each input.
     pub sources: Vec<(String, u64)>,
+    /// The coordinate reference systems that inputs name.
+    pub crs: Vec<(PathBuf, String)>,
 }
 
 impl PointsRead {
@@ -39,6 +43,7 @@ impl PointsRead {
             bytes: counts.bytes_read,
             notes: source.notes().to_vec(),
             sources: source.sources().to_vec(),
+            crs: source.crs_of_files().to_vec(),
         }
     }
 
@@ -51,6 +56,7 @@ impl PointsRead {
         self.bytes += other.bytes;
         self.notes.extend(other.notes);
         self.sources.extend(other.sources);
+        self.crs.extend(other.crs);
     }
 }
 

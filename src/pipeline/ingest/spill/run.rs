@@ -206,3 +206,42 @@ fn take_varint(bytes: &mut &[u8]) -> Option<u64> {
     }
     None
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn a_file_that_is_opened_for_each_chunk_has_the_same_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        let points = (0..1000u32).map(|i| {
+            (
+                Point::new(f64::from(i), 0.5),
+                Some(f64::from(i) / 3.0),
+                u64::from(i * 7 % 50),
+            )
+        });
+        let points: Vec<_> = points.collect();
+        let [stays, opened] = [(0, true), (1, false)].map(|(number, stays_open)| {
+            let mut writer = RunWriter::new(folder.path(), number, 400, stays_open);
+            points
+                .iter()
+                .for_each(|&(point, z, record)| writer.push(point, z, record).unwrap());
+            let run = writer.finish().unwrap();
+            assert_eq!(run.points, 1000);
+            let bytes = fs::read(run.path(folder.path())).unwrap();
+            assert_eq!(run.length, bytes.len() as u64);
+            bytes
+        });
+        assert_eq!(stays, opened);
+        let (mut left, mut read) = (&opened[..], Vec::new());
+        while let Some(header) = left.first_chunk() {
+            let (chunk, rest) = left.split_at(chunk_length(header, left.len() as u64).unwrap());
+            decode_chunk(chunk, |record| read.push((record.point, Some(record.z), record.record))).unwrap();
+            left = rest;
+        }
+        assert!(read == points && opened.len() > 1000 * 17 + 20 * HEADER);
+    }
+}
