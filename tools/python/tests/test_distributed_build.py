@@ -107,6 +107,19 @@ def test_what_workers_cannot_read_is_an_error(inputs, raw, tmp_path):
     assert os.listdir(tmp_path) == [out.name]
 
 
+def test_inputs_of_different_systems_are_refused_before_workers_read_them(tmp_path):
+    geopandas = pytest.importorskip("geopandas")
+    pytest.importorskip("pyarrow")
+    files = []
+    for crs in "EPSG:25832", "EPSG:32633":
+        x, y = np.random.default_rng(2).random((2, 30_000))
+        files.append(tmp_path / f"{len(files)}.parquet")
+        geopandas.GeoDataFrame(geometry=geopandas.points_from_xy(x, y), crs=crs).to_parquet(files[-1])
+    with pytest.raises(dt.InputError, match="32633"):
+        dt.distributed.build(files, tmp_path / "shared.tiles", client=None, read_inputs=True, **LITTLE)
+    assert sorted(os.listdir(tmp_path)) == [file.name for file in files]
+
+
 def test_arrays_become_tasks_too(run, tmp_path):
     xyz = np.random.default_rng(4).random((60_000, 3))
     lines = [np.array([[0.1, y], [0.9, y + 0.01]]) for y in np.linspace(0.1, 0.9, 20)]

@@ -328,13 +328,15 @@ impl Drop for Builder {
 }
 
 /// Plans the tasks that read files.
-fn plan_inputs(work: Work, paths: &[PathBuf], input: &InputArgs) -> Outcome<Option<Vec<u64>>> {
+fn plan_inputs(mut work: Work, paths: &[PathBuf], input: &InputArgs) -> Outcome<Option<Vec<u64>>> {
     let args = PointArgs {
         inputs: paths,
         input,
         missing_z: MissingZArgs::from(MissingZ::Drape),
     };
     let source = PointSource::open(paths, &input.options().missing_z(MissingZ::Drape))?;
+    // Before tasks read for hours.
+    work.take_systems(source.crs_of_files())?;
     let tasks = reading::plan(&args, &source, work.builder).map_err(Failure::of_build)?;
     let records = |tasks: InputTasks| {
         (0..tasks.inputs())

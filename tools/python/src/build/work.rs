@@ -92,7 +92,8 @@ impl Work {
         agreed.map_err(|conflict| Failure::input(conflict.to_string()))
     }
 
-    fn take_systems(&mut self, systems: &[(PathBuf, String)]) -> Outcome<()> {
+    /// Takes the coordinate reference systems of files, which must agree.
+    pub fn take_systems(&mut self, systems: &[(PathBuf, String)]) -> Outcome<()> {
         systems.iter().try_for_each(|(path, text)| self.take_crs(path, text))
     }
 
