@@ -6,7 +6,7 @@ use delaunay_tiles::{DistributedInput, InputTasks, TaskOptions};
 use serde::Serialize;
 
 use super::numbers::{left, ranges};
-use super::reading::{distribute, name_of};
+use super::reading::{distribute, names};
 use crate::common::{self, bytes, counted, shown, thousands};
 
 /// The output of `--json` for an input that was distributed.
@@ -41,10 +41,11 @@ struct InputEntry {
 
 impl InputList {
     pub fn of(tasks: &InputTasks) -> Self {
+        let mut names = names(tasks).into_iter();
         let entry = |input| {
             let records = tasks.records(input);
             InputEntry {
-                name: name_of(tasks, input).map_or_else(String::new, |path| path.display().to_string()),
+                name: names.next().unwrap_or_default(),
                 records: records.end - records.start,
                 is_done: tasks.is_done(input),
             }

@@ -190,11 +190,13 @@ pub fn take(mut builder: Builder, stop: &AtomicBool) -> anyhow::Result<(Builder,
     Ok((builder, read, corners))
 }
 
-/// Returns the name of an input of tasks, for people.
-pub fn name_of(tasks: &InputTasks, input: u32) -> Option<PathBuf> {
-    let memo: Memo = serde_json::from_str(tasks.memo()).ok()?;
-    let first = memo.arguments.iter().position(|argument| argument == "--")? + 1;
-    memo.arguments
-        .get(first + input as usize)
-        .map(|path| Path::new(path).to_owned())
+/// Returns the names of the inputs of tasks, for people; none if another program planned them.
+pub fn names(tasks: &InputTasks) -> Vec<String> {
+    let memo = serde_json::from_str(tasks.memo());
+    let arguments = memo.map_or_else(|_| Vec::new(), |memo: Memo| memo.arguments);
+    arguments
+        .into_iter()
+        .skip_while(|argument| argument != "--")
+        .skip(1)
+        .collect()
 }
