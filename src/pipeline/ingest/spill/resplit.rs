@@ -128,22 +128,20 @@ impl Splitting<'_> {
     fn split_cell(&mut self, runs: &[Run]) -> io::Result<RunTree> {
         let all = points_of(runs);
         let _span = tracing::debug_span!("split", run = runs[0].number, points = all).entered();
-        let mut readers = Vec::new();
-        for run in runs.iter().filter(|run| run.points > 0) {
-            readers.push((RunReader::open(run.path(self.folder), run.length)?, run.points));
-        }
+        // Of thousands of inputs, each may have a run here: only one is open at a time.
+        let runs = || runs.iter().filter(|run| run.points > 0);
         let mut sample = Vec::new();
-        for (reader, points) in &mut readers {
-            let share = u128::from(*points) * SAMPLE as u128 / u128::from(all);
-            sample.extend(reader.sample(share as usize)?);
+        for run in runs() {
+            let share = u128::from(run.points) * SAMPLE as u128 / u128::from(all);
+            sample.extend(RunReader::open(run.path(self.folder), run.length)?.sample(share as usize)?);
         }
         let cells = (4 * all / self.limits.block_points).min(self.limits.cells as u64) as usize;
         let tree = cut(&sample, cells.max(4));
         let mut heavy = HeavyPoints::of(&sample, self.rule);
         let mut spill = Spill::new(self.folder, tree, self.limits.buffers, self.next_run);
         spill.has_z = self.has_z;
-        for (reader, _) in &mut readers {
-            self.distribute(reader, &mut heavy, &mut spill)?;
+        for run in runs() {
+            self.distribute(run, &mut heavy, &mut spill)?;
         }
         let before = heavy.taken;
         for record in heavy.kept() {
@@ -153,17 +151,17 @@ impl Splitting<'_> {
         self.merged = self.merged.wrapping_add(before);
         let spilled = spill.finish()?;
         self.next_run += spilled.runs.len() as u32;
-        self.bytes_read += runs.iter().map(|run| run.length).sum::<u64>();
+        self.bytes_read += runs().map(|run| run.length).sum::<u64>();
         self.bytes_rewritten += spilled.bytes();
-        for (reader, _) in readers {
-            fs::remove_file(reader.path)?;
+        for run in runs() {
+            fs::remove_file(run.path(self.folder))?;
         }
         Ok(run_tree(spilled))
     }
 
     /// Distributes the points of a run, but for those at heavy positions.
-    fn distribute(&self, reader: &mut RunReader, heavy: &mut HeavyPoints, spill: &mut Spill) -> io::Result<()> {
-        reader.offset = 0;
+    fn distribute(&self, run: &Run, heavy: &mut HeavyPoints, spill: &mut Spill) -> io::Result<()> {
+        let mut reader = RunReader::open(run.path(self.folder), run.length)?;
         let mut chunk = Vec::new();
         while reader.next(&mut chunk)? {
             if self.progress.is_cancelled() {
