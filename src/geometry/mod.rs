@@ -3,6 +3,7 @@
 //! This module does not depend on the rest of the crate.
 
 mod area;
+mod chord;
 mod circumdisc;
 mod crossing;
 mod expansion;
@@ -15,6 +16,7 @@ mod point;
 mod predicates;
 
 pub use area::area_sign;
+pub(crate) use chord::{Chord, View};
 pub use circumdisc::disc_strictly_inside;
 pub(crate) use crossing::{ExactCrossing, cross_outside, segment_meets};
 pub use crossing::{crossing_point, segments_cross};

@@ -59,7 +59,7 @@ const HALF_ULP: f64 = f64::EPSILON / 2.0;
 
 /// The error of the rounded orientation determinant relative to the sum of the magnitudes of its
 /// two products (Shewchuk, `ccwerrboundA`).
-const ORIENT2D_BOUND: f64 = (3.0 + 16.0 * HALF_ULP) * HALF_ULP;
+pub(super) const ORIENT2D_BOUND: f64 = (3.0 + 16.0 * HALF_ULP) * HALF_ULP;
 
 /// The error of the rounded incircle determinant relative to the sum of the magnitudes of its eight
 /// products.
@@ -69,7 +69,7 @@ const ORIENT2D_BOUND: f64 = (3.0 + 16.0 * HALF_ULP) * HALF_ULP;
 /// the exact sum of magnitudes. The exact sum exceeds the computed one by a factor of at most
 /// 1/(1-ε)¹⁰. The bound itself adds one more rounding. In total, this stays below 10ε +
 /// 256ε², for ε = 2⁻⁵³.
-const INCIRCLE_BOUND: f64 = (10.0 + 256.0 * HALF_ULP) * HALF_ULP;
+pub(super) const INCIRCLE_BOUND: f64 = (10.0 + 256.0 * HALF_ULP) * HALF_ULP;
 
 /// The direction in which a path through three points turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -3,8 +3,8 @@ use std::path::Path;
 
 use proptest::prelude::*;
 
-use crate::geometry::oracle;
 use crate::geometry::predicates::*;
+use crate::geometry::{Chord, oracle};
 
 /// Reads the lines `index coordinates… sign` of a file of the `robust` crate. Its signs have the
 /// same meaning as ours.
@@ -71,8 +71,25 @@ fn check_turn(one: [Point; 2], other: [Point; 2]) {
     assert_eq!(turn_expansion(one, other), expected, "expansion: {one:?} {other:?}");
 }
 
+fn check_chord(chord: Chord, p: Point, q: Point) {
+    let Chord { l, r } = chord;
+    let (of_p, of_q) = (chord.view(p), chord.view(q));
+    let left = |point: Point| oracle::orient2d(l, r, point) == Ordering::Greater;
+    assert_eq!(chord.is_left(&of_p), left(p), "{l:?} {r:?} {p:?}");
+    assert_eq!(chord.is_left(&of_q), left(q), "{l:?} {r:?} {q:?}");
+    if left(p) {
+        let inside = chord.circle_contains(&of_p, &of_q);
+        match oracle::incircle(l, r, p, q) {
+            Ordering::Equal => assert_eq!(inside, in_circle(l, r, p, q), "{l:?} {r:?} {p:?} {q:?}"),
+            sign => assert_eq!(inside, sign == Ordering::Greater, "{l:?} {r:?} {p:?} {q:?}"),
+        }
+    }
+}
+
 fn check([a, b, c, d]: [Point; 4]) {
     check_orient2d(a, b, c);
+    check_chord(Chord { l: a, r: b }, c, d);
+    check_chord(Chord { l: b, r: a }, d, c);
     check_turn([a, b], [c, d]);
     check_turn([a, b], [d, c]);
     check_turn([a, b], [b, a]);
@@ -173,6 +190,24 @@ proptest! {
         });
         p[3] = valid(Point::new(nudged(p[3].x, nudge), p[3].y));
         check(p);
+    }
+
+    /// Walks over the circle through three points ulp by ulp, and over the line through two.
+    #[test]
+    fn predicates_are_exact_on_both_sides_of_their_zeros(
+        angles in prop::array::uniform4(0.0..std::f64::consts::TAU),
+        centre in prop_oneof![Just((0.0, 0.0)), Just((5e5, 4e6)), (-1.0..1.0, -1.0..1.0)],
+        first in -200..190,
+    ) {
+        let mut p = angles.map(|t: f64| valid(Point::new(centre.0 + t.cos(), centre.1 + t.sin())));
+        let [a, b, ..] = p;
+        let middle = Point::new(a.x + (b.x - a.x) / 2.0, a.y + (b.y - a.y) / 2.0);
+        let (on_circle, on_line) = (p[3], valid(middle));
+        for step in first..first + 10 {
+            p[3] = valid(Point::new(on_circle.x, nudged(on_circle.y, step)));
+            check(p);
+            check([a, b, valid(Point::new(on_line.x, nudged(on_line.y, step))), p[3]]);
+        }
     }
 
     /// Checks circles through four grid points, in all orders: rotating the triangle changes

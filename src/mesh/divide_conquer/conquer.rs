@@ -1,6 +1,7 @@
 //! Cuts the points into parts, triangulates and merges them, and converts the result.
 
-use super::arrays::{Arrays, BitHalfEdge, GHOST, Hull};
+use super::arrays::Arrays;
+use super::half_edges::{BitHalfEdge, Hull};
 use super::merge::{Axis, xy_less, yx_less};
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::mesh::engine::Engine;
@@ -127,60 +128,27 @@ impl DivideConquer {
     /// Removes the ghosts, and converts the result to the caller's indices.
     fn finish(&mut self, hull: Hull, mesh: &mut Triangulation) {
         self.ghosts.clear();
+        let (keyed, mask) = (&self.keyed, self.index_mask);
+        let index = |vertex: u32| (keyed[vertex as usize] & mask) as u32;
+        let half_edges = self.arrays.half_edges();
         let mut ghost = hull.min;
         loop {
             self.ghosts.push(ghost);
-            mesh.hull.push(self.index(self.arrays.dest(ghost)));
-            ghost = self.arrays.hull_next(ghost);
+            mesh.hull.push(index(half_edges.dest(ghost)));
+            ghost = half_edges.hull_next(ghost);
             if ghost == hull.min {
                 break;
             }
         }
         let count = self.arrays.corners.len() - self.ghosts.len();
-        self.move_ghosts_behind(count);
+        self.arrays.move_behind(&self.ghosts, count);
         self.arrays.corners.truncate(count);
         self.arrays.twins.truncate(count);
-        let (keyed, mask) = (&self.keyed, self.index_mask);
         for corner in self.arrays.corners.as_flattened_mut() {
-            *corner = (keyed[*corner as usize] & mask) as u32;
+            *corner = index(*corner);
         }
         // Collecting reuses the same memory.
         let twins = std::mem::take(&mut self.arrays.twins).into_iter();
         mesh.neighbours = twins.map(|of_triangle| of_triangle.map(BitHalfEdge::packed)).collect();
-    }
-
-    /// Moves triangles to the slots of ghosts until the first `count` slots hold no ghosts. The
-    /// ghosts are lost.
-    fn move_ghosts_behind(&mut self, count: usize) {
-        let mut behind = count;
-        for i in 0..self.ghosts.len() {
-            let ghost = self.ghosts[i];
-            let inner = self.arrays.twin(ghost);
-            // A chain has ghosts on both sides. Then the other ghost may have unset this twin
-            // before.
-            if inner != BitHalfEdge::UNSET {
-                self.arrays.twins[inner.triangle()][inner.corner()] = BitHalfEdge::UNSET;
-            }
-            if ghost.triangle() >= count {
-                continue;
-            }
-            while self.arrays.corners[behind].contains(&GHOST) {
-                behind += 1;
-            }
-            let slot = ghost.triangle();
-            self.arrays.corners[slot] = self.arrays.corners[behind];
-            self.arrays.twins[slot] = self.arrays.twins[behind];
-            for (corner, twin) in (0..).zip(self.arrays.twins[slot]) {
-                if twin != BitHalfEdge::UNSET {
-                    self.arrays.twins[twin.triangle()][twin.corner()] = BitHalfEdge::new(slot as u32, corner);
-                }
-            }
-            behind += 1;
-        }
-    }
-
-    /// Returns the caller's index of a vertex.
-    fn index(&self, vertex: u32) -> u32 {
-        (self.keyed[vertex as usize] & self.index_mask) as u32
     }
 }

@@ -1,7 +1,8 @@
 //! Joins two triangulations along a cut.
 
-use super::arrays::{Arrays, BitHalfEdge, GHOST, Hull};
-use crate::geometry::{Point, in_circle};
+use super::arrays::Arrays;
+use super::half_edges::{BitHalfEdge, GHOST, HalfEdges, Hull};
+use crate::geometry::{Chord, Point, View};
 
 /// A vertex of a hull and the ghost of the hull edge that leaves it.
 type End = (u32, BitHalfEdge);
@@ -33,36 +34,46 @@ impl Arrays {
     ///
     /// For a cut across Y the picture is turned clockwise.
     pub(super) fn merge(&mut self, left: Hull, right: Hull, axis: Axis) -> Hull {
+        let mut new_ghost = || BitHalfEdge::new(self.push([GHOST; 3], [BitHalfEdge::UNSET; 3]), 0);
+        let (bottom, top) = (new_ghost(), new_ghost());
+        self.half_edges().merge([left, right], axis, [bottom, top])
+    }
+}
+
+impl HalfEdges<'_> {
+    /// Does the work of [`Arrays::merge`], with two new ghosts.
+    fn merge(&mut self, [left, right]: [Hull; 2], axis: Axis, [bottom, top]: [BitHalfEdge; 2]) -> Hull {
         let ends_left = [left.min, left.max].map(|ghost| (self.dest(ghost), ghost));
         let ends_right = [right.min, right.max].map(|ghost| (self.dest(ghost), ghost));
         let (mut ghost_left, mut ghost_right) = self.lower_tangent(left, right, axis);
         let (mut l, mut r) = (self.dest(ghost_left), self.origin(ghost_right));
         let lowest_left = l;
 
-        let bottom = BitHalfEdge::new(self.new_triangle([r, l, GHOST]), 0);
+        self.set_corners(bottom, [r, l, GHOST]);
         let before = self.twin(ghost_left.next());
         let after = self.twin(ghost_right.prev());
         self.link(bottom.next(), before);
         self.link(bottom.prev(), after);
 
         let mut base = bottom;
+        let mut chord = Chord {
+            l: self.point(l),
+            r: self.point(r),
+        };
         loop {
-            let (pl, pr) = (self.point(l), self.point(r));
-            let left_valid = self.is_above(pl, pr, self.origin(ghost_left));
-            let right_valid = self.is_above(pl, pr, self.dest(ghost_right));
+            let mut left = chord.view(self.point(self.origin(ghost_left)));
+            let mut right = chord.view(self.point(self.dest(ghost_right)));
+            let left_valid = chord.is_left(&left);
+            let right_valid = chord.is_left(&right);
             if left_valid {
-                self.expose_left(ghost_left, pl, pr);
+                self.expose_left(ghost_left, chord, &mut left);
             }
             if right_valid {
-                self.expose_right(ghost_right, pl, pr);
+                self.expose_right(ghost_right, chord, &mut right);
             }
             let take_right = match (left_valid, right_valid) {
                 (false, false) => break,
-                (true, true) => {
-                    let l1 = self.point(self.origin(ghost_left));
-                    let r1 = self.point(self.dest(ghost_right));
-                    in_circle(pl, pr, l1, r1)
-                }
+                (true, true) => chord.circle_contains(&left, &right),
                 (_, right_valid) => right_valid,
             };
             if take_right {
@@ -72,6 +83,7 @@ impl Arrays {
                 self.link(ghost_right.prev(), base);
                 base = ghost_right.next();
                 r = self.origin(base);
+                chord.r = right.point();
                 ghost_right = above;
             } else {
                 // The ghost (l1, l, ∞) becomes the triangle (l1, l, r).
@@ -80,11 +92,12 @@ impl Arrays {
                 self.link(ghost_left.next(), base);
                 base = ghost_left.prev();
                 l = self.dest(base);
+                chord.l = left.point();
                 ghost_left = above;
             }
         }
 
-        let top = BitHalfEdge::new(self.new_triangle([l, r, GHOST]), 0);
+        self.set_corners(top, [l, r, GHOST]);
         self.link(top, base);
         self.link(top.next(), ghost_right.prev());
         self.link(top.prev(), ghost_left.next());
@@ -93,11 +106,17 @@ impl Arrays {
         // one. Every other vertex of the hull keeps the ghost of the edge that leaves it.
         let leaving_left = |(vertex, ghost): End| (vertex, if vertex == lowest_left { bottom } else { ghost });
         let leaving_right = |(vertex, ghost): End| (vertex, if vertex == r { top } else { ghost });
-        self.joined_hull(ends_left.map(leaving_left), ends_right.map(leaving_right))
+        self.joined_hull(axis, ends_left.map(leaving_left), ends_right.map(leaving_right))
     }
 
     /// Returns the hull of two joined parts, from the smallest and the largest vertex of each.
-    fn joined_hull(&self, [left_min, left_max]: [End; 2], [right_min, right_max]: [End; 2]) -> Hull {
+    fn joined_hull(&self, axis: Axis, [left_min, left_max]: [End; 2], [right_min, right_max]: [End; 2]) -> Hull {
+        if axis == Axis::X {
+            return Hull {
+                min: left_min.1,
+                max: right_max.1,
+            };
+        }
         let smaller = |a: End, b: End| self.point(a.0).lex_cmp(self.point(b.0)).is_lt();
         let pick = |first: bool, a: End, b: End| if first { a.1 } else { b.1 };
         Hull {
@@ -140,7 +159,8 @@ impl Arrays {
     }
 
     /// Turns triangles (l, l1, a) inside the hull edge l → l1 into ghosts, while the circle
-    /// through l, r and l1 contains a. The ghost at l keeps its number.
+    /// through l, r and l1 contains a. The ghost at l keeps its number. `tip` is l1 at first, and
+    /// the vertex that follows l on the hull in the end.
     ///
     /// ```text
     ///      l1                    l1
@@ -149,42 +169,52 @@ impl Arrays {
     ///     ╲ │                   ╲   ghost
     ///       l ──── r              l ──── r
     /// ```
-    fn expose_left(&mut self, ghost: BitHalfEdge, pl: Point, pr: Point) {
+    fn expose_left(&mut self, ghost: BitHalfEdge, chord: Chord, tip: &mut View) {
         loop {
             let inner = self.twin(ghost);
-            let (l1, a) = (self.origin(ghost), self.origin(inner.prev()));
-            if a == GHOST || !in_circle(pl, pr, self.point(l1), self.point(a)) {
+            let a = self.origin(inner.prev());
+            if a == GHOST {
                 return;
             }
-            let (behind_l1_a, behind_a_l) = (self.twin(inner.next()), self.twin(inner.prev()));
+            let behind = chord.view(self.point(a));
+            if !chord.circle_contains(tip, &behind) {
+                return;
+            }
+            *tip = behind;
+            let behind_a_l = self.twin(inner.prev());
             let following = self.twin(ghost.prev());
             self.set_origin(ghost, a);
             self.link(ghost, behind_a_l);
-            self.set_corners(inner, [l1, a, GHOST]);
-            self.link(inner, behind_l1_a);
-            self.link(inner.next(), ghost.prev());
-            self.link(inner.prev(), following);
+            // The triangle (l, l1, a) becomes the ghost (∞, l1, a).
+            self.set_origin(inner, GHOST);
+            self.link(inner, following);
+            self.link(inner.prev(), ghost.prev());
         }
     }
 
     /// The mirror image of [`expose_left`](Self::expose_left), for triangles (r1, r, a) inside the
     /// hull edge r1 → r.
     #[inline(always)]
-    fn expose_right(&mut self, ghost: BitHalfEdge, pl: Point, pr: Point) {
+    fn expose_right(&mut self, ghost: BitHalfEdge, chord: Chord, tip: &mut View) {
         loop {
             let inner = self.twin(ghost);
-            let (r1, a) = (self.dest(ghost), self.origin(inner.prev()));
-            if a == GHOST || !in_circle(pl, pr, self.point(r1), self.point(a)) {
+            let a = self.origin(inner.prev());
+            if a == GHOST {
                 return;
             }
-            let (behind_r_a, behind_a_r1) = (self.twin(inner.next()), self.twin(inner.prev()));
+            let behind = chord.view(self.point(a));
+            if !chord.circle_contains(tip, &behind) {
+                return;
+            }
+            *tip = behind;
+            let behind_r_a = self.twin(inner.next());
             let preceding = self.twin(ghost.next());
             self.set_origin(ghost.next(), a);
             self.link(ghost, behind_r_a);
-            self.set_corners(inner, [a, r1, GHOST]);
-            self.link(inner, behind_a_r1);
-            self.link(inner.next(), preceding);
-            self.link(inner.prev(), ghost.next());
+            // The triangle (r1, r, a) becomes the ghost (r1, ∞, a).
+            self.set_origin(inner.next(), GHOST);
+            self.link(inner, preceding);
+            self.link(inner.next(), ghost.next());
         }
     }
 }

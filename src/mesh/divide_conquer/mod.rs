@@ -18,6 +18,7 @@
 
 mod arrays;
 mod conquer;
+mod half_edges;
 mod merge;
 
 pub(super) use conquer::DivideConquer;
