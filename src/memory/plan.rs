@@ -201,11 +201,12 @@ impl MemoryPlan {
         MemoryShortage { of, needed, budget }
     }
 
-    /// Returns whether points that take `bytes` can stay in memory, with their segments.
+    /// Returns whether points that take `bytes` can stay in memory, with their segments. If more
+    /// arrive, these points are distributed before their memory is released.
     pub(crate) fn fits(&self, load: Load, bytes: u64) -> bool {
         let segments = load.segments.saturating_mul(SEGMENT_BYTES);
-        let work = self.work_bytes(self.threads, load);
-        bytes.saturating_add(segments).saturating_add(work) <= self.rest()
+        let beside = self.work_bytes(self.threads, load).max(self.distribution_bytes());
+        bytes.saturating_add(segments).saturating_add(beside) <= self.rest()
     }
 
     /// Returns whether points that are still to arrive can stay in memory.
@@ -236,6 +237,12 @@ impl MemoryPlan {
     /// Returns the bytes for the buffers of all runs, while points are distributed.
     pub(crate) fn run_buffers(&self) -> usize {
         (self.rest() / 8).min(64 << 20) as usize
+    }
+
+    /// Returns the bytes for distributing points: the buffers of the runs, and the batches that wait
+    /// for it.
+    fn distribution_bytes(&self) -> u64 {
+        self.run_buffers() as u64 + (self.rest() / 32).min(16 << 20)
     }
 
     /// Returns the number of cells to which points are distributed at once. The limits are the
@@ -381,4 +388,39 @@ impl Load {
 /// Returns the bytes per point in a block, without segments.
 pub(crate) fn point_bytes(has_z: bool) -> u64 {
     if has_z { POINT_WITH_Z_BYTES } else { POINT_BYTES }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points of unknown number stay in memory as long as they fit, and must be distributed then.
+    #[test]
+    fn points_that_outgrow_the_memory_leave_room_for_their_distribution() {
+        for memory in [16, 64, 256, 512, 4096].map(|mebibytes| mebibytes << 20) {
+            let plan = MemoryPlan::new(memory, 2, 32_768, 1 << 20);
+            let bytes = |points: u64| points * point_bytes(false);
+            let fits = |points: u64| {
+                let load = Load {
+                    points,
+                    segments: 0,
+                    has_z: false,
+                };
+                plan.fits(load, bytes(points))
+            };
+            let least = (0..).map(|exponent| 1 << exponent).find(|&points| !fits(points));
+            let mut range = 0..least.unwrap();
+            while range.end - range.start > 1 {
+                let middle = range.start.midpoint(range.end);
+                if fits(middle) {
+                    range.start = middle;
+                } else {
+                    range.end = middle;
+                }
+            }
+            let most = range.start;
+            assert!(bytes(most) + plan.run_buffers() as u64 <= memory, "{most} points");
+            assert!(bytes(most) > memory / 2 || memory <= 64 << 20, "{most} points");
+        }
+    }
 }
