@@ -111,6 +111,7 @@ impl HalfEdges<'_> {
 
     /// Returns the hull of two joined parts, from the smallest and the largest vertex of each.
     fn joined_hull(&self, axis: Axis, [left_min, left_max]: [End; 2], [right_min, right_max]: [End; 2]) -> Hull {
+        // A cut across X separates the parts lexicographically.
         if axis == Axis::X {
             return Hull {
                 min: left_min.1,
