@@ -242,7 +242,7 @@ impl MemoryPlan {
     /// Returns the bytes for distributing points: the buffers of the runs, and the batches that wait
     /// for it.
     fn distribution_bytes(&self) -> u64 {
-        self.run_buffers() as u64 + (self.rest() / 32).min(16 << 20)
+        self.run_buffers() as u64 + (self.rest() / 16).min(32 << 20)
     }
 
     /// Returns the number of cells to which points are distributed at once. The limits are the
