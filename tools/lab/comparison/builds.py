@@ -30,7 +30,8 @@ class Input:
     def __init__(self, folder, tiletool, points, *options):
         self.folder, self.segments = Path(folder), None
         self.folder.mkdir()
-        subprocess.run([tiletool, "generate", "uniform", "-n", str(points), "-o", self.path("points.f64"), "--quiet", *options], check=True)
+        output = ["-o", self.path("points.f64"), "--quiet"]
+        subprocess.run([tiletool, "generate", "uniform", "-n", str(points), *output, *options], check=True)
         segments = self.path("points.u32")
         if segments.exists():
             self.segments = segments.rename(self.path("segments.u32"))
