@@ -36,9 +36,9 @@ impl Arrays {
     }
 
     /// Creates a ring of ghosts, one for each hull edge, with consecutive numbers. `inside` has the
-    /// twins of their real half-edges. Returns the first ghost.
+    /// twins of their real half-edges.
     #[inline(always)]
-    fn ring<const N: usize>(&mut self, hull_edges: [(u32, u32); N], inside: [BitHalfEdge; N]) -> u32 {
+    fn ring<const N: usize>(&mut self, hull_edges: [(u32, u32); N], inside: [BitHalfEdge; N]) {
         let first = self.corners.len() as u32;
         let ghost = |i: usize| first + (i % N) as u32;
         for (i, ((u, v), twin)) in hull_edges.into_iter().zip(inside).enumerate() {
@@ -46,7 +46,6 @@ impl Arrays {
             let following = BitHalfEdge::new(ghost(i + 1), 1);
             self.push([v, u, GHOST], [twin, preceding, following]);
         }
-        first
     }
 
     /// Creates an edge with a ghost on either side, from `a` and the vertex after it. They are in
