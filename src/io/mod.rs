@@ -54,7 +54,7 @@ pub(crate) use output_file::{folder_of, is_named, new_output};
 pub(crate) use parts::manifest::{FOLDER as PARTS_FOLDER, Manifest, Part, id_name, is_id_name, is_manifest};
 #[cfg(feature = "object-store")]
 pub(crate) use parts::{open_in, open_url};
-pub(crate) use pool::blocking;
+pub(crate) use pool::{blocking, in_turn};
 pub use regular::open_regular;
 pub(crate) use section::Section;
 pub(crate) use start::start_scoped;

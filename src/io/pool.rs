@@ -9,7 +9,10 @@
 
 use std::collections::VecDeque;
 use std::io;
+use std::num::NonZero;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::LazyLock;
+use std::thread::available_parallelism;
 use std::time::Duration;
 
 use futures::future::{BoxFuture, FutureExt};
@@ -23,6 +26,9 @@ use crate::io::start::start_thread;
 static IO: Pool = Pool::new("tile-io", 8);
 /// The pool for computations. The callers limit how much is computed at once.
 static WORK: Pool = Pool::new("tile-work", 512);
+/// The pool for computations of which many may be requested at once: a thread per processor.
+static TURNS: LazyLock<Pool> =
+    LazyLock::new(|| Pool::new("tile-open", available_parallelism().map_or(1, NonZero::get)));
 
 /// How long a thread waits for another job before it ends, unless it is the last one.
 const IDLE: Duration = Duration::from_secs(10);
@@ -127,6 +133,16 @@ pub(crate) fn blocking<T: Send + 'static>(
     work: impl FnOnce() -> T + Send + 'static,
 ) -> impl Future<Output = io::Result<T>> + Send + 'static {
     Pool::run(WORK.ask(work))
+}
+
+/// Runs work like [`blocking`], but in the order of the calls, one at a time on each processor.
+///
+/// If all that is requested shared the processors, all of it would end at about the same time, and
+/// whoever waits for the first would wait for all.
+pub(crate) fn in_turn<T: Send + 'static>(
+    work: impl FnOnce() -> T + Send + 'static,
+) -> impl Future<Output = io::Result<T>> + Send + 'static {
+    Pool::run(TURNS.ask(work))
 }
 
 #[cfg(test)]

@@ -12,8 +12,8 @@ use crate::io::ReadAt;
 use crate::store::format::directory::Directory;
 use crate::store::format::ids::TileId;
 
-/// The maximum number of bytes of borders per read.
-const MAX_READ: u64 = 512 << 10;
+/// The maximum number of bytes of borders per read: with what reads are aligned to, a huge page.
+const MAX_READ: u64 = (2 << 20) - (8 << 10);
 /// The minimum memory limit, in bytes, with which a pass reads borders ahead.
 const MIN_MEMORY: u64 = 64 << 20;
 

@@ -8,7 +8,7 @@ use bytes::Bytes;
 use futures::future;
 use futures::future::FutureExt;
 
-use crate::io::{ReadAt, Section, blocking};
+use crate::io::{ReadAt, Section, in_turn};
 
 use crate::store::borders_ahead::BorderAhead;
 use crate::store::cache::{Cache, PinnedTile, TileKey};
@@ -404,7 +404,8 @@ impl ReaderInner {
         // A border that is cut off does not have its checksum.
         let border = within(&border, start, entry.border).unwrap_or(border);
         // Checksums and range checks take milliseconds, which would block the runtime's workers.
-        let opened = blocking(move || Tile::open(id, &entry, [&core, &border], table.as_ref())).await;
+        // A scan reads dozens of tiles ahead, and needs them in order.
+        let opened = in_turn(move || Tile::open(id, &entry, [&core, &border], table.as_ref())).await;
         let tile = opened.map_err(ReadError::thread)?;
         tile.map(Arc::new).map_err(|damage| ReadError::Tile {
             file: Arc::clone(&self.pages.name),

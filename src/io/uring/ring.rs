@@ -2,8 +2,8 @@
 //!
 //! The thread's runtime submits operations to the kernel only when it has nothing left to do.
 //! Computations must not run there: they would stall the I/O of all files. Requests come in by a
-//! channel, and each answer goes out by another. The number of operations in flight stays below the
-//! size of the ring; further requests wait in the channel, without a buffer.
+//! channel, and each answer goes out by another. The number of operations in flight, and of their
+//! bytes, is limited; further requests wait in the channel, without a buffer.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -26,8 +26,14 @@ use crate::io::uring::transfer;
 /// The number of entries of the ring.
 const ENTRIES: u32 = 256;
 /// The limit on operations in flight: below the number of entries, and enough for the queue of any
-/// one disk.
+/// one disk. A long operation counts as one for each [`UNIT`].
+///
+/// A disk serves all operations in flight at once. With dozens of long ones, all of them end at
+/// about the same time: then the processors have everything to do, and the disk nothing.
 const IN_FLIGHT: usize = 128;
+/// The bytes of an operation that count once. All in flight are 8 MiB, a few milliseconds of a fast
+/// disk.
+const UNIT: usize = 64 << 10;
 /// The number of files that the process must still be able to open when a ring is made. Half of
 /// them are for the ring and its runtime.
 const DESCRIPTORS: usize = 24;
@@ -52,6 +58,18 @@ pub(super) enum Operation {
     Write { offset: u64, data: Bytes, reply: Reply<()> },
     /// Brings everything written before onto the medium.
     Sync { reply: Reply<()> },
+}
+
+impl Operation {
+    /// Returns how often the operation counts among those in flight.
+    fn units(&self) -> u32 {
+        let bytes = match self {
+            Self::Read { length, .. } => *length,
+            Self::Write { data, .. } => data.len(),
+            Self::Sync { .. } => 0,
+        };
+        bytes.div_ceil(UNIT).clamp(1, IN_FLIGHT) as u32
+    }
 }
 
 /// A request to the thread of a ring. Files are identified by number.
@@ -202,7 +220,8 @@ async fn serve(mut incoming: UnboundedReceiver<Request>) {
         let Some(file) = files.get(&number).map(Rc::clone) else {
             continue;
         };
-        let Ok(slot) = Arc::clone(&slots).acquire_owned().await else {
+        let units = operation.units();
+        let Ok(slot) = Arc::clone(&slots).acquire_many_owned(units).await else {
             return;
         };
         tokio_uring::spawn(async move {

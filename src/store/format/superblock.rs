@@ -1,7 +1,7 @@
 //! The two superblocks at the start of a tile file.
 //!
 //! Both have the same layout. The valid one with the higher generation is in force.
-//! `schema/FORMAT.md` specifies their bytes, and `tests/library/format` checks this file against
+//! `schema/FORMAT.md` specifies their bytes, and `tests/building/format` checks this file against
 //! that page.
 
 use std::fmt;

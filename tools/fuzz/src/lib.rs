@@ -5,7 +5,7 @@
 #[path = "../../../tests/support/flat.rs"]
 #[allow(dead_code, reason = "tests have more uses for it")]
 pub mod flat;
-#[path = "../../../tests/library/hostile/surgery.rs"]
+#[path = "../../../tests/building/hostile/surgery.rs"]
 mod surgery;
 
 /// The module path under which `surgery` finds it.

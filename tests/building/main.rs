@@ -1,4 +1,4 @@
-//! What the library promises to its users: each module names a promise.
+//! What the library promises of builds, of what they read, and of the files that they write: each module names a promise.
 //!
 //! Tests that would disturb other tests of the same process are programs of their own:
 //! `object_store` measures the process's memory, `refused_ring` has the system refuse calls, and in
@@ -12,20 +12,12 @@ mod support;
 mod bad_input;
 mod compression;
 mod constraints;
-mod edits;
-mod export;
 mod faults;
 mod format;
-mod heights;
 mod held;
 mod hostile;
 mod input;
 mod invariance;
 mod larger_than_memory;
-mod map_tiles;
-mod overviews;
 mod polygons;
-mod proximity;
-mod queries;
 mod regions;
-mod terrain;
