@@ -45,7 +45,8 @@ impl<M: Deref<Target = [u8]>> FreeList<M> {
         let mut free = self.free.lock();
         // Memory that is much too large would occupy more than its length suggests.
         let fits = |memory: &M| (length..=rounded(length)).contains(&memory.len());
-        match free.iter().position(fits) {
+        // What was used last may still be in the processor's caches.
+        match free.iter().rposition(fits) {
             Some(index) => free.remove(index),
             None => {
                 // Memory that does not fit now may never fit again. Dropping it ensures that there

@@ -252,8 +252,7 @@ impl Tile {
 
 /// Returns whether a file may contain the coordinate: it is valid, and not a negative zero.
 fn is_stored(coordinate: f64) -> bool {
-    // Positive numbers have the same order as their bits.
-    let (bits, magnitude) = (coordinate.to_bits(), coordinate.abs().to_bits());
-    let [least, most] = [Point::MIN_MAGNITUDE, Point::MAX_MAGNITUDE].map(f64::to_bits);
-    (bits == 0) | ((magnitude >= least) & (magnitude <= most))
+    // Compared as numbers, since SSE2 does not compare integers of 64 bits. No comparison holds for NaN.
+    let magnitude = coordinate.abs();
+    (Point::MIN_MAGNITUDE..=Point::MAX_MAGNITUDE).contains(&magnitude) | (coordinate.to_bits() == 0)
 }

@@ -24,6 +24,9 @@ use crate::error::{Failure, Outcome};
 use crate::reader::url_of;
 use crate::runtime::{is_orphan, runtime, work_or_cancel};
 
+/// The summary of a build as JSON, and notes.
+type Finished = (String, Vec<String>);
+
 /// Returns what identifies the points of a file, and lines and sites of others, to a build that is
 /// resumed; `None` if they cannot be read again, or lines come with the points.
 ///
@@ -273,7 +276,7 @@ impl Builder {
     }
 
     /// Builds the file. Returns the summary as JSON, and notes.
-    fn finish(&self, py: Python<'_>) -> PyResult<(String, Vec<String>)> {
+    fn finish(&self, py: Python<'_>) -> PyResult<Finished> {
         let work = self.take()?;
         let (summary, notes) = self.wait(py, |runtime| runtime.block_on(work.finish()))?;
         Ok((json_of(&summary)?, notes))
@@ -281,7 +284,7 @@ impl Builder {
 
     /// Leaves the blocks to tasks, and returns the number of points of each. If all points are in memory,
     /// builds the file, and returns the summary as JSON, and notes.
-    fn plan(&self, py: Python<'_>) -> PyResult<(Vec<u64>, Option<(String, Vec<String>)>)> {
+    fn plan(&self, py: Python<'_>) -> PyResult<(Vec<u64>, Option<Finished>)> {
         let work = self.take()?;
         let (planned, notes) = self.wait(py, |runtime| runtime.block_on(work.plan()))?;
         match planned {
