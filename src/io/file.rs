@@ -87,8 +87,8 @@ impl<T: ReadAt + ?Sized> ReadAt for Arc<T> {
 }
 
 /// The limit on the buffers kept for a file of tiles: the number that a scan may return before it
-/// takes another one, which is all that it reads ahead.
-pub(crate) const KEPT_OF_TILES: usize = 64;
+/// takes another one.
+pub(crate) const KEPT_OF_TILES: usize = 16;
 
 /// The size in bytes of a huge page on most processors.
 pub(crate) const HUGE_PAGE: usize = 2 << 20;
@@ -139,5 +139,25 @@ pub(crate) fn check_within(range: &Range<u64>, length: u64, file: &File) -> io::
         Ok(())
     } else {
         Err(io::ErrorKind::UnexpectedEof.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn huge_pages_take_at_most_a_third_more_than_the_bytes() {
+        for length in (0..5 * HUGE_PAGE).step_by(4096) {
+            let huge = in_huge_pages(length);
+            assert!(
+                huge.is_multiple_of(HUGE_PAGE) && huge <= length + length / 3,
+                "{length}"
+            );
+            assert!(memory_of(length) >= length && huge + HUGE_PAGE > length, "{length}");
+        }
+        // The core of a tile of 32,768 vertices, in one huge page.
+        assert_eq!(in_huge_pages(1_700_000), HUGE_PAGE);
+        assert_eq!(in_huge_pages(1_500_000), 0);
     }
 }

@@ -147,7 +147,29 @@ pub(crate) fn in_turn<T: Send + 'static>(
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
     use super::*;
+
+    #[test]
+    fn no_more_is_computed_in_turn_than_there_are_processors() {
+        let processors = available_parallelism().map_or(1, NonZero::get);
+        let running = Arc::new(AtomicUsize::new(0));
+        let work = |_| {
+            let running = Arc::clone(&running);
+            in_turn(move || {
+                let now = running.fetch_add(1, Ordering::SeqCst) + 1;
+                std::thread::sleep(Duration::from_millis(2));
+                running.fetch_sub(1, Ordering::SeqCst);
+                now
+            })
+        };
+        let answers: Vec<_> = (0..8 * processors).map(work).collect();
+        for answer in answers {
+            assert!(futures::executor::block_on(answer).unwrap() <= processors);
+        }
+    }
 
     #[test]
     fn a_job_that_panics_takes_no_thread_with_it() {

@@ -254,3 +254,28 @@ async fn perform(file: &tokio_uring::fs::File, operation: Operation) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_read_counts_as_several() {
+        for (length, units) in [
+            (1, 1),
+            (UNIT, 1),
+            (UNIT + 1, 2),
+            (1_700_000, 26),
+            (usize::MAX, IN_FLIGHT),
+        ] {
+            let read = Operation::Read {
+                offset: 0,
+                length,
+                is_direct: false,
+                pool: PagePool::keeping(0),
+                reply: oneshot::channel().0,
+            };
+            assert_eq!(read.units() as usize, units, "{length}");
+        }
+    }
+}
