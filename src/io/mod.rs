@@ -38,7 +38,7 @@ mod uring;
 
 pub use backend::{BACKEND_VARIABLE, Backend, UnknownBackend};
 pub(crate) use buffers::Buffers;
-pub(crate) use file::{FIRST_READ, memory_of};
+pub(crate) use file::{FIRST_READ, HUGE_PAGE, memory_of};
 pub use file::{ReadAt, WriteAt};
 pub(crate) use file_lock::FileLock;
 pub use memory::MemoryFile;

@@ -8,12 +8,12 @@ use std::sync::Arc;
 use bytes::Bytes;
 use futures::future::{BoxFuture, FutureExt, Shared};
 
-use crate::io::ReadAt;
+use crate::io::{HUGE_PAGE, ReadAt};
 use crate::store::format::directory::Directory;
 use crate::store::format::ids::TileId;
 
 /// The maximum number of bytes of borders per read: with what reads are aligned to, a huge page.
-const MAX_READ: u64 = (2 << 20) - (8 << 10);
+const MAX_READ: u64 = HUGE_PAGE as u64 - (8 << 10);
 /// The minimum memory limit, in bytes, with which a pass reads borders ahead.
 const MIN_MEMORY: u64 = 64 << 20;
 
