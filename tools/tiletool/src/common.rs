@@ -5,7 +5,7 @@ use std::future::{Future, pending};
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, mpsc};
 use std::thread::available_parallelism;
 
 use anyhow::{Context, anyhow};
@@ -18,7 +18,7 @@ use delaunay_tiles::store::{OpenOptions, ReadError, TileReader, pending_transact
 use delaunay_tiles::{Progress, default_memory};
 use serde::Serialize;
 use tokio::runtime::Builder;
-use tokio::signal::unix::{SignalKind, signal};
+use tokio::signal::unix::{self, SignalKind, signal};
 use tokio::sync::oneshot;
 
 use crate::output::StandardOutput;
@@ -180,17 +180,24 @@ async fn open_url(url: &str, _: OpenOptions) -> anyhow::Result<TileReader> {
     anyhow::bail!("{url}: this tiletool reads only local files; build it with `--features object-store` to read URLs")
 }
 
-/// Waits until Ctrl-C or SIGTERM asks the tool to end.
-pub async fn interrupted() {
-    let terminated = async {
-        match signal(SignalKind::terminate()) {
-            Ok(mut signal) => _ = signal.recv().await,
-            Err(_) => pending().await,
+/// Returns a future that is ready when Ctrl-C or SIGTERM has asked the tool to end. Both are caught
+/// from the call on, not from the first poll: otherwise a signal that comes early ends the process at
+/// once, without removing unfinished files. Must be called within a runtime.
+pub fn interrupted() -> impl Future<Output = ()> {
+    let [mut asked, mut terminated] = [SignalKind::interrupt(), SignalKind::terminate()].map(|kind| signal(kind).ok());
+    async move {
+        tokio::select! {
+            () = received(&mut asked) => {}
+            () = received(&mut terminated) => {}
         }
-    };
-    tokio::select! {
-        Ok(()) = tokio::signal::ctrl_c() => {}
-        () = terminated => {}
+    }
+}
+
+/// Waits for a signal, forever if it cannot be caught.
+async fn received(signal: &mut Option<unix::Signal>) {
+    match signal {
+        Some(signal) => _ = signal.recv().await,
+        None => pending().await,
     }
 }
 
@@ -220,14 +227,21 @@ pub async fn until_interrupted<T>(
 pub fn interruption() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
+    let (ready, caught) = mpsc::channel::<()>();
     // Without a thread or a runtime, Ctrl-C ends the process at once, and the next run cleans up.
     let _ = start_thread("interruption", move || {
         let Ok(runtime) = Builder::new_current_thread().enable_all().build() else {
             return;
         };
-        runtime.block_on(interrupted());
+        runtime.block_on(async {
+            let interrupted = interrupted();
+            drop(ready);
+            interrupted.await;
+        });
         flag.store(true, Ordering::Relaxed);
     });
+    // Ends when the other end is dropped: signals are then caught, or never will be.
+    _ = caught.recv();
     stop
 }
 

@@ -134,6 +134,8 @@ pub fn run(args: &ServeArgs) -> anyhow::Result<()> {
         let catalog = Catalog::open(&args.files, &args.tiles()).await?;
         let listener = listen(&args.listen).await?;
         let address = listener.local_addr().context("cannot learn the address")?;
+        // Who reads the address may send a signal.
+        let interrupted = common::interrupted();
         let count = common::counted(args.files.len() as u64, "file", "files");
         common::print("the address", &format!("serving {count} at http://{address}/\n"))?;
         if !address.ip().is_loopback() {
@@ -143,9 +145,7 @@ pub fn run(args: &ServeArgs) -> anyhow::Result<()> {
             show(address);
         }
         let service = Service::new(catalog, args.options());
-        serve(service, listener, common::interrupted())
-            .await
-            .context("cannot serve")
+        serve(service, listener, interrupted).await.context("cannot serve")
     })
 }
 

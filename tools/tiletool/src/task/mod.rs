@@ -142,8 +142,6 @@ impl Tasks {
             // Dropping the future of the other branch removes the temporary files. Until a block is complete, it
             // does not count.
             Self::Store(store, tmp) => tokio::select! {
-                // First, so that signals are caught before there are files.
-                biased;
                 () = common::interrupted() => bail!("interrupted: block {block} is not conquered"),
                 done = store.conquer(block, options, tmp) => Ok(done?),
             },

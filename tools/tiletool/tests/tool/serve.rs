@@ -148,13 +148,19 @@ fn the_page_is_opened_in_the_browser() {
 #[test]
 fn a_signal_ends_the_service() {
     let town = Town::new();
-    let mut service = Service::start(&town, &["--raw"]);
-    assert_eq!(service.get("/health").0, 200);
-    let began = Instant::now();
-    let pid = Pid::from_raw(service.child.id().try_into().unwrap()).unwrap();
-    kill_process(pid, Signal::TERM).unwrap();
-    assert!(service.child.wait().unwrap().success());
-    assert!(began.elapsed() < Duration::from_secs(10));
+    // As soon as it has said its address, and when it has answered.
+    for (signal, answers) in [(Signal::TERM, false), (Signal::INT, false), (Signal::TERM, true)] {
+        let mut service = Service::start(&town, &["--raw"]);
+        if answers {
+            assert_eq!(service.get("/health").0, 200);
+        }
+        let began = Instant::now();
+        let pid = Pid::from_raw(service.child.id().try_into().unwrap()).unwrap();
+        kill_process(pid, signal).unwrap();
+        let ended = service.child.wait().unwrap();
+        assert!(ended.success(), "{signal:?}: {ended}");
+        assert!(began.elapsed() < Duration::from_secs(10));
+    }
 }
 
 #[test]
