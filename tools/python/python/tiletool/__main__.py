@@ -1,0 +1,5 @@
+"""`python -m tiletool`."""
+
+from . import main
+
+main()
