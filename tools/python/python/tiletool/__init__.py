@@ -19,4 +19,6 @@ def main() -> None:
 def _core() -> ModuleSpec | None:
     """Finds the compiled part of `delaunay_tiles`, without importing that."""
     package = find_spec("delaunay_tiles")
-    return PathFinder.find_spec("delaunay_tiles._core", package and package.submodule_search_locations)
+    if package is None:
+        return None
+    return PathFinder.find_spec("delaunay_tiles._core", package.submodule_search_locations)
