@@ -134,7 +134,7 @@ pub fn run(args: &ServeArgs) -> anyhow::Result<()> {
         let catalog = Catalog::open(&args.files, &args.tiles()).await?;
         let listener = listen(&args.listen).await?;
         let address = listener.local_addr().context("cannot learn the address")?;
-        // Who reads the address may send a signal.
+        // Before anyone knows the address: a client may send a signal at once.
         let interrupted = common::interrupted();
         let count = common::counted(args.files.len() as u64, "file", "files");
         common::print("the address", &format!("serving {count} at http://{address}/\n"))?;
