@@ -1,4 +1,4 @@
-//! A file in memory, for tests and for services that keep a whole map in memory.
+//! Files in memory: bytes that do not change, and a file for tests that is written too.
 
 use std::io;
 use std::ops::Range;
@@ -10,7 +10,48 @@ use parking_lot::RwLock;
 
 use crate::io::file::{ReadAt, WriteAt, end_of, length_of};
 
-/// A file whose bytes are in memory. Clones share them.
+/// A file in memory that does not change. What is read shares the memory of the file: opened tiles
+/// are no copies.
+///
+/// ```no_run
+/// use bytes::Bytes;
+/// use delaunay_tiles::store::{OpenOptions, TileReader};
+///
+/// # async fn read() -> Result<(), Box<dyn std::error::Error>> {
+/// let file = Bytes::from(std::fs::read("town.tiles")?);
+/// let reader = TileReader::open_source(file, "town.tiles", OpenOptions::default()).await?;
+/// # Ok(())
+/// # }
+/// ```
+impl ReadAt for Bytes {
+    fn length(&self) -> u64 {
+        self.len() as u64
+    }
+
+    fn backend(&self) -> &'static str {
+        "memory"
+    }
+
+    fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {
+        ready(part_of(self, &range).map(|part| self.slice(part))).boxed()
+    }
+}
+
+/// Returns the range as positions in `bytes`.
+fn part_of(bytes: &[u8], range: &Range<u64>) -> io::Result<Range<usize>> {
+    // What is empty may be anywhere.
+    if length_of(range)? == 0 {
+        return Ok(0..0);
+    }
+    let ends = [range.start, range.end].map(usize::try_from);
+    match ends {
+        [Ok(start), Ok(end)] if end <= bytes.len() => Ok(start..end),
+        _ => Err(io::ErrorKind::UnexpectedEof.into()),
+    }
+}
+
+/// A file whose bytes are in memory. Clones share them. Reads copy, since the bytes may change; for
+/// a file that does not change, take [`Bytes`].
 #[derive(Clone, Debug, Default)]
 pub struct MemoryFile {
     bytes: Arc<RwLock<Vec<u8>>>,
@@ -56,19 +97,8 @@ impl ReadAt for MemoryFile {
     }
 
     fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {
-        match length_of(&range) {
-            Ok(0) => return ready(Ok(Bytes::new())).boxed(),
-            Ok(_) => (),
-            Err(error) => return ready(Err(error)).boxed(),
-        }
         let bytes = self.bytes.read();
-        let part = usize::try_from(range.start)
-            .ok()
-            .zip(usize::try_from(range.end).ok())
-            .and_then(|(start, end)| bytes.get(start..end));
-        let read = part
-            .map(Bytes::copy_from_slice)
-            .ok_or_else(|| io::Error::from(io::ErrorKind::UnexpectedEof));
+        let read = part_of(&bytes, &range).map(|part| Bytes::copy_from_slice(&bytes[part]));
         ready(read).boxed()
     }
 }

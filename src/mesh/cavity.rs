@@ -147,6 +147,11 @@ impl Cavity {
     /// Returns `None` if there are too few ears.
     fn cut_ears(&mut self) -> Option<[u32; 3]> {
         let count = self.at.len() as u32;
+        self.cut.clear();
+        if count == 3 {
+            // Most chains: a subsegment that crosses two triangles has one on either side.
+            return self.if_clockwise([0, 1, 2]);
+        }
         let last = count - 1;
         self.next.clear();
         self.next.extend((1..count).chain([0]));
@@ -155,7 +160,6 @@ impl Cavity {
         self.ears.clear();
         self.ear_indices.clear();
         self.ear_indices.resize(count as usize, NOT_AN_EAR);
-        self.cut.clear();
         // The same numbers for the same cavity: files must not depend on what a thread triangulated
         // before.
         self.random = u64::from(count);
@@ -176,7 +180,11 @@ impl Cavity {
             left = if self.centre.is_some() { after } else { 0 };
         }
         let middle = self.next[left as usize];
-        let three = [left, middle, self.next[middle as usize]];
+        self.if_clockwise([left, middle, self.next[middle as usize]])
+    }
+
+    /// Returns three positions if their points are clockwise, as those of a chain are.
+    fn if_clockwise(&self, three: [u32; 3]) -> Option<[u32; 3]> {
         let [a, b, c] = three.map(|position| self.at[position as usize]);
         (orient2d(a, b, c) == Orientation::Clockwise).then_some(three)
     }

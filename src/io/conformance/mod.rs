@@ -9,6 +9,7 @@ use std::fs;
 use std::future::Future;
 use std::path::PathBuf;
 
+use bytes::Bytes;
 use tempfile::TempDir;
 
 use crate::io::file::{ReadAt, WriteAt};
@@ -62,6 +63,17 @@ impl Subject for Memory {
 impl Writing for Memory {
     fn create(&self) -> MemoryFile {
         MemoryFile::default()
+    }
+}
+
+#[derive(Default)]
+struct Unchanging;
+
+impl Subject for Unchanging {
+    type File = Bytes;
+
+    fn holding(&self, bytes: &[u8]) -> Bytes {
+        Bytes::copy_from_slice(bytes)
     }
 }
 
@@ -282,6 +294,12 @@ mod memory {
 
     reading!(Memory, if true);
     writing!(Memory, if true);
+}
+
+mod unchanging {
+    use super::*;
+
+    reading!(Unchanging, if true);
 }
 
 mod threads {

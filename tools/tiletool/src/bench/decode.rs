@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
+use bytes::Bytes;
 use clap::Args;
-use delaunay_tiles::io::MemoryFile;
 use delaunay_tiles::store::{Cache, OpenOptions, TileEntry, TileId, TileReader};
 use serde::Serialize;
 
@@ -45,12 +45,14 @@ struct DecodeReport {
 
 /// Runs the benchmark.
 pub fn run(args: DecodeArgs) -> anyhow::Result<()> {
-    let bytes = std::fs::read(&args.file).with_context(|| format!("{}: cannot read", common::shown(&args.file)))?;
+    let bytes = std::fs::read(&args.file)
+        .map(Bytes::from)
+        .with_context(|| format!("{}: cannot read", common::shown(&args.file)))?;
     // One tile at a time, none of which is kept.
     let options = OpenOptions::default().cache(&Cache::new(0));
     let name = args.file.to_string_lossy().into_owned();
     let report = common::wait_for("measuring", async move {
-        let reader = TileReader::open_source(MemoryFile::new(bytes), &name, options).await?;
+        let reader = TileReader::open_source(bytes, &name, options).await?;
         let directory = reader.directory().await?;
         let sum = |of: fn(&TileEntry) -> u64| directory.tiles.iter().map(of).sum();
         let raw_bytes = sum(TileEntry::decoded_bytes);
