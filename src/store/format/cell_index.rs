@@ -67,9 +67,4 @@ impl CellIndex {
         }
         at.map(|node| self.nodes[node as usize].cell)
     }
-
-    /// Returns the number of the leaf whose cell contains `point`.
-    pub(crate) fn cell_of(&self, point: Point) -> u32 {
-        self.descend(&[point])[0]
-    }
 }

@@ -37,6 +37,9 @@ use run::RunWriter;
 /// Number of points of a sample that are used: a cell of 1/512 has 128.
 pub(crate) const SAMPLE: usize = 1 << 16;
 
+/// Number of points of a store whose cells are found at a time.
+const AT_ONCE: usize = 4096;
+
 /// Number of runs of which the files can stay open.
 const OPEN_RUNS: u32 = 512;
 
@@ -50,7 +53,7 @@ pub(crate) struct Spill {
     /// Other runs of each cell, which are complete; empty if there are none.
     earlier: Vec<Vec<Run>>,
     has_z: bool,
-    /// The cell of each point of a batch; reused to keep its memory.
+    /// The cells of the points that are distributed; reused to keep its memory.
     cells: Vec<u32>,
 }
 
@@ -123,13 +126,9 @@ impl Spill {
         if !batch.z.is_empty() {
             self.begin_z()?;
         }
-        self.cells.clear();
-        self.index.cells_of(&batch.points, &mut self.cells);
-        for (index, (&cell, &point)) in self.cells.iter().zip(&batch.points).enumerate() {
-            let z = self.has_z.then(|| batch.z.get(index).copied().unwrap_or(NO_Z));
-            self.runs[cell as usize].push(point.normalized(), z, batch.records[index])?;
-        }
-        Ok(())
+        self.push_points(&batch.points, |index| {
+            (batch.z.get(index).copied().unwrap_or(NO_Z), batch.records[index])
+        })
     }
 
     /// Distributes all points of a store.
@@ -138,19 +137,29 @@ impl Spill {
         if attributes.has_z() {
             self.begin_z()?;
         }
-        for item in &store.items {
-            self.push_record(Record {
-                point: item.point,
-                z: attributes.z(item.position),
-                record: attributes.record(item.position),
-            })?;
-        }
-        Ok(())
+        let record = |item: &Item| Record {
+            point: item.point,
+            z: attributes.z(item.position),
+            record: attributes.record(item.position),
+        };
+        let mut chunks = store.items.chunks(AT_ONCE);
+        chunks.try_for_each(|items| self.push_records(&items.iter().map(record).collect::<Vec<_>>()))
     }
 
-    fn push_record(&mut self, Record { point, z, record }: Record) -> io::Result<()> {
-        let cell = self.index.cell_of(point);
-        self.runs[cell as usize].push(point, self.has_z.then_some(z), record)
+    fn push_records(&mut self, records: &[Record]) -> io::Result<()> {
+        let points: Vec<Point> = records.iter().map(|record| record.point).collect();
+        self.push_points(&points, |index| (records[index].z, records[index].record))
+    }
+
+    /// Distributes points. `attributes` returns the z and the record of the point at an index.
+    fn push_points(&mut self, points: &[Point], attributes: impl Fn(usize) -> (f64, u64)) -> io::Result<()> {
+        self.cells.clear();
+        self.index.cells_of(points, &mut self.cells);
+        for (index, (&cell, &point)) in self.cells.iter().zip(points).enumerate() {
+            let (z, record) = attributes(index);
+            self.runs[cell as usize].push(point.normalized(), self.has_z.then_some(z), record)?;
+        }
+        Ok(())
     }
 
     /// Switches to points with z.

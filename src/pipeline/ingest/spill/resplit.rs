@@ -144,11 +144,9 @@ impl Splitting<'_> {
             self.distribute(run, &mut heavy, &mut spill)?;
         }
         let before = heavy.taken;
-        for record in heavy.kept() {
-            self.merged = self.merged.wrapping_sub(1);
-            spill.push_record(record)?;
-        }
-        self.merged = self.merged.wrapping_add(before);
+        let kept: Vec<Record> = heavy.kept().collect();
+        spill.push_records(&kept)?;
+        self.merged = self.merged.wrapping_sub(kept.len() as u64).wrapping_add(before);
         let spilled = spill.finish()?;
         self.next_run += spilled.runs.len() as u32;
         self.bytes_read += runs().map(|run| run.length).sum::<u64>();
@@ -162,19 +160,16 @@ impl Splitting<'_> {
     /// Distributes the points of a run, but for those at heavy positions.
     fn distribute(&self, run: &Run, heavy: &mut HeavyPoints, spill: &mut Spill) -> io::Result<()> {
         let mut reader = RunReader::open(run.path(self.folder), run.length)?;
-        let mut chunk = Vec::new();
+        let (mut chunk, mut records) = (Vec::new(), Vec::new());
         while reader.next(&mut chunk)? {
             if self.progress.is_cancelled() {
                 return Err(io::ErrorKind::Interrupted.into());
             }
-            let mut pushed = Ok(());
-            let take = |record: Record| {
-                if pushed.is_ok() && !heavy.take(record) {
-                    pushed = spill.push_record(record);
-                }
-            };
-            decode_chunk(&chunk, take).map_err(|problem| damaged(&reader.path, problem))?;
-            pushed?;
+            records.clear();
+            let decoded = decode_chunk(&chunk, |record| records.push(record));
+            decoded.map_err(|problem| damaged(&reader.path, problem))?;
+            records.retain(|&record| !heavy.take(record));
+            spill.push_records(&records)?;
         }
         Ok(())
     }
