@@ -11,7 +11,7 @@ use parking_lot::RwLock;
 use crate::io::file::{ReadAt, WriteAt, end_of, length_of};
 
 /// A file in memory that does not change. What is read shares the memory of the file: opened tiles
-/// are no copies.
+/// are not copies, unless they are stored compressed.
 ///
 /// ```no_run
 /// use bytes::Bytes;

@@ -146,6 +146,7 @@ impl Spill {
         chunks.try_for_each(|items| self.push_records(&items.iter().map(record).collect::<Vec<_>>()))
     }
 
+    /// Distributes points with their attributes, which have z if the runs do.
     fn push_records(&mut self, records: &[Record]) -> io::Result<()> {
         let points: Vec<Point> = records.iter().map(|record| record.point).collect();
         self.push_points(&points, |index| (records[index].z, records[index].record))
