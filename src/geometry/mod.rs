@@ -16,7 +16,7 @@ mod point;
 mod predicates;
 
 pub use area::area_sign;
-pub(crate) use chord::{Chord, View};
+pub(crate) use chord::{BoxFilter, Chord, View};
 pub use circumdisc::disc_strictly_inside;
 pub(crate) use crossing::{ExactCrossing, cross_outside, segment_meets};
 pub use crossing::{crossing_point, segments_cross};

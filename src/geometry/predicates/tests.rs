@@ -4,7 +4,7 @@ use std::path::Path;
 use proptest::prelude::*;
 
 use crate::geometry::predicates::*;
-use crate::geometry::{Chord, oracle};
+use crate::geometry::{BoxFilter, Chord, Rect, oracle};
 
 /// Reads the lines `index coordinates… sign` of a file of the `robust` crate. Its signs have the
 /// same meaning as ours.
@@ -71,17 +71,24 @@ fn check_turn(one: [Point; 2], other: [Point; 2]) {
     assert_eq!(turn_expansion(one, other), expected, "expansion: {one:?} {other:?}");
 }
 
+/// Checks the tests of a chord with the filter of the smallest box and of a larger one.
 fn check_chord(chord: Chord, p: Point, q: Point) {
     let Chord { l, r } = chord;
-    let (of_p, of_q) = (chord.view(p), chord.view(q));
-    let left = |point: Point| oracle::orient2d(l, r, point) == Ordering::Greater;
-    assert_eq!(chord.is_left(&of_p), left(p), "{l:?} {r:?} {p:?}");
-    assert_eq!(chord.is_left(&of_q), left(q), "{l:?} {r:?} {q:?}");
-    if left(p) {
-        let inside = chord.circle_contains(&of_p, &of_q);
-        match oracle::incircle(l, r, p, q) {
-            Ordering::Equal => assert_eq!(inside, in_circle(l, r, p, q), "{l:?} {r:?} {p:?} {q:?}"),
-            sign => assert_eq!(inside, sign == Ordering::Greater, "{l:?} {r:?} {p:?} {q:?}"),
+    let bounds = Rect::around([l, r, p, q]);
+    let corner = Point::new(bounds.max_x + bounds.size().1, bounds.max_y + bounds.size().0);
+    for filter in [bounds, bounds.including(corner)].map(BoxFilter::new) {
+        let (of_p, of_q) = (chord.view(p), chord.view(q));
+        for (point, view) in [(p, of_p), (q, of_q)] {
+            let side = oracle::orient2d(l, r, point);
+            assert_eq!(chord.is_left(&filter, &view), side.is_gt(), "{l:?} {r:?} {point:?}");
+            assert_eq!(chord.is_right(&filter, &view), side.is_lt(), "{l:?} {r:?} {point:?}");
+        }
+        if oracle::orient2d(l, r, p).is_gt() {
+            let inside = chord.circle_contains(&filter, &of_p, &of_q);
+            match oracle::incircle(l, r, p, q) {
+                Ordering::Equal => assert_eq!(inside, in_circle(l, r, p, q), "{l:?} {r:?} {p:?} {q:?}"),
+                sign => assert_eq!(inside, sign.is_gt(), "{l:?} {r:?} {p:?} {q:?}"),
+            }
         }
     }
 }

@@ -1,7 +1,7 @@
-//! The triangles of all parts, and the smallest parts.
+//! The triangles and ghosts of all parts.
 
-use super::half_edges::{BitHalfEdge, GHOST, HalfEdges, Hull};
-use crate::geometry::{Orientation, Point, orient2d};
+use super::half_edges::{BitHalfEdge, GHOST, HalfEdges};
+use crate::geometry::Point;
 
 /// The triangles and ghosts of all parts.
 #[derive(Default)]
@@ -24,74 +24,6 @@ impl Arrays {
             origins: self.corners.as_flattened_mut(),
             twins: self.twins.as_flattened_mut(),
         }
-    }
-
-    /// Adds a triangle or ghost with the twins of its half-edges. Returns its number.
-    #[inline]
-    pub(super) fn push(&mut self, corners: [u32; 3], twins: [BitHalfEdge; 3]) -> u32 {
-        let number = self.corners.len() as u32;
-        self.corners.push(corners);
-        self.twins.push(twins);
-        number
-    }
-
-    /// Creates a ring of ghosts, one for each hull edge, with consecutive numbers. `inside` has the
-    /// twins of their real half-edges.
-    #[inline(always)]
-    fn ring<const N: usize>(&mut self, hull_edges: [(u32, u32); N], inside: [BitHalfEdge; N]) {
-        let first = self.corners.len() as u32;
-        let ghost = |i: usize| first + (i % N) as u32;
-        for (i, ((u, v), twin)) in hull_edges.into_iter().zip(inside).enumerate() {
-            let preceding = BitHalfEdge::new(ghost(i + N - 1), 2);
-            let following = BitHalfEdge::new(ghost(i + 1), 1);
-            self.push([v, u, GHOST], [twin, preceding, following]);
-        }
-    }
-
-    /// Creates an edge with a ghost on either side, from `a` and the vertex after it. They are in
-    /// lexicographic order.
-    pub(super) fn edge(&mut self, a: u32) -> Hull {
-        let b = a + 1;
-        let [ab, ba] = self.next_edges();
-        self.ring([(a, b), (b, a)], [ba, ab]);
-        Hull { min: ab, max: ba }
-    }
-
-    /// Creates a triangle, or a chain, from `a` and the two vertices after it. They are in
-    /// lexicographic order.
-    pub(super) fn three(&mut self, a: u32) -> Hull {
-        let (b, c) = (a + 1, a + 2);
-        let [p, q, r] = [a, b, c].map(|vertex| self.points[vertex as usize]);
-        match orient2d(p, q, r) {
-            Orientation::CounterClockwise => self.triangle([a, b, c], 2),
-            Orientation::Clockwise => self.triangle([a, c, b], 1),
-            Orientation::Collinear => {
-                let [ab, bc, cb, ba] = self.next_edges();
-                self.ring([(a, b), (b, c), (c, b), (b, a)], [ba, cb, bc, ab]);
-                Hull { min: ab, max: cb }
-            }
-        }
-    }
-
-    /// Creates one triangle with its three ghosts. Its first corner is the smallest vertex, and
-    /// corner `max` is the largest.
-    fn triangle(&mut self, corners: [u32; 3], max: usize) -> Hull {
-        let [_, ab, bc, ca] = self.next_edges();
-        let inner = self.push(corners, [ab, bc, ca]);
-        let [a, b, c] = corners;
-        let inside = [0, 1, 2].map(|corner| BitHalfEdge::new(inner, corner));
-        self.ring([(a, b), (b, c), (c, a)], inside);
-        Hull {
-            min: ab,
-            max: [ab, bc, ca][max],
-        }
-    }
-
-    /// Returns the first half-edge of each of the next `N` triangles or ghosts.
-    #[inline(always)]
-    fn next_edges<const N: usize>(&self) -> [BitHalfEdge; N] {
-        let first = self.corners.len() as u32;
-        std::array::from_fn(|i| BitHalfEdge::new(first + i as u32, 0))
     }
 
     /// Moves triangles to the slots of `ghosts` until the first `count` slots hold no ghosts. The

@@ -1,8 +1,8 @@
 //! Cuts the points into parts, triangulates and merges them, and converts the result.
 
 use super::arrays::Arrays;
-use super::half_edges::{BitHalfEdge, Hull};
-use super::merge::{Axis, xy_less, yx_less};
+use super::half_edges::BitHalfEdge;
+use super::hull::{Axis, Hull, xy_less, yx_less};
 use crate::geometry::{MortonSquare, Point, Rect};
 use crate::mesh::engine::Engine;
 use crate::mesh::triangulation::Triangulation;
@@ -51,8 +51,14 @@ impl DivideConquer {
     /// Triangulates the points `from..to`, at least two of them: cuts them, conquers both parts,
     /// and merges these. The points are sorted by key, or their keys are equal.
     fn conquer(&mut self, points: &[Point], from: usize, to: usize) -> Hull {
-        if to - from <= 3 {
-            return self.conquer_few(from, to);
+        let few = match to - from {
+            2 => return self.arrays.two(from),
+            3 => return self.arrays.three(from).unwrap_or_else(|| self.conquer_line(from)),
+            4 => self.arrays.four(from),
+            _ => None,
+        };
+        if let Some(hull) = few {
+            return hull;
         }
         if self.keyed[from] ^ self.keyed[to - 1] <= self.index_mask {
             self.sort(points, from, to);
@@ -108,21 +114,16 @@ impl DivideConquer {
         }
     }
 
-    /// Triangulates two or three points.
-    fn conquer_few(&mut self, from: usize, to: usize) -> Hull {
-        let mut order = |i: usize, j: usize| {
-            if xy_less(self.arrays.points[j], self.arrays.points[i]) {
-                self.arrays.points.swap(i, j);
-                self.keyed.swap(i, j);
+    /// Joins three points on a line to a chain.
+    #[cold]
+    fn conquer_line(&mut self, from: usize) -> Hull {
+        for i in [from, from + 1, from] {
+            if self.comes_before(Axis::X, i + 1, i) {
+                self.arrays.points.swap(i, i + 1);
+                self.keyed.swap(i, i + 1);
             }
-        };
-        order(from, from + 1);
-        if to - from == 2 {
-            return self.arrays.edge(from as u32);
         }
-        order(from + 1, from + 2);
-        order(from, from + 1);
-        self.arrays.three(from as u32)
+        self.arrays.chain(from)
     }
 
     /// Removes the ghosts, and converts the result to the caller's indices.
@@ -131,12 +132,12 @@ impl DivideConquer {
         let (keyed, mask) = (&self.keyed, self.index_mask);
         let index = |vertex: u32| (keyed[vertex as usize] & mask) as u32;
         let half_edges = self.arrays.half_edges();
-        let mut ghost = hull.min;
+        let mut ghost = hull.left.leaves;
         loop {
             self.ghosts.push(ghost);
             mesh.hull.push(index(half_edges.dest(ghost)));
             ghost = half_edges.hull_next(ghost);
-            if ghost == hull.min {
+            if ghost == hull.left.leaves {
                 break;
             }
         }

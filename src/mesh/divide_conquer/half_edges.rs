@@ -2,7 +2,7 @@
 
 use std::hint::select_unpredictable;
 
-use crate::geometry::{HalfEdge, Orientation, PackedHalfEdge, Point, TriangleId, orient2d};
+use crate::geometry::{HalfEdge, PackedHalfEdge, Point, TriangleId};
 
 /// The point at infinity, a corner of every ghost.
 pub(super) const GHOST: u32 = u32::MAX;
@@ -28,6 +28,12 @@ impl BitHalfEdge {
     #[inline]
     pub(super) fn corner(self) -> usize {
         (self.0 & 3) as usize
+    }
+
+    /// Returns the half-edge at the same corner of the triangle that is `triangles` further on.
+    #[inline]
+    pub(super) fn plus(self, triangles: u32) -> Self {
+        Self(self.0 + (triangles << 2))
     }
 
     /// Returns the position in arrays of three per triangle: `3 * triangle + corner`.
@@ -63,16 +69,6 @@ impl BitHalfEdge {
     }
 }
 
-/// The hull of a part: the ghosts of the hull edges that leave the part's lexicographically
-/// smallest and largest vertex.
-///
-/// A ghost is named by its real half-edge, which runs against the hull edge.
-#[derive(Clone, Copy)]
-pub(super) struct Hull {
-    pub(super) min: BitHalfEdge,
-    pub(super) max: BitHalfEdge,
-}
-
 /// The half-edges of all triangles and ghosts. The arrays are flat, so that an access takes one
 /// check: with a check of the triangle and one of the corner, the engine takes 13 % longer.
 pub(super) struct HalfEdges<'a> {
@@ -86,11 +82,6 @@ impl HalfEdges<'_> {
     #[inline]
     pub(super) fn point(&self, vertex: u32) -> Point {
         self.points[vertex as usize]
-    }
-
-    #[inline]
-    pub(super) fn is_below(&self, l: Point, r: Point, vertex: u32) -> bool {
-        orient2d(l, r, self.point(vertex)) == Orientation::Clockwise
     }
 
     #[inline]

@@ -1,18 +1,11 @@
 //! Joins two triangulations along a cut.
 
+use std::hint::select_unpredictable;
+
 use super::arrays::Arrays;
-use super::half_edges::{BitHalfEdge, GHOST, HalfEdges, Hull};
-use crate::geometry::{Chord, Point, View};
-
-/// A vertex of a hull and the ghost of the hull edge that leaves it.
-type End = (u32, BitHalfEdge);
-
-/// The axis whose extent a cut halves.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Axis {
-    X,
-    Y,
-}
+use super::half_edges::{BitHalfEdge, GHOST, HalfEdges};
+use super::hull::{Axis, End, Hull};
+use crate::geometry::{BoxFilter, Chord, View};
 
 impl Arrays {
     /// Joins two triangulations that a cut across `axis` separates.
@@ -34,18 +27,24 @@ impl Arrays {
     ///
     /// For a cut across Y the picture is turned clockwise.
     pub(super) fn merge(&mut self, left: Hull, right: Hull, axis: Axis) -> Hull {
-        let mut new_ghost = || BitHalfEdge::new(self.push([GHOST; 3], [BitHalfEdge::UNSET; 3]), 0);
-        let (bottom, top) = (new_ghost(), new_ghost());
-        self.half_edges().merge([left, right], axis, [bottom, top])
+        let first = self.corners.len() as u32;
+        self.corners.extend([[GHOST; 3]; 2]);
+        self.twins.extend([[BitHalfEdge::UNSET; 3]; 2]);
+        let new_ghosts = [first, first + 1].map(|ghost| BitHalfEdge::new(ghost, 0));
+        self.half_edges().merge(left, right, axis, new_ghosts)
     }
 }
 
 impl HalfEdges<'_> {
     /// Does the work of [`Arrays::merge`], with two new ghosts.
-    fn merge(&mut self, [left, right]: [Hull; 2], axis: Axis, [bottom, top]: [BitHalfEdge; 2]) -> Hull {
-        let ends_left = [left.min, left.max].map(|ghost| (self.dest(ghost), ghost));
-        let ends_right = [right.min, right.max].map(|ghost| (self.dest(ghost), ghost));
-        let (mut ghost_left, mut ghost_right) = self.lower_tangent(left, right, axis);
+    #[inline(always)]
+    fn merge(&mut self, left_hull: Hull, right_hull: Hull, axis: Axis, [bottom, top]: [BitHalfEdge; 2]) -> Hull {
+        let filter = BoxFilter::new(left_hull.bounds_with(&right_hull, self.points));
+        let from = match axis {
+            Axis::X => (left_hull.right, right_hull.left),
+            Axis::Y => (left_hull.top, right_hull.bottom),
+        };
+        let (mut ghost_left, mut ghost_right) = self.lower_tangent(&filter, from.0.leaves, from.1.leaves);
         let (mut l, mut r) = (self.dest(ghost_left), self.origin(ghost_right));
         let lowest_left = l;
 
@@ -63,17 +62,17 @@ impl HalfEdges<'_> {
         loop {
             let mut left = chord.view(self.point(self.origin(ghost_left)));
             let mut right = chord.view(self.point(self.dest(ghost_right)));
-            let left_valid = chord.is_left(&left);
-            let right_valid = chord.is_left(&right);
+            let left_valid = chord.is_left(&filter, &left);
+            let right_valid = chord.is_left(&filter, &right);
             if left_valid {
-                self.expose_left(ghost_left, chord, &mut left);
+                self.expose_left(&filter, ghost_left, chord, &mut left);
             }
             if right_valid {
-                self.expose_right(ghost_right, chord, &mut right);
+                self.expose_right(&filter, ghost_right, chord, &mut right);
             }
             let take_right = match (left_valid, right_valid) {
                 (false, false) => break,
-                (true, true) => chord.circle_contains(&left, &right),
+                (true, true) => chord.circle_contains(&filter, &left, &right),
                 (_, right_valid) => right_valid,
             };
             if take_right {
@@ -104,59 +103,44 @@ impl HalfEdges<'_> {
 
         // New hull edges leave the left part at the lower tangent and the right part at the upper
         // one. Every other vertex of the hull keeps the ghost of the edge that leaves it.
-        let leaving_left = |(vertex, ghost): End| (vertex, if vertex == lowest_left { bottom } else { ghost });
-        let leaving_right = |(vertex, ghost): End| (vertex, if vertex == r { top } else { ghost });
-        self.joined_hull(axis, ends_left.map(leaving_left), ends_right.map(leaving_right))
-    }
-
-    /// Returns the hull of two joined parts, from the smallest and the largest vertex of each.
-    fn joined_hull(&self, axis: Axis, [left_min, left_max]: [End; 2], [right_min, right_max]: [End; 2]) -> Hull {
-        // A cut across X separates the parts lexicographically.
-        if axis == Axis::X {
-            return Hull {
-                min: left_min.1,
-                max: right_max.1,
-            };
-        }
-        let smaller = |a: End, b: End| self.point(a.0).lex_cmp(self.point(b.0)).is_lt();
-        let pick = |first: bool, a: End, b: End| if first { a.1 } else { b.1 };
-        Hull {
-            min: pick(smaller(left_min, right_min), left_min, right_min),
-            max: pick(smaller(left_max, right_max), right_max, left_max),
-        }
+        let leaving = |changed: u32, by: BitHalfEdge| {
+            move |end: End| End {
+                leaves: select_unpredictable(end.vertex == changed, by, end.leaves),
+                ..end
+            }
+        };
+        let left_hull = left_hull.map(leaving(lowest_left, bottom));
+        let right_hull = right_hull.map(leaving(r, top));
+        Hull::joined(axis, left_hull, right_hull, self.points)
     }
 
     /// Returns the lower tangent l → r, as the ghosts of the hull edges that leave l and that
-    /// arrive at r.
+    /// arrive at r. The search starts at the ghosts of the hull edges that leave the vertices next
+    /// to the cut.
     ///
     /// If several vertices lie on the tangent line, the ones next to the cut are taken.
-    fn lower_tangent(&self, left: Hull, right: Hull, axis: Axis) -> (BitHalfEdge, BitHalfEdge) {
-        let (mut leaves_l, mut leaves_r) = match axis {
-            Axis::X => (left.max, right.min),
-            Axis::Y => (
-                self.climb(left.max, yx_less),
-                self.climb(right.min, |here, next| yx_less(next, here)),
-            ),
-        };
+    #[inline(always)]
+    fn lower_tangent(
+        &self,
+        filter: &BoxFilter,
+        mut leaves_l: BitHalfEdge,
+        mut leaves_r: BitHalfEdge,
+    ) -> (BitHalfEdge, BitHalfEdge) {
         loop {
-            let (l, r) = (self.point(self.dest(leaves_l)), self.point(self.dest(leaves_r)));
+            let chord = Chord {
+                l: self.point(self.dest(leaves_l)),
+                r: self.point(self.dest(leaves_r)),
+            };
+            let is_below = |vertex: u32| chord.is_right(filter, &chord.view(self.point(vertex)));
             let before_l = self.hull_prev(leaves_l);
-            if self.is_below(l, r, self.dest(before_l)) {
+            if is_below(self.dest(before_l)) {
                 leaves_l = before_l;
-            } else if self.is_below(l, r, self.origin(leaves_r)) {
+            } else if is_below(self.origin(leaves_r)) {
                 leaves_r = self.hull_next(leaves_r);
             } else {
                 return (leaves_l, self.hull_prev(leaves_r));
             }
         }
-    }
-
-    /// Walks counter-clockwise along a hull while `better(here, next)` holds.
-    fn climb(&self, mut leaves: BitHalfEdge, better: impl Fn(Point, Point) -> bool) -> BitHalfEdge {
-        while better(self.point(self.dest(leaves)), self.point(self.origin(leaves))) {
-            leaves = self.hull_next(leaves);
-        }
-        leaves
     }
 
     /// Turns triangles (l, l1, a) inside the hull edge l → l1 into ghosts, while the circle
@@ -170,7 +154,8 @@ impl HalfEdges<'_> {
     ///     ╲ │                   ╲   ghost
     ///       l ──── r              l ──── r
     /// ```
-    fn expose_left(&mut self, ghost: BitHalfEdge, chord: Chord, tip: &mut View) {
+    #[inline(always)]
+    fn expose_left(&mut self, filter: &BoxFilter, ghost: BitHalfEdge, chord: Chord, tip: &mut View) {
         loop {
             let inner = self.twin(ghost);
             let a = self.origin(inner.prev());
@@ -178,7 +163,7 @@ impl HalfEdges<'_> {
                 return;
             }
             let behind = chord.view(self.point(a));
-            if !chord.circle_contains(tip, &behind) {
+            if !chord.circle_contains(filter, tip, &behind) {
                 return;
             }
             *tip = behind;
@@ -196,7 +181,7 @@ impl HalfEdges<'_> {
     /// The mirror image of [`expose_left`](Self::expose_left), for triangles (r1, r, a) inside the
     /// hull edge r1 → r.
     #[inline(always)]
-    fn expose_right(&mut self, ghost: BitHalfEdge, chord: Chord, tip: &mut View) {
+    fn expose_right(&mut self, filter: &BoxFilter, ghost: BitHalfEdge, chord: Chord, tip: &mut View) {
         loop {
             let inner = self.twin(ghost);
             let a = self.origin(inner.prev());
@@ -204,7 +189,7 @@ impl HalfEdges<'_> {
                 return;
             }
             let behind = chord.view(self.point(a));
-            if !chord.circle_contains(tip, &behind) {
+            if !chord.circle_contains(filter, tip, &behind) {
                 return;
             }
             *tip = behind;
@@ -218,14 +203,4 @@ impl HalfEdges<'_> {
             self.link(inner.next(), ghost.next());
         }
     }
-}
-
-/// Returns whether `a` comes before `b` by x, then by y.
-pub(super) fn xy_less(a: Point, b: Point) -> bool {
-    (a.x < b.x) | ((a.x == b.x) & (a.y < b.y))
-}
-
-/// Returns whether `a` comes before `b` by y, then by x.
-pub(super) fn yx_less(a: Point, b: Point) -> bool {
-    (a.y < b.y) | ((a.y == b.y) & (a.x < b.x))
 }
