@@ -1,9 +1,11 @@
 //! The smallest parts: two, three or four points.
 //!
-//! The signs of a few tests determine the triangles of three or four points. So a table has them,
-//! and no branch depends on the points: a processor would guess half of these branches wrong. Only
-//! points with a test that rounding leaves open take another way.
+//! The signs of a few tests determine the triangles of three or four points: one test and a
+//! selection for three, five tests and a table for four. So no branch depends on the points, of
+//! which a processor would guess half wrong. Only points with a test that rounding leaves open, or
+//! with a tie, take another way.
 
+use std::hint::select_unpredictable;
 use std::sync::LazyLock;
 
 use super::arrays::Arrays;
@@ -11,26 +13,25 @@ use super::half_edges::{BitHalfEdge, GHOST};
 use super::hull::{End, Extremes, Hull};
 use crate::geometry::{BoxFilter, Chord, Orientation, Point, Rect, orient2d};
 
-/// The triangles and ghosts of `N` points: `F` = 2 · `N` − 2 faces. Vertices and faces are numbered
-/// from 0.
+/// The triangles and ghosts of four points. Vertices and faces are numbered from 0.
 #[derive(Clone, Copy)]
-struct Faces<const N: usize, const F: usize> {
-    corners: [[u32; 3]; F],
-    twins: [[BitHalfEdge; 3]; F],
-    /// For each vertex on the hull, a ghost of a hull edge that leaves it.
-    leaving: [BitHalfEdge; N],
+struct Faces {
+    corners: [[u32; 3]; 6],
+    twins: [[BitHalfEdge; 3]; 6],
+    /// For each vertex on the hull, the ghost of the hull edge that leaves it.
+    leaving: [BitHalfEdge; 4],
 }
 
-impl<const N: usize, const F: usize> Faces<N, F> {
+impl Faces {
     /// The value for signs that no points have.
     const NONE: Self = Self {
-        corners: [[GHOST; 3]; F],
-        twins: [[BitHalfEdge::UNSET; 3]; F],
-        leaving: [BitHalfEdge::UNSET; N],
+        corners: [[GHOST; 3]; 6],
+        twins: [[BitHalfEdge::UNSET; 3]; 6],
+        leaving: [BitHalfEdge::UNSET; 4],
     };
 
     /// Creates the faces of these triangles. `hull` has the vertices of the hull in
-    /// counter-clockwise order. It passes the inner vertices of a chain twice.
+    /// counter-clockwise order.
     fn new(triangles: &[[u32; 3]], hull: &[u32]) -> Self {
         let mut faces = Self::NONE;
         let next_on_hull = |i: usize| (i + 1) % hull.len();
@@ -43,7 +44,7 @@ impl<const N: usize, const F: usize> Faces<N, F> {
             faces.leaving[vertex as usize] = ghost(i, 0);
             faces.link(ghost(i, 2), ghost(next_on_hull(i), 1));
         }
-        let edges: Vec<_> = (0..F as u32)
+        let edges: Vec<_> = (0..6)
             .flat_map(|face| [0, 1, 2].map(|corner| BitHalfEdge::new(face, corner)))
             .filter(|&edge| !faces.ends(edge).contains(&GHOST))
             .collect();
@@ -66,27 +67,13 @@ impl<const N: usize, const F: usize> Faces<N, F> {
     }
 }
 
-struct Tables {
-    two: Faces<2, 2>,
-    /// Three points on a line, in order.
-    chain: Faces<3, 4>,
-    /// By whether the points are in counter-clockwise order.
-    three: [Faces<3, 4>; 2],
-    /// By the signs of [`Arrays::four`], a bit for each.
-    four: [Faces<4, 6>; 32],
-}
-
-static TABLES: LazyLock<Tables> = LazyLock::new(|| Tables {
-    two: Faces::new(&[], &[0, 1]),
-    chain: Faces::new(&[], &[0, 1, 2, 1]),
-    three: [[0, 2, 1], [0, 1, 2]].map(|triangle| Faces::new(&[triangle], &triangle)),
-    four: std::array::from_fn(four),
-});
+/// The faces of four points by the signs of [`Arrays::four`], a bit for each.
+static FOUR: LazyLock<[Faces; 32]> = LazyLock::new(|| std::array::from_fn(four));
 
 /// Returns the faces of four points with these signs: for each of bits 0 to 3, whether the other
 /// three points are in counter-clockwise order; bit 4, whether point 3 lies inside the circle
 /// through the others, if these are in counter-clockwise order, and outside it otherwise.
-fn four(signs: usize) -> Faces<4, 6> {
+fn four(signs: usize) -> Faces {
     let is_set = |bit: usize| signs >> bit & 1 == 1;
     let mut triangles = Vec::new();
     for (without, [a, b, c]) in [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]].into_iter().enumerate() {
@@ -119,15 +106,19 @@ impl Arrays {
     /// Adds the edge between two points with a ghost on either side.
     #[inline]
     pub(super) fn two(&mut self, first: usize) -> Hull {
-        let points = self.points_from(first);
-        self.add(&TABLES.two, first, points)
+        let (a, ghosts) = (first as u32, self.next_face());
+        let [ab, ba] = [0, 1].map(|ghost| BitHalfEdge::new(ghosts + ghost, 0));
+        self.add_ring([a, a + 1], [ba, ab]);
+        self.hull_of::<2>(first, |vertex| BitHalfEdge::new(ghosts + vertex, 0))
     }
 
     /// Adds three points on a line, in lexicographic order, with a ghost on either side of each
     /// edge.
     pub(super) fn chain(&mut self, first: usize) -> Hull {
-        let points = self.points_from(first);
-        self.add(&TABLES.chain, first, points)
+        let (a, ghosts) = (first as u32, self.next_face());
+        let [ab, bc, cb, ba] = [0, 1, 2, 3].map(|ghost| BitHalfEdge::new(ghosts + ghost, 0));
+        self.add_ring([a, a + 1, a + 2, a + 1], [ba, cb, bc, ab]);
+        self.hull_of::<3>(first, |vertex| if vertex == 0 { ab } else { cb })
     }
 
     /// Triangulates three points, unless they are collinear.
@@ -143,7 +134,16 @@ impl Arrays {
                 orientation => orientation == Orientation::CounterClockwise,
             }
         };
-        Some(self.add(&TABLES.three[usize::from(is_counter_clockwise)], first, points))
+        let (second, third) = select_unpredictable(is_counter_clockwise, (1, 2), (2, 1));
+        let corners = [0, second, third].map(|number| first as u32 + number);
+        let inner = self.next_face();
+        let half_edges = [0, 1, 2].map(|corner| BitHalfEdge::new(inner, corner));
+        let [ab, bc, ca] = [1, 2, 3].map(|ghost| BitHalfEdge::new(inner + ghost, 0));
+        self.corners.push(corners);
+        self.twins.push([ab, bc, ca]);
+        self.add_ring(corners, half_edges);
+        let behind = |number| select_unpredictable(number == second, bc, ca);
+        Some(self.hull_of::<3>(first, |number| select_unpredictable(number == 0, ab, behind(number))))
     }
 
     /// Triangulates four points, unless three of them may be collinear, or all of them cocircular.
@@ -164,7 +164,47 @@ impl Arrays {
         let bits = (0..)
             .zip(signs)
             .fold(0, |bits, (i, sign)| bits | usize::from(sign.is_positive) << i);
-        are_certain.then(|| self.add(&TABLES.four[bits], first, points))
+        are_certain.then(|| self.add_four(&FOUR[bits], first))
+    }
+
+    /// Adds the faces of the four vertices from `first` on.
+    #[inline(always)]
+    fn add_four(&mut self, faces: &Faces, first: usize) -> Hull {
+        let (first_face, first_vertex) = (self.next_face(), first as u32);
+        let vertex = |corner: u32| {
+            if corner == GHOST {
+                GHOST
+            } else {
+                first_vertex.wrapping_add(corner)
+            }
+        };
+        self.corners.extend(faces.corners.map(|corners| corners.map(vertex)));
+        self.twins
+            .extend(faces.twins.map(|twins| twins.map(|twin| twin.plus(first_face))));
+        self.hull_of::<4>(first, |number| faces.leaving[number as usize].plus(first_face))
+    }
+
+    /// Adds a ring of ghosts around vertices in counter-clockwise order. `inside` has the twins of
+    /// their real half-edges.
+    #[inline(always)]
+    fn add_ring<const N: usize>(&mut self, hull: [u32; N], inside: [BitHalfEdge; N]) {
+        let first = self.next_face();
+        let half_edge = |i: usize, corner| BitHalfEdge::new(first + (i % N) as u32, corner);
+        self.corners
+            .extend(std::array::from_fn::<_, N, _>(|i| [hull[(i + 1) % N], hull[i], GHOST]));
+        self.twins.extend(std::array::from_fn::<_, N, _>(|i| {
+            [inside[i], half_edge(i + N - 1, 2), half_edge(i + 1, 1)]
+        }));
+    }
+
+    /// Returns the hull of the `N` vertices from `first` on. `leaving` returns the ghost of the hull
+    /// edge that leaves the vertex of a number, from 0.
+    #[inline(always)]
+    fn hull_of<const N: usize>(&self, first: usize, leaving: impl Fn(u32) -> BitHalfEdge) -> Hull {
+        Extremes::of(self.points_from::<N>(first)).map(|number| End {
+            vertex: first as u32 + number,
+            leaves: leaving(number),
+        })
     }
 
     #[inline(always)]
@@ -174,23 +214,8 @@ impl Arrays {
             .expect("a part has this number of points")
     }
 
-    /// Adds the faces of `points`, which are the vertices from `first` on.
-    #[inline(always)]
-    fn add<const N: usize, const F: usize>(&mut self, faces: &Faces<N, F>, first: usize, points: [Point; N]) -> Hull {
-        let (first_face, first) = (self.corners.len() as u32, first as u32);
-        let vertex = |corner: u32| {
-            if corner == GHOST {
-                GHOST
-            } else {
-                first.wrapping_add(corner)
-            }
-        };
-        self.corners.extend(faces.corners.map(|corners| corners.map(vertex)));
-        self.twins
-            .extend(faces.twins.map(|twins| twins.map(|twin| twin.plus(first_face))));
-        Extremes::of(points).map(|number| End {
-            vertex: first + number as u32,
-            leaves: faces.leaving[number].plus(first_face),
-        })
+    #[inline]
+    fn next_face(&self) -> u32 {
+        self.corners.len() as u32
     }
 }

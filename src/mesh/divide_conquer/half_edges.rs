@@ -16,7 +16,7 @@ impl BitHalfEdge {
     pub(super) const UNSET: Self = Self(u32::MAX);
 
     #[inline]
-    pub(super) fn new(triangle: u32, corner: u32) -> Self {
+    pub(super) const fn new(triangle: u32, corner: u32) -> Self {
         Self(triangle << 2 | corner)
     }
 

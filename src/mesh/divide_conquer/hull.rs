@@ -46,7 +46,7 @@ impl<T> Extremes<T> {
     }
 }
 
-impl Extremes<usize> {
+impl Extremes<u32> {
     /// Returns the numbers of the extreme points.
     #[inline(always)]
     pub(super) fn of<const N: usize>(points: [Point; N]) -> Self {
@@ -57,7 +57,7 @@ impl Extremes<usize> {
             bottom: start,
             top: start,
         };
-        for next @ (_, p) in points.into_iter().enumerate() {
+        for next @ (_, p) in (0..).zip(points) {
             let pick = |is_next: bool, best| select_unpredictable(is_next, next, best);
             found.left = pick(xy_less(p, found.left.1), found.left);
             found.right = pick(xy_less(found.right.1, p), found.right);
@@ -74,25 +74,35 @@ impl Hull {
     #[inline(always)]
     pub(super) fn joined(axis: Axis, one: Self, other: Self, points: &[Point]) -> Self {
         let point = |end: End| points[end.vertex as usize];
-        let first = |a: End, b: End, a_is_first: bool| select_unpredictable(a_is_first, a, b);
+        let pick = |first: bool, a: End, b: End| select_unpredictable(first, a, b);
         match axis {
             Axis::X => Self {
                 left: one.left,
                 right: other.right,
-                bottom: first(
+                bottom: pick(
+                    yx_less(point(one.bottom), point(other.bottom)),
                     one.bottom,
                     other.bottom,
-                    yx_less(point(one.bottom), point(other.bottom)),
                 ),
-                top: first(one.top, other.top, yx_less(point(other.top), point(one.top))),
+                top: pick(yx_less(point(one.top), point(other.top)), other.top, one.top),
             },
             Axis::Y => Self {
-                left: first(one.left, other.left, xy_less(point(one.left), point(other.left))),
-                right: first(one.right, other.right, xy_less(point(other.right), point(one.right))),
+                left: pick(xy_less(point(one.left), point(other.left)), one.left, other.left),
+                right: pick(xy_less(point(one.right), point(other.right)), other.right, one.right),
                 bottom: one.bottom,
                 top: other.top,
             },
         }
+    }
+
+    /// Returns the same vertices, after `leaves` has become the ghost of the hull edge that leaves
+    /// `vertex`.
+    #[inline(always)]
+    pub(super) fn with_leaving(self, vertex: u32, leaves: BitHalfEdge) -> Self {
+        self.map(|end| End {
+            leaves: select_unpredictable(end.vertex == vertex, leaves, end.leaves),
+            ..end
+        })
     }
 
     /// Returns the smallest rectangle around both parts.

@@ -1,10 +1,8 @@
 //! Joins two triangulations along a cut.
 
-use std::hint::select_unpredictable;
-
 use super::arrays::Arrays;
 use super::half_edges::{BitHalfEdge, GHOST, HalfEdges};
-use super::hull::{Axis, End, Hull};
+use super::hull::{Axis, Hull};
 use crate::geometry::{BoxFilter, Chord, View};
 
 impl Arrays {
@@ -40,11 +38,7 @@ impl HalfEdges<'_> {
     #[inline(always)]
     fn merge(&mut self, left_hull: Hull, right_hull: Hull, axis: Axis, [bottom, top]: [BitHalfEdge; 2]) -> Hull {
         let filter = BoxFilter::new(left_hull.bounds_with(&right_hull, self.points));
-        let from = match axis {
-            Axis::X => (left_hull.right, right_hull.left),
-            Axis::Y => (left_hull.top, right_hull.bottom),
-        };
-        let (mut ghost_left, mut ghost_right) = self.lower_tangent(&filter, from.0.leaves, from.1.leaves);
+        let (mut ghost_left, mut ghost_right) = self.lower_tangent(&filter, left_hull, right_hull, axis);
         let (mut l, mut r) = (self.dest(ghost_left), self.origin(ghost_right));
         let lowest_left = l;
 
@@ -103,29 +97,22 @@ impl HalfEdges<'_> {
 
         // New hull edges leave the left part at the lower tangent and the right part at the upper
         // one. Every other vertex of the hull keeps the ghost of the edge that leaves it.
-        let leaving = |changed: u32, by: BitHalfEdge| {
-            move |end: End| End {
-                leaves: select_unpredictable(end.vertex == changed, by, end.leaves),
-                ..end
-            }
-        };
-        let left_hull = left_hull.map(leaving(lowest_left, bottom));
-        let right_hull = right_hull.map(leaving(r, top));
+        let left_hull = left_hull.with_leaving(lowest_left, bottom);
+        let right_hull = right_hull.with_leaving(r, top);
         Hull::joined(axis, left_hull, right_hull, self.points)
     }
 
     /// Returns the lower tangent l → r, as the ghosts of the hull edges that leave l and that
-    /// arrive at r. The search starts at the ghosts of the hull edges that leave the vertices next
-    /// to the cut.
+    /// arrive at r.
     ///
     /// If several vertices lie on the tangent line, the ones next to the cut are taken.
     #[inline(always)]
-    fn lower_tangent(
-        &self,
-        filter: &BoxFilter,
-        mut leaves_l: BitHalfEdge,
-        mut leaves_r: BitHalfEdge,
-    ) -> (BitHalfEdge, BitHalfEdge) {
+    fn lower_tangent(&self, filter: &BoxFilter, left: Hull, right: Hull, axis: Axis) -> (BitHalfEdge, BitHalfEdge) {
+        let next_to_the_cut = match axis {
+            Axis::X => (left.right, right.left),
+            Axis::Y => (left.top, right.bottom),
+        };
+        let (mut leaves_l, mut leaves_r) = (next_to_the_cut.0.leaves, next_to_the_cut.1.leaves);
         loop {
             let chord = Chord {
                 l: self.point(self.dest(leaves_l)),
