@@ -29,8 +29,8 @@ const BATCHES_AHEAD: usize = 4;
 /// The points so far.
 #[derive(Debug)]
 pub(crate) enum Intake {
-    /// The points are in memory.
-    Memory(PointStore),
+    /// The points are in memory. `announced` is the number of points that were announced, or 0.
+    Memory { store: PointStore, announced: u64 },
     /// The points are being distributed to runs.
     Spilling(Spilling),
     /// The points arrived in an interrupted build, which is resumed.
@@ -112,7 +112,10 @@ pub(crate) enum Points {
 impl Intake {
     /// Creates an empty intake.
     pub(crate) fn new() -> Self {
-        Self::Memory(PointStore::default())
+        Self::Memory {
+            store: PointStore::default(),
+            announced: 0,
+        }
     }
 
     /// Creates an intake that has the points of these runs of each cell. Other runs are numbered from
@@ -129,10 +132,13 @@ impl Intake {
         Ok(Self::Spilling(spilling))
     }
 
-    /// Takes the expected number of points and a sample of them. If the points will not fit in
-    /// memory, they go to disk from the first one on.
+    /// Takes the expected number of points and a sample of them, which may be empty. If the points
+    /// will not fit in memory, those of a sample go to disk from the first one on.
     pub(crate) fn expect(&mut self, points: u64, sample: Vec<Point>, context: &BuildContext) -> Result<(), BuildError> {
-        let Self::Memory(store) = self else { return Ok(()) };
+        let Self::Memory { store, announced } = self else {
+            return Ok(());
+        };
+        *announced = points;
         let load = Load {
             points,
             segments: context.segments,
@@ -141,11 +147,7 @@ impl Intake {
         if sample.is_empty() || !store.items.is_empty() || context.memory.points_fit(load) {
             return Ok(());
         }
-        // The expectation may be wrong. It only determines how finely the plane is cut.
-        let shares = context.memory.shares(load)?;
-        let cells = points.saturating_mul(4).div_ceil(shares.block_points).min(1 << 16) as usize;
-        let cells = cells.min(context.memory.most_cells());
-        let spill = new_spill(cut(&sample, cells), context.first_run, context);
+        let spill = new_spill(cut(&sample, cells_for(load, context)?), context.first_run, context);
         *self = Self::Spilling(Spilling::start(PointStore::default(), spill, context)?);
         Ok(())
     }
@@ -155,25 +157,32 @@ impl Intake {
         match self {
             Self::Resumed(..) => return Err(BuildError::PointsComplete),
             Self::Spilling(spilling) => return spilling.push(batch).await,
-            Self::Memory(_) => {}
+            Self::Memory { .. } => {}
         }
-        let Self::Memory(store) = self else { return Ok(()) };
+        let Self::Memory { store, announced } = self else {
+            return Ok(());
+        };
         let room = store.items.len() + batch.points.len() <= PointStore::MAX_POINTS;
         if room {
             store.push(batch);
-            let load = Load {
-                points: store.items.len() as u64,
-                segments: context.segments,
-                has_z: store.attributes.has_z(),
-            };
-            if context.memory.fits(load, store.byte_size()) {
-                return Ok(());
-            }
         }
+        let load = Load {
+            points: store.items.len() as u64,
+            segments: context.segments,
+            has_z: store.attributes.has_z(),
+        };
+        if room && context.memory.fits(load, store.byte_size()) {
+            return Ok(());
+        }
+        let cells = if *announced > load.points {
+            let points = *announced;
+            cells_for(Load { points, ..load }, context)?
+        } else {
+            context.memory.most_cells()
+        };
         let store = std::mem::take(store);
         let step = store.items.len().div_ceil(spill::SAMPLE).max(1);
         let sample: Vec<Point> = store.items.iter().step_by(step).map(|item| item.point).collect();
-        let cells = context.memory.most_cells();
         let spill = new_spill(cut(&sample, cells), context.first_run, context);
         let mut spilling = Spilling::start(store, spill, context)?;
         if !room {
@@ -187,7 +196,7 @@ impl Intake {
     pub(crate) async fn arrived<'a>(&'a mut self, context: &'a BuildContext) -> Result<ArrivedPoints<'a>, BuildError> {
         let folder = context.folder.spill();
         match self {
-            Self::Memory(store) => Ok(ArrivedPoints::Memory(store)),
+            Self::Memory { store, .. } => Ok(ArrivedPoints::Memory(store)),
             Self::Spilling(spilling) => {
                 let (runs, tree) = spilling.flush().await?;
                 Ok(ArrivedPoints::Runs(folder, runs, tree))
@@ -199,7 +208,7 @@ impl Intake {
     /// Returns all points, once all have arrived.
     pub(crate) async fn finish(self) -> Result<Points, BuildError> {
         match self {
-            Self::Memory(store) => Ok(Points::Memory(store)),
+            Self::Memory { store, .. } => Ok(Points::Memory(store)),
             Self::Spilling(spilling) => Ok(Points::Runs(spilling.finish().await?)),
             Self::Resumed(plan, finished) => Ok(Points::Resumed(plan, finished)),
         }
@@ -213,7 +222,7 @@ impl Spilling {
         let path = context.folder.spill().to_owned();
         let context = context.clone();
         let work = move || {
-            let pushed = spill.push_store(&store);
+            let pushed = spill.push_store(&store, context.options.threads);
             drop(store);
             let spilled = pushed.map_err(|error| cannot_spill(context.folder.spill(), error));
             let plan = spilled.and_then(|()| distribute(spill, incoming, &context, || reply.is_closed()));
@@ -270,6 +279,13 @@ impl Spilling {
             None => Err(gone()),
         }
     }
+}
+
+/// Returns the number of cells for about this load: about four for each block.
+fn cells_for(load: Load, context: &BuildContext) -> Result<usize, BuildError> {
+    let shares = context.memory.shares(load)?;
+    let cells = load.points.saturating_mul(4).div_ceil(shares.block_points);
+    Ok(cells.min(context.memory.most_cells() as u64) as usize)
 }
 
 /// Starts to distribute points to these cells, with runs numbered from `first_run` on.

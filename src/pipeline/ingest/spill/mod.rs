@@ -20,10 +20,14 @@ pub(crate) mod run;
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc;
+use std::thread;
 
+use crate::collections::bucket_sort::bucket_sort;
 use crate::constraints::without_z::NO_Z;
 use crate::geometry::Point;
 use crate::input::PointBatch;
+use crate::io::start_scoped;
 use crate::pipeline::ingest::point_store::PointStore;
 pub(crate) use crate::pipeline::ingest::point_store::Record;
 pub(crate) use crate::pipeline::plan::Run;
@@ -37,8 +41,11 @@ use run::RunWriter;
 /// Number of points of a sample that are used: a cell of 1/512 has 128.
 pub(crate) const SAMPLE: usize = 1 << 16;
 
-/// Number of points of a store whose cells are found at a time.
-const AT_ONCE: usize = 4096;
+/// Number of points that are sorted by cell at a time. They fit in the cache of a processor.
+const AT_ONCE: usize = 1 << 13;
+
+/// Number of pieces of a store that may wait until they are added to the runs.
+const SORTED_AHEAD: usize = 2;
 
 /// Number of runs of which the files can stay open.
 const OPEN_RUNS: u32 = 512;
@@ -53,8 +60,6 @@ pub(crate) struct Spill {
     /// Other runs of each cell, which are complete; empty if there are none.
     earlier: Vec<Vec<Run>>,
     has_z: bool,
-    /// The cells of the points that are distributed; reused to keep its memory.
-    cells: Vec<u32>,
 }
 
 /// The result of distributing points: the cells, and the runs of each.
@@ -100,7 +105,6 @@ impl Spill {
             earlier: Vec::new(),
             tree,
             has_z: false,
-            cells: Vec::new(),
         }
     }
 
@@ -126,13 +130,17 @@ impl Spill {
         if !batch.z.is_empty() {
             self.begin_z()?;
         }
-        self.push_points(&batch.points, |index| {
-            (batch.z.get(index).copied().unwrap_or(NO_Z), batch.records[index])
-        })
+        let numbered = batch.points.iter().zip(&batch.records).enumerate();
+        let records = numbered.map(|(index, (&point, &record))| Record {
+            point,
+            z: batch.z.get(index).copied().unwrap_or(NO_Z),
+            record,
+        });
+        self.push_records(&records.collect::<Vec<_>>())
     }
 
-    /// Distributes all points of a store.
-    pub(crate) fn push_store(&mut self, store: &PointStore) -> io::Result<()> {
+    /// Distributes all points of a store, on up to two threads.
+    pub(crate) fn push_store(&mut self, store: &PointStore, threads: usize) -> io::Result<()> {
         let attributes = &store.attributes;
         if attributes.has_z() {
             self.begin_z()?;
@@ -142,25 +150,30 @@ impl Spill {
             z: attributes.z(item.position),
             record: attributes.record(item.position),
         };
-        let mut chunks = store.items.chunks(AT_ONCE);
-        chunks.try_for_each(|items| self.push_records(&items.iter().map(record).collect::<Vec<_>>()))
+        let (index, cells) = (&self.index, self.runs.len());
+        let pieces = || {
+            let pieces = store.items.chunks(AT_ONCE);
+            pieces.map(|items| sorted_by_cell(&items.iter().map(record).collect::<Vec<_>>(), index, cells))
+        };
+        let (runs, has_z) = (&mut self.runs, self.has_z);
+        thread::scope(|scope| {
+            let (sorted, incoming) = mpsc::sync_channel(SORTED_AHEAD);
+            let pieces = &pieces;
+            let sort = move || pieces().all(|piece| sorted.send(piece).is_ok());
+            let sorter = (threads > 1).then(|| start_scoped(scope, "tile-sort", sort));
+            match sorter {
+                Some(Ok(_)) => incoming.iter().try_for_each(|piece| append(runs, piece, has_z)),
+                _ => pieces().try_for_each(|piece| append(runs, piece, has_z)),
+            }
+        })
     }
 
     /// Distributes points with their attributes, which have z if the runs do.
     fn push_records(&mut self, records: &[Record]) -> io::Result<()> {
-        let points: Vec<Point> = records.iter().map(|record| record.point).collect();
-        self.push_points(&points, |index| (records[index].z, records[index].record))
-    }
-
-    /// Distributes points. `attributes` returns the z and the record of the point at an index.
-    fn push_points(&mut self, points: &[Point], attributes: impl Fn(usize) -> (f64, u64)) -> io::Result<()> {
-        self.cells.clear();
-        self.index.cells_of(points, &mut self.cells);
-        for (index, (&cell, &point)) in self.cells.iter().zip(points).enumerate() {
-            let (z, record) = attributes(index);
-            self.runs[cell as usize].push(point.normalized(), self.has_z.then_some(z), record)?;
-        }
-        Ok(())
+        records.chunks(AT_ONCE).try_for_each(|records| {
+            let sorted = sorted_by_cell(records, &self.index, self.runs.len());
+            append(&mut self.runs, sorted, self.has_z)
+        })
     }
 
     /// Switches to points with z.
@@ -194,4 +207,23 @@ impl Spill {
             has_z: self.has_z,
         })
     }
+}
+
+/// Sorts points by cell, so that the buffers of a run are fetched into the processor's cache once
+/// for all its points. Within a cell, the order remains.
+fn sorted_by_cell(records: &[Record], index: &CellIndex, cells: usize) -> Vec<(u32, Record)> {
+    let points: Vec<Point> = records.iter().map(|record| record.point).collect();
+    let mut cell_of = Vec::with_capacity(points.len());
+    index.cells_of(&points, &mut cell_of);
+    let numbers = Vec::from_iter(0..records.len() as u32);
+    let by_cell = bucket_sort(&numbers, cells, |&number| cell_of[number as usize], |&number| number);
+    let of_number = |number: u32| (cell_of[number as usize], records[number as usize]);
+    by_cell.into_iter().map(of_number).collect()
+}
+
+/// Adds points to the runs of their cells.
+fn append(runs: &mut [RunWriter], points: Vec<(u32, Record)>, has_z: bool) -> io::Result<()> {
+    points.into_iter().try_for_each(|(cell, Record { point, z, record })| {
+        runs[cell as usize].push(point.normalized(), has_z.then_some(z), record)
+    })
 }
