@@ -135,6 +135,31 @@ fn engines_agree_on_full_grids_and_lines() {
 }
 
 #[test]
+fn engines_match_brute_force_on_four_points_in_any_order() {
+    // No three are collinear, and no four cocircular.
+    let at = |i: u32| {
+        let (column, row) = (f64::from(i % 3), f64::from(i / 3));
+        Point::new(
+            column + 0.1 * row * row,
+            row + 0.13 * column - 0.01 * column * column * row,
+        )
+    };
+    let mut shapes = std::collections::HashMap::new();
+    for order in 0..9u32.pow(4) {
+        let chosen = [order % 9, order / 9 % 9, order / 81 % 9, order / 729];
+        let points = distinct(chosen.map(at).to_vec());
+        if points.len() == 4 {
+            let expected = brute_force(&points);
+            *shapes.entry(expected.clone()).or_insert(0) += 1;
+            check_engines(&points, Some(expected));
+        }
+    }
+    // Each of the four points inside the triangle of the others, in both directions, and each of the six
+    // orders of a quadrilateral, with either diagonal.
+    assert_eq!(shapes.len(), 20);
+}
+
+#[test]
 fn the_kernel_reuses_the_memory_of_the_result() {
     let points: Vec<Point> = (0..100)
         .map(|i| Point::new(f64::from(i % 10), f64::from(i / 10)))
