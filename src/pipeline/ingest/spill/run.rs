@@ -41,7 +41,7 @@ pub(crate) struct RunWriter {
     z: Vec<u8>,
     records: Vec<u8>,
     last_record: u64,
-    /// Coordinate bytes at which a chunk is full.
+    /// Bytes of coordinates and z at which a chunk is full.
     capacity: usize,
 }
 
@@ -72,6 +72,9 @@ impl RunWriter {
     /// Adds a point. Either all or none of the points of a chunk must have z.
     #[inline]
     pub(crate) fn push(&mut self, point: Point, z: Option<f64>, record: u64) -> io::Result<()> {
+        if self.coordinates.is_empty() {
+            self.reserve(z.is_some());
+        }
         let coordinates = [point.x.to_le_bytes(), point.y.to_le_bytes()];
         self.coordinates.extend_from_slice(coordinates.as_flattened());
         if let Some(z) = z {
@@ -79,10 +82,19 @@ impl RunWriter {
         }
         put_varint(&mut self.records, zigzag(record.wrapping_sub(self.last_record) as i64));
         self.last_record = record;
-        if self.coordinates.len() >= self.capacity {
+        if self.coordinates.len() + self.z.len() >= self.capacity {
             self.flush()?;
         }
         Ok(())
+    }
+
+    /// Makes room for a chunk. Buffers that grow would leave freed memory of their former sizes
+    /// behind, which the allocator keeps.
+    fn reserve(&mut self, has_z: bool) {
+        let points = 1 + self.capacity / if has_z { 24 } else { 16 };
+        self.coordinates.reserve_exact(16 * points);
+        self.z.reserve_exact(if has_z { 8 * points } else { 0 });
+        self.records.reserve_exact(2 * points);
     }
 
     /// Ends the chunk and writes it.
@@ -212,6 +224,20 @@ mod tests {
     use std::fs;
 
     use super::*;
+
+    #[test]
+    fn the_buffers_of_a_run_keep_to_their_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        for z in [None, Some(0.5)] {
+            let mut writer = RunWriter::new(folder.path(), 0, 8000, true);
+            for record in 0..5000 {
+                writer.push(Point::new(0.0, 1.0), z, record * 7).unwrap();
+                let buffers = [&writer.coordinates, &writer.z, &writer.records];
+                assert!(buffers.map(Vec::capacity).iter().sum::<usize>() <= 8000);
+            }
+            assert!(writer.run.points > 0);
+        }
+    }
 
     #[test]
     fn a_file_that_is_opened_for_each_chunk_has_the_same_bytes() {
