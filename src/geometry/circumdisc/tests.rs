@@ -104,7 +104,7 @@ fn coordinates() -> impl Strategy<Value = [Point; 3]> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(10_000))]
+    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     #[test]
     fn the_certificate_is_sound_for_nearly_touching_discs(

@@ -132,8 +132,8 @@ impl Intake {
         Ok(Self::Spilling(spilling))
     }
 
-    /// Takes the expected number of points and a sample of them, which may be empty. If the points
-    /// will not fit in memory, those of a sample go to disk from the first one on.
+    /// Takes the expected number of points and a sample of them, which may be empty. If there is a
+    /// sample and the points will not fit in memory, they go to disk from the first one on.
     pub(crate) fn expect(&mut self, points: u64, sample: Vec<Point>, context: &BuildContext) -> Result<(), BuildError> {
         let Self::Memory { store, announced } = self else {
             return Ok(());
@@ -281,7 +281,8 @@ impl Spilling {
     }
 }
 
-/// Returns the number of cells for about this load: about four for each block.
+/// Returns the number of cells for a load that is expected: about four for each block. If the
+/// expectation is wrong, cells are too fine or too coarse, and are joined or split later.
 fn cells_for(load: Load, context: &BuildContext) -> Result<usize, BuildError> {
     let shares = context.memory.shares(load)?;
     let cells = load.points.saturating_mul(4).div_ceil(shares.block_points);
