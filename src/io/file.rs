@@ -35,8 +35,8 @@ pub trait ReadAt: Send + Sync {
         try_join_all(ranges.iter().map(|range| self.read_at(range.clone()))).boxed()
     }
 
-    /// Locks a number, as others may at the same time, until the file is closed. Tile files lock the
-    /// generation that they read. By default, and where the system has no locks of byte ranges that
+    /// Locks a number, as others may at the same time, until this file and its clones are dropped and
+    /// nobody awaits a read. Tile files lock the generation that they read. By default, and where the system has no locks of byte ranges that
     /// belong to an open file, it fails with [`io::ErrorKind::Unsupported`].
     fn lock_shared(&self, number: u64) -> io::Result<()> {
         let _ = number;

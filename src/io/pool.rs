@@ -15,7 +15,7 @@ use std::sync::LazyLock;
 use std::thread::available_parallelism;
 use std::time::Duration;
 
-use futures::future::{BoxFuture, FutureExt};
+use futures::future::FutureExt;
 use parking_lot::{Condvar, Mutex, MutexGuard};
 use tokio::sync::oneshot;
 
@@ -121,8 +121,8 @@ impl Pool {
 /// Runs an operation that waits for a disk.
 pub(super) fn run<T: Send + 'static>(
     operation: impl FnOnce() -> io::Result<T> + Send + 'static,
-) -> BoxFuture<'static, io::Result<T>> {
-    Pool::run(IO.ask(operation)).map(Result::flatten).boxed()
+) -> impl Future<Output = io::Result<T>> + Send + 'static {
+    Pool::run(IO.ask(operation)).map(Result::flatten)
 }
 
 /// Runs long work beside the workers of a runtime. The work starts at once. A panic of the work

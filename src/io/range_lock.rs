@@ -2,10 +2,60 @@
 //! file and not to the process, so that they hold within a process, too ("open file description
 //! locks", Linux).
 
+use std::fs::File;
+use std::sync::Arc;
+use std::{io, process};
+
+use parking_lot::Mutex;
+
 #[cfg(all(target_os = "linux", target_pointer_width = "64"))]
-pub(crate) use linux::{is_locked_below, lock_shared};
+pub(crate) use linux::is_locked_below;
+#[cfg(all(target_os = "linux", target_pointer_width = "64"))]
+use linux::{lock_shared, unlock};
 #[cfg(not(all(target_os = "linux", target_pointer_width = "64")))]
-pub(crate) use others::{is_locked_below, lock_shared};
+pub(crate) use others::is_locked_below;
+#[cfg(not(all(target_os = "linux", target_pointer_width = "64")))]
+use others::{lock_shared, unlock};
+
+/// The numbers that are locked through an open file, released when this is dropped.
+///
+/// The system's own locks last until the last handle of the open file is closed. An operation that
+/// nobody awaits may have one for a while, and so may a process that is being started.
+#[derive(Debug)]
+pub(crate) struct RangeLocks {
+    file: Arc<File>,
+    locked: Mutex<Vec<u64>>,
+    /// A child of a fork has the same locks, and must not release them.
+    process: u32,
+}
+
+impl RangeLocks {
+    pub(crate) fn new(file: Arc<File>) -> Self {
+        Self {
+            file,
+            locked: Mutex::default(),
+            process: process::id(),
+        }
+    }
+
+    /// Locks a number, as others may at the same time.
+    pub(crate) fn lock_shared(&self, number: u64) -> io::Result<()> {
+        lock_shared(&self.file, number)?;
+        self.locked.lock().push(number);
+        Ok(())
+    }
+}
+
+impl Drop for RangeLocks {
+    fn drop(&mut self) {
+        if self.process == process::id() {
+            for &number in &*self.locked.get_mut() {
+                // If it fails, the lock lasts until the file is closed.
+                let _ = unlock(&self.file, number);
+            }
+        }
+    }
+}
 
 #[cfg(all(target_os = "linux", target_pointer_width = "64"))]
 mod linux {
@@ -35,9 +85,16 @@ mod linux {
         })
     }
 
-    /// Locks a number, as others may at the same time, until the file is closed.
-    pub(crate) fn lock_shared(file: &File, number: u64) -> io::Result<()> {
-        let lock = range(F_RDLCK, number..number + 1)?;
+    pub(super) fn lock_shared(file: &File, number: u64) -> io::Result<()> {
+        set(file, F_RDLCK, number)
+    }
+
+    pub(super) fn unlock(file: &File, number: u64) -> io::Result<()> {
+        set(file, F_UNLCK, number)
+    }
+
+    fn set(file: &File, kind: c_int, number: u64) -> io::Result<()> {
+        let lock = range(kind, number..number + 1)?;
         fcntl(file, FcntlArg::F_OFD_SETLK(&lock))?;
         Ok(())
     }
@@ -58,7 +115,11 @@ mod others {
     use std::fs::File;
     use std::io;
 
-    pub(crate) fn lock_shared(_: &File, _: u64) -> io::Result<()> {
+    pub(super) fn lock_shared(_: &File, _: u64) -> io::Result<()> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
+
+    pub(super) fn unlock(_: &File, _: u64) -> io::Result<()> {
         Err(io::ErrorKind::Unsupported.into())
     }
 
@@ -69,18 +130,18 @@ mod others {
 
 #[cfg(all(test, target_os = "linux", target_pointer_width = "64"))]
 mod tests {
-    use std::fs::File;
-
     use super::*;
 
     #[test]
-    fn locks_of_other_open_files_are_seen_until_they_are_closed() {
+    fn locks_of_other_open_files_are_seen_until_they_are_dropped() {
         let file = tempfile::NamedTempFile::new().unwrap();
-        let open = || File::open(file.path()).unwrap();
+        let open = || Arc::new(File::open(file.path()).unwrap());
         let editor = File::options().write(true).open(file.path()).unwrap();
-        let (first, second) = (open(), open());
-        lock_shared(&first, 4).unwrap();
-        lock_shared(&second, 4).unwrap();
+        // The files stay open.
+        let files = [open(), open()];
+        let [first, second] = files.clone().map(RangeLocks::new);
+        first.lock_shared(4).unwrap();
+        second.lock_shared(4).unwrap();
         let below = |end: u64| is_locked_below(&editor, end).unwrap();
         assert_eq!([0, 4, 5, 1 << 40].map(below), [false, false, true, true]);
         drop(first);

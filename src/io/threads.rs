@@ -8,13 +8,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use bytes::Bytes;
-use futures::future::BoxFuture;
+use futures::future::{BoxFuture, FutureExt};
 
 use crate::io::buffers::Buffers;
 use crate::io::file::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, end_of, length_of};
 use crate::io::file_lock::FileLock;
 use crate::io::pool;
-use crate::io::range_lock::{is_locked_below, lock_shared};
+use crate::io::range_lock::{RangeLocks, is_locked_below};
 use crate::io::regular::open_regular;
 
 /// A file on disk that a pool of threads reads and writes. Clones share it.
@@ -23,6 +23,8 @@ pub struct ThreadsFile {
     file: Arc<File>,
     length: u64,
     buffers: Buffers,
+    /// Held by reads until nobody awaits them.
+    numbers: Arc<RangeLocks>,
     /// Held by writes until they are done, even if nobody awaits them. Reads do not hold it.
     lock: Option<Arc<FileLock>>,
 }
@@ -35,12 +37,7 @@ impl ThreadsFile {
     /// operating system.
     pub fn open(path: &Path) -> io::Result<Self> {
         let (file, metadata) = open_regular(path, File::options().read(true))?;
-        Ok(Self {
-            file: Arc::new(file),
-            length: metadata.len(),
-            buffers: Buffers::default(),
-            lock: None,
-        })
+        Ok(Self::new(Arc::new(file), metadata.len()))
     }
 
     /// Creates a new, empty file for writing and reading.
@@ -54,16 +51,21 @@ impl ThreadsFile {
             .create(true)
             .truncate(true)
             .open(path)?;
-        Ok(Self {
-            file: Arc::new(file),
-            length: 0,
-            buffers: Buffers::default(),
-            lock: None,
-        })
+        Ok(Self::new(Arc::new(file), 0))
     }
 }
 
 impl ThreadsFile {
+    fn new(file: Arc<File>, length: u64) -> Self {
+        Self {
+            numbers: Arc::new(RangeLocks::new(Arc::clone(&file))),
+            file,
+            length,
+            buffers: Buffers::default(),
+            lock: None,
+        }
+    }
+
     /// Keeps as many buffers as a scan of tiles uses repeatedly.
     pub(super) fn for_tiles(mut self) -> Self {
         self.buffers = Buffers::keeping(KEPT_OF_TILES);
@@ -123,6 +125,7 @@ impl ThreadsFile {
             let _ = rustix::fs::fadvise(&*file, 0, None, rustix::fs::Advice::DontNeed);
             Ok(())
         })
+        .boxed()
     }
 }
 
@@ -131,12 +134,7 @@ impl From<Arc<File>> for ThreadsFile {
     /// now.
     fn from(file: Arc<File>) -> Self {
         let length = file.metadata().map_or(0, |metadata| metadata.len());
-        Self {
-            file,
-            length,
-            buffers: Buffers::default(),
-            lock: None,
-        }
+        Self::new(file, length)
     }
 }
 
@@ -150,12 +148,12 @@ impl ReadAt for ThreadsFile {
     }
 
     fn lock_shared(&self, number: u64) -> io::Result<()> {
-        lock_shared(&self.file, number)
+        self.numbers.lock_shared(number)
     }
 
     fn read_at(&self, range: Range<u64>) -> BoxFuture<'static, io::Result<Bytes>> {
         let (file, buffers, known) = (Arc::clone(&self.file), self.buffers.clone(), self.length);
-        pool::run(move || {
+        let read = pool::run(move || {
             let length = length_of(&range)?;
             if length > 0 {
                 check_within(&range, known, &file)?;
@@ -163,7 +161,14 @@ impl ReadAt for ThreadsFile {
             let mut buffer = buffers.take(length);
             file.read_exact_at(buffer.as_mut(), range.start)?;
             Ok(buffer.freeze())
-        })
+        });
+        let numbers = Arc::clone(&self.numbers);
+        async move {
+            let answer = read.await;
+            drop(numbers);
+            answer
+        }
+        .boxed()
     }
 
     fn rest(&self) {
@@ -179,10 +184,11 @@ impl WriteAt for ThreadsFile {
             end_of(offset, data.len())?;
             file.write_all_at(&data, offset)
         })
+        .boxed()
     }
 
     fn sync(&self) -> BoxFuture<'static, io::Result<()>> {
         let file = Arc::clone(&self.file);
-        pool::run(move || file.sync_all())
+        pool::run(move || file.sync_all()).boxed()
     }
 }

@@ -268,6 +268,7 @@ macro_rules! reading {
             reads: a_short_file_is_read_to_its_last_byte,
             shared: thousands_of_reads_run_at_once,
             shared: dropped_reads_disturb_no_others,
+            shared: numbers_are_unlocked_when_nobody_awaits_a_read,
             shared: reads_work_in_any_runtime,
             shared: bytes_outlive_their_file,
             shared: an_open_file_keeps_its_bytes_when_its_name_is_replaced,

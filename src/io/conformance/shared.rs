@@ -7,6 +7,7 @@ use tokio::runtime::Builder;
 
 use crate::io::conformance::{Subject, pattern, wait};
 use crate::io::file::ReadAt;
+use crate::io::range_lock::is_locked_below;
 
 pub(super) fn thousands_of_reads_run_at_once(subject: &impl Subject) {
     let bytes = pattern(1 << 20);
@@ -33,6 +34,24 @@ pub(super) fn dropped_reads_disturb_no_others(subject: &impl Subject) {
         }
     }
     assert!(wait(file.read_at(0..4 << 20)).unwrap() == bytes);
+}
+
+pub(super) fn numbers_are_unlocked_when_nobody_awaits_a_read(subject: &impl Subject) {
+    for round in 0..100 {
+        let file = subject.holding(&pattern(1 << 20));
+        let (Some(path), Ok(())) = (subject.path(), file.lock_shared(4)) else {
+            // It is not on disk, or the system cannot lock numbers.
+            return;
+        };
+        let editor = fs::File::options().write(true).open(path).unwrap();
+        let is_locked = || is_locked_below(&editor, 5).unwrap();
+        let (abandoned, awaited) = (file.clone().read_at(0..1 << 20), file.read_at(0..1 << 20));
+        drop(file);
+        drop(abandoned);
+        assert!(is_locked(), "{round}");
+        wait(awaited).unwrap();
+        assert!(!is_locked(), "{round}");
+    }
 }
 
 pub(super) fn reads_work_in_any_runtime(subject: &impl Subject) {

@@ -22,7 +22,7 @@ use rustix::fs::{AtFlags, OFlags, StatxFlags, fcntl_getfl, fcntl_setfl, statx};
 use tokio::sync::oneshot;
 
 use crate::io::file::{KEPT_OF_TILES, ReadAt, WriteAt, check_within, end_of, length_of};
-use crate::io::range_lock::lock_shared;
+use crate::io::range_lock::RangeLocks;
 use crate::io::regular::open_regular;
 use pages::{ALIGNMENT, PagePool};
 pub(super) use ring::Ring;
@@ -39,7 +39,8 @@ struct Shared {
     ring: Arc<Ring>,
     /// The number that identifies the file in the ring.
     number: u64,
-    file: File,
+    file: Arc<File>,
+    numbers: RangeLocks,
     length: u64,
     /// Whether reads bypass the page cache.
     is_direct: bool,
@@ -87,10 +88,12 @@ impl UringFile {
     }
 
     fn new(ring: Arc<Ring>, file: File, is_direct: bool) -> io::Result<Self> {
+        let file = Arc::new(file);
         let shared = Shared {
             number: ring.open(file.try_clone()?)?,
             ring,
             length: file.metadata()?.len(),
+            numbers: RangeLocks::new(Arc::clone(&file)),
             file,
             is_direct,
             pool: PagePool::keeping(KEPT_OF_TILES),
@@ -106,7 +109,8 @@ impl UringFile {
         self.shared.is_direct
     }
 
-    /// Requests an operation of the ring. The file stays open until the answer has come.
+    /// Requests an operation of the ring. The file stays open until the answer has come, and numbers
+    /// stay locked until nobody awaits it.
     fn ask<T: Send + 'static>(
         &self,
         operation: impl FnOnce(oneshot::Sender<io::Result<T>>) -> Operation,
@@ -147,7 +151,7 @@ impl ReadAt for UringFile {
     }
 
     fn lock_shared(&self, number: u64) -> io::Result<()> {
-        lock_shared(&self.shared.file, number)
+        self.shared.numbers.lock_shared(number)
     }
 
     fn note(&self) -> Option<&str> {
