@@ -1,6 +1,7 @@
 //! The segments of each block, from their distribution until the block is processed.
 
 use std::io;
+use std::sync::Arc;
 
 use parking_lot::Mutex;
 
@@ -20,7 +21,7 @@ pub(crate) struct BlockSegments {
     counts: Vec<u64>,
     /// The blocks, `None` once taken.
     blocks: Mutex<Vec<Option<BlockContent>>>,
-    store: ChunkStore,
+    store: Arc<ChunkStore>,
 }
 
 /// The segments of a block: first those in chunks.
@@ -32,7 +33,8 @@ struct BlockContent {
 
 impl BlockSegments {
     /// Starts to distribute segments to the leaves of a tree. `segments` is a hint of their number.
-    pub(crate) fn writer(tree: &KdTree, segments: u64, memory: u64) -> BlockWriter<'_> {
+    /// Chunks go to `store`.
+    pub(crate) fn writer(tree: &KdTree, segments: u64, memory: u64, store: Arc<ChunkStore>) -> BlockWriter<'_> {
         let count = tree.tiles() as usize;
         let mut blocks: Vec<BlockContent> = Vec::new();
         blocks.resize_with(count, BlockContent::default);
@@ -54,6 +56,7 @@ impl BlockSegments {
             held,
             memory,
             is_spilling: false,
+            store,
             bytes: Vec::new(),
         }
     }
@@ -114,12 +117,13 @@ pub(crate) struct BlockWriter<'a> {
     held: u64,
     memory: u64,
     is_spilling: bool,
+    store: Arc<ChunkStore>,
     bytes: Vec<u8>,
 }
 
 impl BlockWriter<'_> {
-    /// Adds segments. Chunks go to `store`.
-    pub(crate) fn push(&mut self, segments: &[Segment], store: &mut ChunkStore) -> io::Result<()> {
+    /// Adds segments.
+    pub(crate) fn push(&mut self, segments: &[Segment]) -> io::Result<()> {
         let Self {
             cells,
             counts,
@@ -127,6 +131,7 @@ impl BlockWriter<'_> {
             capacity,
             held,
             is_spilling,
+            store,
             bytes,
             ..
         } = self;
@@ -145,35 +150,35 @@ impl BlockWriter<'_> {
         spilled?;
         if !self.is_spilling && self.held > self.memory {
             self.is_spilling = true;
-            self.spill_all(store)?;
+            self.spill_all()?;
         }
         Ok(())
     }
 
-    fn spill_all(&mut self, store: &mut ChunkStore) -> io::Result<()> {
+    fn spill_all(&mut self) -> io::Result<()> {
         for block in &mut self.blocks {
-            block.spill(self.capacity, store, &mut self.bytes)?;
+            block.spill(self.capacity, &self.store, &mut self.bytes)?;
             block.rest = Vec::new();
         }
         Ok(())
     }
 
-    /// Finishes the distribution. `store` has the chunks.
-    pub(crate) fn finish(mut self, mut store: ChunkStore) -> io::Result<BlockSegments> {
+    /// Finishes the distribution.
+    pub(crate) fn finish(mut self) -> io::Result<BlockSegments> {
         if self.is_spilling {
-            self.spill_all(&mut store)?;
+            self.spill_all()?;
         }
         Ok(BlockSegments {
             counts: self.counts,
             blocks: Mutex::new(self.blocks.into_iter().map(Some).collect()),
-            store,
+            store: self.store,
         })
     }
 }
 
 impl BlockContent {
     /// Writes the segments in memory, in chunks of `capacity` segments.
-    fn spill(&mut self, capacity: usize, store: &mut ChunkStore, bytes: &mut Vec<u8>) -> io::Result<()> {
+    fn spill(&mut self, capacity: usize, store: &ChunkStore, bytes: &mut Vec<u8>) -> io::Result<()> {
         for segments in self.rest.chunks(capacity) {
             encode_segments(segments, &[], bytes);
             self.chunks.push(store.append(bytes)?);

@@ -4,7 +4,10 @@ use std::fs::File;
 use std::ops::Range;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::{fs, io};
+
+use parking_lot::Mutex;
 
 use crate::store::Extent;
 
@@ -26,12 +29,19 @@ impl Default for Chunk {
     }
 }
 
-/// A store of chunks. Any thread may read them back.
+/// A store of chunks, which any thread may append, read back and free.
 #[derive(Debug)]
 pub(crate) struct ChunkStore {
     folder: PathBuf,
     /// Created with the first chunk that does not stay in memory.
-    file: Option<File>,
+    file: OnceLock<File>,
+    room: Mutex<Room>,
+}
+
+/// The room for chunks.
+#[derive(Debug, Default)]
+struct Room {
+    /// The length of the file in bytes.
     length: u64,
     /// Ranges of the file whose chunks were freed. Writing there uses pages that are already in the
     /// system's memory, which halves the work.
@@ -41,58 +51,10 @@ pub(crate) struct ChunkStore {
     limit: u64,
 }
 
-impl ChunkStore {
-    /// Makes a store with a file in `folder`, which it creates once `limit` bytes are in memory.
-    pub(crate) fn new(folder: &Path, limit: u64) -> Self {
-        Self {
-            folder: folder.to_owned(),
-            file: None,
-            length: 0,
-            free: Vec::new(),
-            held: 0,
-            limit,
-        }
-    }
-
-    /// Returns the folder that it spills to.
-    pub(crate) fn folder(&self) -> &Path {
-        &self.folder
-    }
-
-    /// Returns the bytes of chunks in memory.
-    pub(crate) fn byte_size(&self) -> u64 {
-        self.held
-    }
-
-    /// Returns the limit of bytes of chunks in memory.
-    pub(crate) fn limit(&self) -> u64 {
-        self.limit
-    }
-
-    /// Returns the length of the file in bytes.
-    pub(crate) fn file_bytes(&self) -> u64 {
-        self.length
-    }
-
-    /// Appends a chunk of less than 4 GiB. Once one chunk went to the file, all later ones do.
-    pub(crate) fn append(&mut self, bytes: &[u8]) -> io::Result<Chunk> {
-        let length = bytes.len() as u64;
-        if self.file.is_none() && self.held + length <= self.limit {
-            self.held += length;
-            return Ok(Chunk::Memory(bytes.into()));
-        }
-        let offset = self.room(length);
-        let file = match &mut self.file {
-            Some(file) => file,
-            none => none.insert(create_segments(&self.folder)?),
-        };
-        file.write_all_at(bytes, offset)?;
-        let length = u32::try_from(length).map_err(io::Error::other)?;
-        Ok(Chunk::File(Extent::raw(offset, length, crc32c::crc32c(bytes))))
-    }
-
-    /// Finds room in the file. Gives up for good free ranges that are too small.
-    fn room(&mut self, length: u64) -> u64 {
+impl Room {
+    /// Finds room in the file, and returns its offset. Gives up for good free ranges that are too
+    /// small.
+    fn take(&mut self, length: u64) -> u64 {
         while let Some(free) = self.free.last_mut() {
             if free.end - free.start >= length {
                 free.start += length;
@@ -103,24 +65,81 @@ impl ChunkStore {
         self.length += length;
         self.length - length
     }
+}
+
+impl ChunkStore {
+    /// Makes a store with a file in `folder`, which it creates once `limit` bytes are in memory.
+    pub(crate) fn new(folder: &Path, limit: u64) -> Self {
+        Self {
+            folder: folder.to_owned(),
+            file: OnceLock::new(),
+            room: Mutex::new(Room {
+                limit,
+                ..Room::default()
+            }),
+        }
+    }
+
+    /// Returns the folder that it spills to.
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Returns the bytes of chunks in memory.
+    pub(crate) fn byte_size(&self) -> u64 {
+        self.room.lock().held
+    }
+
+    /// Returns the limit of bytes of chunks in memory.
+    pub(crate) fn limit(&self) -> u64 {
+        self.room.lock().limit
+    }
+
+    /// Returns the length of the file in bytes.
+    pub(crate) fn file_bytes(&self) -> u64 {
+        self.room.lock().length
+    }
+
+    /// Appends a chunk of less than 4 GiB. Once one chunk went to the file, all later ones do.
+    pub(crate) fn append(&self, bytes: &[u8]) -> io::Result<Chunk> {
+        let length = bytes.len() as u64;
+        let mut room = self.room.lock();
+        let file = match self.file.get() {
+            None if room.held + length <= room.limit => {
+                room.held += length;
+                return Ok(Chunk::Memory(bytes.into()));
+            }
+            None => {
+                let created = create_segments(&self.folder)?;
+                self.file.get_or_init(|| created)
+            }
+            Some(file) => file,
+        };
+        let offset = room.take(length);
+        drop(room);
+        file.write_all_at(bytes, offset)?;
+        let length = u32::try_from(length).map_err(io::Error::other)?;
+        Ok(Chunk::File(Extent::raw(offset, length, crc32c::crc32c(bytes))))
+    }
 
     /// Frees a chunk.
-    pub(crate) fn free(&mut self, chunk: Chunk) {
+    pub(crate) fn free(&self, chunk: Chunk) {
+        let mut room = self.room.lock();
         match chunk {
-            Chunk::Memory(bytes) => self.held -= bytes.len() as u64,
+            Chunk::Memory(bytes) => room.held -= bytes.len() as u64,
             Chunk::File(extent) => {
                 let range = extent.range();
-                match self.free.last_mut() {
+                match room.free.last_mut() {
                     Some(last) if last.end == range.start => last.end = range.end,
-                    _ => self.free.push(range),
+                    _ => room.free.push(range),
                 }
             }
         }
     }
 
     /// Makes all further chunks go to the file.
-    pub(crate) fn fill_no_memory(&mut self) {
-        self.limit = 0;
+    pub(crate) fn fill_no_memory(&self) {
+        self.room.lock().limit = 0;
     }
 
     /// Returns the bytes of a chunk, from memory or read into `buffer`.
@@ -129,7 +148,7 @@ impl ChunkStore {
             Chunk::Memory(bytes) => return Ok(bytes),
             Chunk::File(extent) => extent,
         };
-        let file = self.file.as_ref().ok_or(io::ErrorKind::NotFound)?;
+        let file = self.file.get().ok_or(io::ErrorKind::NotFound)?;
         buffer.resize(extent.length as usize, 0);
         file.read_exact_at(buffer, extent.offset)?;
         if crc32c::crc32c(buffer) != extent.crc {
@@ -144,7 +163,7 @@ impl ChunkStore {
     /// Returns the file, if there is one.
     #[cfg(test)]
     pub(crate) fn file(&self) -> Option<&File> {
-        self.file.as_ref()
+        self.file.get()
     }
 }
 

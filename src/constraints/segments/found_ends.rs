@@ -45,13 +45,7 @@ impl FoundEnds {
 
     /// Adds an end and its position. If an end comes several times, the last position counts.
     #[inline]
-    pub(crate) fn push(
-        &mut self,
-        end: u32,
-        position: Point,
-        capacity: usize,
-        store: &mut ChunkStore,
-    ) -> io::Result<()> {
+    pub(crate) fn push(&mut self, end: u32, position: Point, capacity: usize, store: &ChunkStore) -> io::Result<()> {
         if self.buffer.is_empty() {
             self.buffer.extend_from_slice(&[0; HEADER]);
         }
@@ -64,7 +58,7 @@ impl FoundEnds {
         Ok(())
     }
 
-    fn spill(&mut self, store: &mut ChunkStore) -> io::Result<()> {
+    fn spill(&mut self, store: &ChunkStore) -> io::Result<()> {
         if let Some(Extent {
             offset, length, crc, ..
         }) = self.last
@@ -114,7 +108,7 @@ impl FoundEnds {
     }
 
     /// Frees the chunks in memory.
-    pub(crate) fn free(self, store: &mut ChunkStore) {
+    pub(crate) fn free(self, store: &ChunkStore) {
         self.chunks.into_iter().for_each(|chunk| store.free(chunk));
     }
 }

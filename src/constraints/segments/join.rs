@@ -65,7 +65,7 @@ impl Join {
     }
 
     /// Adds the records of segments.
-    pub(crate) fn push(&mut self, segments: &[[u64; 2]], store: &mut ChunkStore) -> io::Result<()> {
+    pub(crate) fn push(&mut self, segments: &[[u64; 2]], store: &ChunkStore) -> io::Result<()> {
         let mut records = segments.as_flattened();
         while !records.is_empty() {
             let most = self.part_ends();
@@ -82,7 +82,7 @@ impl Join {
         Ok(())
     }
 
-    fn add_part(&mut self, store: &mut ChunkStore) -> io::Result<()> {
+    fn add_part(&mut self, store: &ChunkStore) -> io::Result<()> {
         let chunk_bytes = self.shares.chunk;
         let part = JoinPart::new(&mut self.records, chunk_bytes, store)?;
         self.ends += u64::from(part.ends());
@@ -91,7 +91,7 @@ impl Join {
     }
 
     /// Finds the ends that are among the points of a batch.
-    pub(crate) fn resolve(&mut self, batch: &PointBatch, store: &mut ChunkStore) -> io::Result<()> {
+    pub(crate) fn resolve(&mut self, batch: &PointBatch, store: &ChunkStore) -> io::Result<()> {
         if !self.records.is_empty() {
             self.add_part(store)?;
         }
@@ -117,7 +117,7 @@ impl Join {
     }
 
     /// Frees the memory that only arriving points need. More points may still come.
-    pub(crate) fn rest(&mut self, store: &mut ChunkStore) -> io::Result<()> {
+    pub(crate) fn rest(&mut self, store: &ChunkStore) -> io::Result<()> {
         if !self.records.is_empty() {
             self.add_part(store)?;
         }
@@ -134,8 +134,8 @@ impl Join {
     pub(crate) fn for_each<E: From<io::Error>>(
         &mut self,
         is_last: bool,
-        store: &mut ChunkStore,
-        mut take: impl FnMut(&[[Point; 2]], &mut ChunkStore) -> Result<(), E>,
+        store: &ChunkStore,
+        mut take: impl FnMut(&[[Point; 2]]) -> Result<(), E>,
         missing: impl Fn(u64, u64) -> E,
     ) -> Result<(), E> {
         let mut positions = Vec::new();
@@ -144,7 +144,7 @@ impl Join {
             if let Err((end, record)) = part.positions(is_last, store, &mut positions)? {
                 return Err(missing((first_end + u64::from(end)) / 2, record));
             }
-            take(positions.as_chunks().0, store)?;
+            take(positions.as_chunks().0)?;
             first_end += u64::from(part.ends());
         }
         Ok(())

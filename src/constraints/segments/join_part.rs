@@ -68,7 +68,7 @@ pub(crate) struct PartLimits {
 impl JoinPart {
     /// Makes a part of the ends that wait for `records`, of which there must be at least one.
     /// Chunks of pairs take about `chunk_bytes` bytes. Empties `records`.
-    pub(crate) fn new(records: &mut Vec<u64>, chunk_bytes: usize, store: &mut ChunkStore) -> io::Result<Self> {
+    pub(crate) fn new(records: &mut Vec<u64>, chunk_bytes: usize, store: &ChunkStore) -> io::Result<Self> {
         let first = records.iter().copied().min().unwrap_or(0);
         let last = records.iter().copied().max().unwrap_or(0);
         let record_bits = u64::BITS - (last - first).leading_zeros();
@@ -111,7 +111,7 @@ impl JoinPart {
         Ok(part)
     }
 
-    fn append_pairs(&mut self, first: u64, bytes: &[u8], store: &mut ChunkStore) -> io::Result<()> {
+    fn append_pairs(&mut self, first: u64, bytes: &[u8], store: &ChunkStore) -> io::Result<()> {
         let chunk = store.append(bytes)?;
         self.pairs.push(PairChunk { first, chunk });
         Ok(())
@@ -131,7 +131,7 @@ impl JoinPart {
     }
 
     /// Finds the ends that are among these points.
-    pub(crate) fn resolve(&mut self, points: &Lookup, limits: PartLimits, store: &mut ChunkStore) -> io::Result<()> {
+    pub(crate) fn resolve(&mut self, points: &Lookup, limits: PartLimits, store: &ChunkStore) -> io::Result<()> {
         let Self {
             is_wide,
             pairs,
@@ -191,7 +191,7 @@ impl JoinPart {
     pub(crate) fn positions(
         &mut self,
         is_last: bool,
-        store: &mut ChunkStore,
+        store: &ChunkStore,
         positions: &mut Vec<Point>,
     ) -> io::Result<Result<(), (u32, u64)>> {
         let mut visited = Vec::new();

@@ -16,12 +16,13 @@
 //! All data is in chunks (`chunk_store`). They stay in memory as long as they fit there. Further
 //! chunks go to a file without a name, with checksums. Chunks that distribution has read make room,
 //! in memory and in the file, for those that it writes. A build that may be resumed saves all
-//! segments before (`saved`), so the file need not be found again.
+//! segments at the same time (`saved`), so the file need not be found again.
 
 pub(crate) mod blocks;
 pub(crate) mod cells;
 pub(crate) mod chunk_store;
 mod codec;
+pub(crate) mod distribution;
 mod found_ends;
 mod join;
 mod join_part;

@@ -7,34 +7,56 @@
 use std::fs::File;
 use std::io;
 use std::io::{BufReader, BufWriter, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::constraints::error::ConstraintError;
+use crate::constraints::segment::Segment;
 use crate::constraints::segments::chunk_store::damaged;
 use crate::constraints::segments::codec::{SegmentChunk, encode_segments};
 use crate::constraints::segments::spool::SegmentSpool;
 
-impl SegmentSpool {
-    /// Writes all segments of nonzero length to a file, once all points have arrived, and syncs it.
-    /// Returns their number. Errors are those of [`for_each_chunk`](Self::for_each_chunk), and
-    /// those of the file.
-    pub(crate) fn save(&mut self, path: &Path) -> Result<u64, ConstraintError> {
-        let cannot = |error| ConstraintError::io(path, "write", error);
-        let mut file = BufWriter::new(File::create(path).map_err(cannot)?);
-        let (mut bytes, mut count) = (Vec::new(), 0);
-        self.for_each_chunk(|segments| {
-            count += segments.len() as u64;
-            encode_segments(segments, &[], &mut bytes);
-            let header = [bytes.len() as u32, crc32c::crc32c(&bytes)].map(u32::to_le_bytes);
-            let written = file.write_all(header.as_flattened());
-            written.and_then(|()| file.write_all(&bytes)).map_err(cannot)
-        })?;
-        let file = file.into_inner().map_err(|error| cannot(error.into_error()))?;
-        file.sync_all().map_err(cannot)?;
-        Ok(count)
+/// A file that all segments of a build are written to.
+#[derive(Debug)]
+pub(super) struct SegmentFile {
+    path: PathBuf,
+    file: BufWriter<File>,
+    count: u64,
+    /// A buffer for the bytes of a chunk.
+    bytes: Vec<u8>,
+}
+
+impl SegmentFile {
+    pub(super) fn create(path: &Path) -> Result<Self, ConstraintError> {
+        let file = File::create(path).map_err(|error| ConstraintError::io(path, "write", error))?;
+        Ok(Self {
+            path: path.to_owned(),
+            file: BufWriter::new(file),
+            count: 0,
+            bytes: Vec::new(),
+        })
     }
 
-    /// Adds the `count` segments that were [saved](Self::save) to a file.
+    /// Writes a chunk of segments.
+    pub(super) fn push(&mut self, segments: &[Segment]) -> Result<(), ConstraintError> {
+        encode_segments(segments, &[], &mut self.bytes);
+        let header = [self.bytes.len() as u32, crc32c::crc32c(&self.bytes)].map(u32::to_le_bytes);
+        let written = self.file.write_all(header.as_flattened());
+        let written = written.and_then(|()| self.file.write_all(&self.bytes));
+        self.count += segments.len() as u64;
+        written.map_err(|error| ConstraintError::io(&self.path, "write", error))
+    }
+
+    /// Syncs the file. Returns the number of segments in it.
+    pub(super) fn finish(self) -> Result<u64, ConstraintError> {
+        let file = self.file.into_inner().map_err(io::IntoInnerError::into_error);
+        let synced = file.and_then(|file| file.sync_all());
+        synced.map_err(|error| ConstraintError::io(&self.path, "write", error))?;
+        Ok(self.count)
+    }
+}
+
+impl SegmentSpool {
+    /// Adds the `count` segments that were [saved](Self::distribute) to a file.
     ///
     /// # Errors
     /// Fails if they cannot be read, or spilled.

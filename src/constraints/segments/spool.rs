@@ -1,11 +1,11 @@
 //! The spool: stores segments as they arrive, and returns them in the same order.
 
-use std::io;
 use std::path::Path;
+use std::sync::Arc;
+use std::{io, mem};
 
 use crate::constraints::error::ConstraintError;
 use crate::constraints::segment::{CHUNK_SEGMENTS, Segment};
-use crate::constraints::segments::blocks::BlockSegments;
 use crate::constraints::segments::chunk_store::{Chunk, ChunkStore, damaged};
 use crate::constraints::segments::codec::{Numbers, SegmentChunk, encode_numbers, encode_segments};
 use crate::constraints::segments::join::Join;
@@ -13,7 +13,7 @@ use crate::constraints::without_z::NO_Z;
 use crate::geometry::Point;
 use crate::input::PointBatch;
 use crate::memory::SpoolShares;
-use crate::store::{EdgeSource, KdTree, LineKind, LinePart};
+use crate::store::{EdgeSource, LineKind, LinePart};
 
 /// Stored segments: first those by their ends and then those between points, each in the order in
 /// which they came.
@@ -25,7 +25,7 @@ use crate::store::{EdgeSource, KdTree, LineKind, LinePart};
 /// ```
 #[derive(Debug)]
 pub(crate) struct SegmentSpool {
-    store: ChunkStore,
+    store: Arc<ChunkStore>,
     /// Number of segments of a chunk.
     capacity: usize,
     by_ends: Vec<Chunk>,
@@ -53,7 +53,7 @@ impl SegmentSpool {
         let shares = SpoolShares::new(memory);
         let capacity = shares.pending / size_of::<Segment>() as u64;
         Self {
-            store: ChunkStore::new(folder, shares.chunks),
+            store: Arc::new(ChunkStore::new(folder, shares.chunks)),
             capacity: capacity.clamp(4, CHUNK_SEGMENTS as u64) as usize,
             by_ends: Vec::new(),
             by_ends_count: 0,
@@ -219,7 +219,7 @@ impl SegmentSpool {
                 self.pending_sources.clear();
             }
         }
-        self.join.push(records, &mut self.store)
+        self.join.push(records, &self.store)
     }
 
     fn check_lines(&self, lines: &[u64]) -> Result<(), ConstraintError> {
@@ -254,7 +254,7 @@ impl SegmentSpool {
     /// It is fastest if records ascend, but they need not. If a record comes twice, the last point
     /// counts.
     pub(crate) fn resolve(&mut self, batch: &PointBatch) -> Result<(), ConstraintError> {
-        let resolved = self.join.resolve(batch, &mut self.store);
+        let resolved = self.join.resolve(batch, &self.store);
         resolved.map_err(|error| self.cannot_spill(error))
     }
 
@@ -312,7 +312,7 @@ impl SegmentSpool {
         &mut self,
         mut take: impl FnMut(&[Segment]) -> Result<(), ConstraintError>,
     ) -> Result<(), ConstraintError> {
-        let given = self.give(false, &mut |segments, _| take(segments).map_err(Stopped::Build));
+        let given = self.give(false, &mut |segments| take(segments).map_err(Stopped::Build));
         given.map_err(|stopped| self.error(stopped))
     }
 
@@ -324,13 +324,14 @@ impl SegmentSpool {
     }
 
     fn give(&mut self, is_last: bool, take: &mut Take) -> Result<(), Stopped> {
-        self.join.rest(&mut self.store)?;
+        self.join.rest(&self.store)?;
         let mut segments: Vec<Segment> = Vec::with_capacity(self.capacity);
         let has_length = |segment: &Segment| segment.ends[0] != segment.ends[1];
-        let mut give = |segments: &mut Vec<Segment>, store: &mut ChunkStore| -> Result<(), Stopped> {
+        let mut give = |segments: &mut Vec<Segment>| -> Result<(), Stopped> {
             if !segments.is_empty() {
-                take(segments, store)?;
+                take(segments)?;
                 segments.clear();
+                segments.reserve_exact(self.capacity);
             }
             Ok(())
         };
@@ -338,60 +339,53 @@ impl SegmentSpool {
             let its = decode(self.store.read(chunk, &mut self.bytes)?)?;
             segments.extend(its.segments().filter(has_length));
             if is_last {
-                self.store.free(std::mem::take(chunk));
+                self.store.free(mem::take(chunk));
             }
-            give(&mut segments, &mut self.store)?;
+            give(&mut segments)?;
         }
         segments.extend(self.pending.iter().filter(|segment| has_length(segment)));
-        give(&mut segments, &mut self.store)?;
+        give(&mut segments)?;
         let mut sources = Sources {
             chunks: &self.sources,
             pending: &self.pending_sources,
             now: Vec::new().into_iter(),
             bytes: &mut self.bytes,
         };
-        let take = |all: &[[Point; 2]], store: &mut ChunkStore| {
+        let store = &*self.store;
+        let take = |all: &[[Point; 2]]| {
             for ends in all.chunks(self.capacity) {
                 for &ends in ends {
                     let source = sources.next(store)?;
                     segments.extend(Some(Segment { ends, source }).filter(has_length));
                 }
-                give(&mut segments, store)?;
+                give(&mut segments)?;
             }
             Ok(())
         };
         let missing = |segment, record| Stopped::Build(ConstraintError::NoSuchRecord { segment, record });
-        self.join.for_each(is_last, &mut self.store, take, missing)
+        self.join.for_each(is_last, store, take, missing)
     }
 
-    /// Distributes the segments to the blocks, which are the leaves of the tree. Each block gets
-    /// the segments that meet its cell. They stay in memory if they take at most `memory` bytes
-    /// there.
+    /// Passes all segments of nonzero length to `take`, and frees their chunks. `take` may empty
+    /// the list that it gets.
     ///
     /// Errors are those of [`for_each_chunk`](Self::for_each_chunk).
-    pub(crate) fn distribute(mut self, tree: &KdTree, memory: u64) -> Result<BlockSegments, ConstraintError> {
-        self.store.fill_no_memory();
-        let folder = self.store.folder().to_owned();
-        let cannot = |error| ConstraintError::io(&folder, "spill segments in", error);
-        let mut blocks = BlockSegments::writer(tree, self.len(), memory);
-        let given = self.give(true, &mut |segments, store| {
-            blocks
-                .push(segments, store)
-                .map_err(|error| Stopped::Build(cannot(error)))
-        });
-        given.map_err(|stopped| self.error(stopped))?;
-        blocks.finish(self.store).map_err(cannot)
+    pub(super) fn give_last(
+        &mut self,
+        mut take: impl FnMut(&mut Vec<Segment>) -> Result<(), ConstraintError>,
+    ) -> Result<(), ConstraintError> {
+        let given = self.give(true, &mut |segments| take(segments).map_err(Stopped::Build));
+        given.map_err(|stopped| self.error(stopped))
     }
 
     /// Returns the store of the chunks.
-    #[cfg(test)]
-    pub(crate) fn store(&self) -> &ChunkStore {
+    pub(super) fn store(&self) -> &Arc<ChunkStore> {
         &self.store
     }
 }
 
-/// A function that takes segments, and may write to the store that they come from.
-type Take<'a> = dyn FnMut(&[Segment], &mut ChunkStore) -> Result<(), Stopped> + 'a;
+/// A function that takes segments. It may empty the list.
+type Take<'a> = dyn FnMut(&mut Vec<Segment>) -> Result<(), Stopped> + 'a;
 
 /// The reason why no more segments are passed.
 enum Stopped {
@@ -438,7 +432,7 @@ impl Sources<'_> {
                 let numbers = Numbers::decode(store.read(chunk, self.bytes)?);
                 numbers.ok_or_else(|| damaged("a chunk is not of numbers"))?.collect()
             }
-            None => std::mem::take(&mut self.pending).to_vec(),
+            None => mem::take(&mut self.pending).to_vec(),
         };
         if sources.is_empty() {
             return Err(damaged("segments have no sources"));

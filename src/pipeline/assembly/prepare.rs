@@ -68,14 +68,15 @@ impl Assembly {
         };
         check_disk(&self.folder, load)?;
         let has_lines = !segments.is_empty();
-        let segments = match is_to_save {
-            true => self.save(&plan, limits, segments).await?,
-            false => segments,
-        };
-        let (tree, memory) = (plan.tree.clone(), self.memory.for_waiting_segments());
-        let distributed = blocking(move || segments.distribute(&tree, memory)).await;
+        let saved = (is_to_save && has_lines).then(|| self.folder.lines());
+        let (tree, memory, threads) = (plan.tree.clone(), self.memory.for_waiting_segments(), shares.threads);
+        let distributed = blocking(move || segments.distribute(&tree, memory, saved.as_deref(), threads)).await;
         let cannot = |error| BuildError::io(self.folder.spill(), "distribute segments in", error);
-        let segments = Arc::new(distributed.map_err(cannot)??);
+        let distributed = distributed.map_err(cannot)??;
+        if is_to_save {
+            self.save(&plan, limits, distributed.saved)?;
+        }
+        let segments = Arc::new(distributed.blocks?);
         let rules = LeafRules::of(&mut self.given, &self.options, self.first_end, has_lines);
         Ok(PreparedBuild {
             plan,
@@ -128,33 +129,21 @@ impl Assembly {
         }
     }
 
-    /// Saves the segments, then the plan, so that the build can be resumed. Returns the segments.
-    async fn save(
-        &self,
-        plan: &BlockPlan,
-        limits: NodeLimits,
-        mut segments: SegmentSpool,
-    ) -> Result<SegmentSpool, BuildError> {
-        let path = self.folder.lines();
-        let saved = blocking(move || match segments.is_empty() {
-            true => Ok((0, segments)),
-            false => segments.save(&path).map(|count| (count, segments)),
-        });
-        let cannot = |error| BuildError::io(self.folder.spill(), "save segments in", error);
-        let (count, segments) = saved.await.map_err(cannot)??;
+    /// Saves the plan, once `segments` segments are saved, so that the build can be resumed.
+    fn save(&self, plan: &BlockPlan, limits: NodeLimits, segments: u64) -> Result<(), BuildError> {
         let settings = SavedSettings {
             identity: self.options.identity(),
             memory: self.memory.total(),
             arrivals: self.memory.arrivals(),
             limits,
             first_end: self.first_end,
-            segments: count,
+            segments,
         };
         let path = self.folder.plan();
         let draping = self.surface.as_deref().map(PointSurface::rules);
         let saved = save(&path, &settings, &self.given, plan, draping);
         saved.map_err(|error| BuildError::io(&path, "write", error))?;
         self.folder.keep(true);
-        Ok(segments)
+        Ok(())
     }
 }

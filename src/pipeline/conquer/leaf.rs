@@ -1,6 +1,5 @@
 //! Conquers a leaf: makes the core of a tile and a seam from its points.
 
-use crate::collections::bucket_sort::bucket_sort;
 use crate::constraints::seeds::Seeds;
 use crate::constraints::segment::Segment;
 use crate::geometry::{HalfEdge, MortonSquare, PackedHalfEdge, Point, Rect, TriangleId, VertexIndex};
@@ -17,7 +16,7 @@ use crate::pipeline::ingest::point_store::Attributes;
 use crate::pipeline::options::{BuildOptions, DuplicateRule};
 use crate::pipeline::records::{BoundaryEdge, DoneEdge, Pending, Seam, SeamVertex, Subsegment};
 use crate::store::divide::Item;
-use crate::store::{CoreDraft, Digest, EdgeSource, LinePart, TileId, VertexId};
+use crate::store::{CoreDraft, Digest, EdgeSource, TileId, VertexId};
 
 /// The input of a leaf.
 #[derive(Clone, Copy, Debug)]
@@ -340,49 +339,53 @@ fn seeded(core: &CoreDraft, cell: Rect, components: &Components, seeds: &Seeds) 
     seeded
 }
 
-/// Adds the sources of the edges within the core to it. Returns the subsegments that are edges
-/// outside it.
+/// Adds the sources of the edges within the core to it, in the order of their half-edges. Returns
+/// the subsegments that are edges outside it. `subsegments` is sorted.
 fn take_edges(core: &mut CoreDraft, subsegments: &[Subsegment]) -> Vec<Subsegment> {
     if subsegments.is_empty() {
         return Vec::new();
     }
-    let mut within: Vec<([u32; 2], HalfEdge)> = Vec::new();
-    let half_edges = core.neighbours.iter().zip(&core.constraints).zip(&core.triangles);
-    for (((neighbours, bits), corners), triangle) in half_edges.zip(0u32..) {
-        for (s, &twin) in neighbours.iter().enumerate().filter(|(s, _)| bits >> s & 1 == 1) {
-            let half_edge = HalfEdge::new(TriangleId(triangle), s as u32);
-            if twin.get().is_some_and(|twin| half_edge < twin) {
-                let (from, to) = (corners[s], corners[(s + 1) % 3]);
-                within.push(([from.min(to), from.max(to)], half_edge));
+    let starts = starts_by_end(subsegments, core.points.len());
+    let mut is_within = vec![false; subsegments.len()];
+    let triangles = core.neighbours.iter().zip(&core.constraints).zip(&core.triangles);
+    for (((neighbours, bits), corners), triangle) in triangles.zip(0u32..) {
+        let mut left = bits & 0b111;
+        while left != 0 {
+            let s = left.trailing_zeros();
+            left &= left - 1;
+            let half_edge = HalfEdge::new(TriangleId(triangle), s);
+            if neighbours[s as usize].get().is_none_or(|twin| twin < half_edge) {
+                continue;
             }
-        }
-    }
-    let within = bucket_sort(
-        &within,
-        core.points.len(),
-        |(ends, _)| ends[0],
-        |&(ends, half_edge)| (ends[1], half_edge),
-    );
-    let mut elsewhere = Vec::new();
-    let mut edges = within.iter().peekable();
-    for subsegment in subsegments {
-        while edges.next_if(|(ends, _)| *ends < subsegment.ends).is_some() {}
-        match edges.peek() {
-            Some(&&(ends, half_edge)) if ends == subsegment.ends => {
-                let from = core.triangles.as_flattened()[half_edge.index()];
-                let source = if from == ends[0] {
-                    subsegment.source
-                } else {
-                    subsegment.source.reversed()
-                };
+            let [from, to] = [corners[s as usize], corners[(s as usize + 1) % 3]];
+            let (first, second) = (from.min(to), from.max(to));
+            let range = starts[first as usize] as usize..starts[first as usize + 1] as usize;
+            let start = range.start + subsegments[range.clone()].partition_point(|along| along.ends[1] < second);
+            let before = core.edge_sources.len();
+            for index in (start..range.end).take_while(|&index| subsegments[index].ends[1] == second) {
+                is_within[index] = true;
+                let source = subsegments[index].source;
+                let source = if from == first { source } else { source.reversed() };
                 core.edge_sources.push((half_edge.0, source));
             }
-            _ => elsewhere.push(*subsegment),
+            core.edge_sources[before..].sort_unstable();
         }
     }
-    let triangle = |&(half_edge, _): &(u32, LinePart)| HalfEdge(half_edge).triangle().0;
-    core.edge_sources = bucket_sort(&core.edge_sources, core.triangles.len(), triangle, |&both| both);
-    elsewhere
+    let elsewhere = subsegments.iter().zip(is_within).filter(|(_, is_within)| !is_within);
+    elsewhere.map(|(subsegment, _)| *subsegment).collect()
+}
+
+/// Returns, for each vertex, the index of the first of the sorted subsegments from this vertex or a
+/// later one, and at last their number.
+fn starts_by_end(subsegments: &[Subsegment], vertices: usize) -> Vec<u32> {
+    let mut starts = vec![0; vertices + 1];
+    for subsegment in subsegments {
+        starts[subsegment.ends[0] as usize + 1] += 1;
+    }
+    for vertex in 0..vertices {
+        starts[vertex + 1] += starts[vertex];
+    }
+    starts
 }
 
 /// Copies the settled triangles and their adjacency into the core. Returns its boundary half-edges.

@@ -1,21 +1,23 @@
-//! Borders: after the root, the border log is read back group by group, and every tile gets its
-//! border.
+//! Borders: after the root, the border log is read back in batches, and every tile gets its border.
 //!
 //! With segments the log is read twice: each border states the regions of its triangles and of its
 //! core's components, and regions are known only after the whole log was read.
+//!
+//! The next batch is read while threads compute with the one before.
 
-use std::collections::VecDeque;
 use std::ops::Range;
+use std::sync::mpsc;
+use std::{io, thread};
 
 use parking_lot::Mutex;
 
-use crate::io::Buffers;
+use crate::io::{Buffers, start_scoped};
 pub(crate) use crate::memory::MemoryUse;
 use crate::pipeline::conquer::conquest::Conquest;
 use crate::pipeline::error::BuildError;
 use crate::pipeline::finish::border::{Border, TileRegions, assemble};
 use crate::pipeline::finish::border_mesh::BorderMesh;
-use crate::pipeline::finish::regions::{RegionFinder, Regions, TileLinks};
+use crate::pipeline::finish::regions::{RegionFinder, Regions};
 use crate::pipeline::output::border_log::{BorderLog, GroupBorders};
 use crate::pipeline::output::ordered::{Closed, Ordered};
 use crate::pipeline::output::writer::{BorderToWrite, Sender, ToWrite};
@@ -35,15 +37,28 @@ pub(crate) struct RegionTotals {
     pub(crate) digest: Digest,
 }
 
-/// Assembles the borders of all tiles, group by group, and sends them in order.
+impl RegionTotals {
+    /// Counts the regions that may extend over several tiles.
+    fn of(regions: &Regions) -> Self {
+        let spanning = regions.spanning();
+        Self {
+            regions: regions.count,
+            spanning: spanning.len() as u64,
+            hole_regions: spanning.iter().filter(|region| region.is_hole).count() as u64,
+            ..Self::default()
+        }
+    }
+}
+
+/// Assembles the borders of all tiles, batch by batch, and sends them in order.
 pub(crate) fn write_borders(
     tiles: &mut [TileState],
     conquest: &Conquest,
     threads: usize,
     sender: &Sender,
 ) -> Result<RegionTotals, BuildError> {
-    let progress = &conquest.options.progress;
     let mut log = conquest.log.lock();
+    let log = &mut *log;
     let (seeded, nexts, is_whole) = {
         let mut state = conquest.state.lock();
         let of_blocks = state.blocks.iter().flat_map(|block| &block.seeded);
@@ -55,49 +70,78 @@ pub(crate) fn write_borders(
             state.deferred.is_empty(),
         )
     };
-    let mut kept = VecDeque::new();
+    let mut kept = Vec::new();
     let regions = match conquest.rules.has_regions && is_whole {
-        true => Some(find_regions(
-            &mut log, tiles, conquest, &seeded, &nexts, threads, &mut kept,
-        )?),
+        true => Some(find_regions(log, tiles, conquest, &seeded, &nexts, threads, &mut kept)?),
         false => None,
     };
-    let totals = Mutex::new(
-        regions
-            .as_ref()
-            .map_or_else(RegionTotals::default, |regions| RegionTotals {
-                regions: regions.count,
-                spanning: regions.spanning().len() as u64,
-                hole_regions: regions.spanning().iter().filter(|region| region.is_hole).count() as u64,
-                ..RegionTotals::default()
-            }),
-    );
     let assembly = BorderAssembly {
         conquest,
+        totals: Mutex::new(regions.as_ref().map(RegionTotals::of).unwrap_or_default()),
         regions,
         seeded,
         is_whole,
-        totals,
     };
     let borders = Ordered::new(0, 2 * threads as u32, |_, border| {
         sender.blocking_send(ToWrite::Border(border)).map_err(|_| Closed)
     });
-    for number in 0..log.group_count() {
-        let _span = tracing::debug_span!("borders", group = number).entered();
-        if progress.is_cancelled() || sender.is_closed() {
+    let write = |batch: &Batch, tiles: &mut [TileState]| {
+        let _span = tracing::debug_span!("borders", tile = batch.tiles().start).entered();
+        if conquest.options.progress.is_cancelled() || sender.is_closed() {
             return Err(BuildError::Cancelled);
         }
-        let cannot = |error| BuildError::io(&conquest.spill, "read the border log in", error);
-        let group = match kept.pop_front() {
-            Some(group) => {
-                log.forget_group(number);
-                group
-            }
-            None => GroupMeshes::of(log.take_group(number).map_err(cannot)?, tiles, &nexts, threads)?,
-        };
-        assembly.group(&group, tiles, threads, &borders)?;
+        assembly.batch(batch, tiles, threads, &borders)
+    };
+    let mut numbers = log.batches(batch_tiles(threads));
+    let later = numbers.split_off(kept.len());
+    for (batch, numbers) in kept.into_iter().zip(numbers) {
+        log.forget_groups(numbers);
+        write(&batch, tiles)?;
     }
+    for_each_batch(
+        conquest,
+        threads,
+        later,
+        |numbers| {
+            let groups = log.read_groups(numbers.clone());
+            log.forget_groups(numbers);
+            groups
+        },
+        |groups| {
+            let (batch, _) = Batch::of(groups, tiles, &nexts, threads, |_, _, _| ())?;
+            write(&batch, tiles)
+        },
+    )?;
     Ok(assembly.totals.into_inner())
+}
+
+/// Reads batches of groups of the border log, and passes each to `take`. With more than one thread,
+/// the next batch is read on another one meanwhile.
+fn for_each_batch(
+    conquest: &Conquest,
+    threads: usize,
+    batches: Vec<Range<usize>>,
+    read: impl FnMut(Range<usize>) -> io::Result<Vec<GroupBorders>> + Send,
+    mut take: impl FnMut(Vec<GroupBorders>) -> Result<(), BuildError>,
+) -> Result<(), BuildError> {
+    let take = |groups: io::Result<Vec<GroupBorders>>| {
+        if conquest.options.progress.is_cancelled() {
+            return Err(BuildError::Cancelled);
+        }
+        take(groups.map_err(|error| BuildError::io(&conquest.spill, "read the border log in", error))?)
+    };
+    let read = Mutex::new(read);
+    let read_one = |numbers: &Range<usize>| (read.lock())(numbers.clone());
+    thread::scope(|scope| {
+        // Without room in the channel, one batch at most waits.
+        let (ahead, incoming) = mpsc::sync_channel(0);
+        let (read_one, batches) = (&read_one, &batches);
+        let run = move || batches.iter().all(|numbers| ahead.send(read_one(numbers)).is_ok());
+        match (threads > 1).then(|| start_scoped(scope, "tile-borders", run)) {
+            Some(Ok(_)) => incoming.iter().try_for_each(take),
+            _ => batches.iter().map(read_one).try_for_each(take),
+        }
+    })
 }
 
 /// The state shared by the threads that assemble borders.
@@ -111,10 +155,10 @@ struct BorderAssembly<'a> {
 }
 
 impl BorderAssembly<'_> {
-    /// Assembles the borders of a group on `threads` threads.
-    fn group<F>(
+    /// Assembles the borders of a batch on `threads` threads.
+    fn batch<F>(
         &self,
-        group: &GroupMeshes,
+        batch: &Batch,
         tiles: &mut [TileState],
         threads: usize,
         borders: &Ordered<Option<BorderToWrite>, F>,
@@ -123,20 +167,20 @@ impl BorderAssembly<'_> {
         F: FnMut(u32, Option<BorderToWrite>) -> Result<(), Closed> + Send,
     {
         let progress = &self.conquest.options.progress;
-        let range = group.borders.tiles();
+        let range = batch.tiles();
         let states = &mut tiles[range.start as usize..range.end as usize];
-        let next = Mutex::new(range.zip(states).zip(&group.meshes));
+        let next = Mutex::new(batch.each().zip(states));
         let buffers = Buffers::default();
         let work = || {
             loop {
-                let Some(((number, state), mesh)) = next.lock().next() else {
+                let Some(((tile, mesh, group), state)) = next.lock().next() else {
                     return;
                 };
+                let number = tile.0;
                 if progress.is_cancelled() || borders.begin(number).is_err() {
                     borders.close();
                     return;
                 }
-                let tile = TileId(number);
                 let to_write = (state.vertices > 0).then(|| {
                     let border = self.border(tile, state, group, mesh);
                     let encoded = border.draft.encode(tile, GENERATION, &buffers);
@@ -155,7 +199,7 @@ impl BorderAssembly<'_> {
     }
 
     /// Assembles the border of a tile and adds it to the totals.
-    fn border(&self, tile: TileId, state: &mut TileState, group: &GroupMeshes, mesh: &BorderMesh) -> Border {
+    fn border(&self, tile: TileId, state: &mut TileState, group: &GroupBorders, mesh: &BorderMesh) -> Border {
         let its_regions = match &self.regions {
             Some(all) => TileRegions::Known {
                 all,
@@ -164,7 +208,7 @@ impl BorderAssembly<'_> {
             None if self.is_whole => TileRegions::One,
             None => TileRegions::Unknown,
         };
-        let border = assemble(tile, state, &group.borders, mesh, its_regions);
+        let border = assemble(tile, state, group, mesh, its_regions);
         note_border(state, &border);
         let mut totals = self.totals.lock();
         totals.hole_regions += border.closed_holes;
@@ -173,34 +217,70 @@ impl BorderAssembly<'_> {
     }
 }
 
-/// The part of the border log that belongs to a group of tiles, and the mesh around each core.
-struct GroupMeshes {
-    borders: GroupBorders,
+/// Consecutive groups of the border log, and the mesh around each core.
+struct Batch {
+    groups: Vec<GroupBorders>,
     meshes: Vec<BorderMesh>,
 }
 
-impl GroupMeshes {
-    fn of(borders: GroupBorders, tiles: &[TileState], nexts: &Nexts, threads: usize) -> Result<Self, BuildError> {
-        let mut meshes: Vec<_> = borders.tiles().map(|_| None).collect();
-        let next = Mutex::new(borders.tiles().zip(&mut meshes));
+impl Batch {
+    /// Makes the mesh around each core, on `threads` threads. Returns what `and_then` returns for
+    /// each tile, too.
+    fn of<T: Send>(
+        groups: Vec<GroupBorders>,
+        tiles: &[TileState],
+        nexts: &Nexts,
+        threads: usize,
+        and_then: impl Fn(TileId, &BorderMesh, &GroupBorders) -> T + Sync,
+    ) -> Result<(Self, Vec<T>), BuildError> {
+        let mut made: Vec<_> = each_tile(&groups).map(|_| None).collect();
+        let next = Mutex::new(each_tile(&groups).zip(&mut made));
         let work = || {
             loop {
-                let Some((tile, mesh)) = next.lock().next() else {
+                let Some(((tile, group), made)) = next.lock().next() else {
                     return;
                 };
-                let next = nexts.get(&TileId(tile)).copied();
-                *mesh = Some(BorderMesh::of(TileId(tile), &tiles[tile as usize], &borders, next));
+                let next = nexts.get(&tile).copied();
+                let mesh = BorderMesh::of(tile, &tiles[tile.0 as usize], group, next);
+                let its = and_then(tile, &mesh, group);
+                *made = Some((mesh, its));
             }
         };
         on_threads(threads, work, || {})?;
-        let meshes = meshes.into_iter().flatten().collect();
-        Ok(Self { borders, meshes })
+        drop(next);
+        let (meshes, all) = made.into_iter().flatten().unzip();
+        Ok((Self { groups, meshes }, all))
+    }
+
+    /// Returns the tiles of all groups.
+    fn tiles(&self) -> Range<u32> {
+        let ends = self.groups.first().zip(self.groups.last());
+        ends.map_or(0..0, |(first, last)| first.tiles().start..last.tiles().end)
+    }
+
+    /// Returns each tile with its mesh and its group.
+    fn each(&self) -> impl Iterator<Item = (TileId, &BorderMesh, &GroupBorders)> {
+        let all = each_tile(&self.groups).zip(&self.meshes);
+        all.map(|((tile, group), mesh)| (tile, mesh, group))
     }
 
     /// Returns the size in bytes.
     fn byte_size(&self) -> u64 {
-        self.borders.byte_size() + self.meshes.iter().map(BorderMesh::byte_size).sum::<u64>()
+        self.groups.iter().map(GroupBorders::byte_size).sum::<u64>()
+            + self.meshes.iter().map(BorderMesh::byte_size).sum::<u64>()
     }
+}
+
+/// Returns each tile of groups with its group.
+fn each_tile(groups: &[GroupBorders]) -> impl Iterator<Item = (TileId, &GroupBorders)> {
+    groups
+        .iter()
+        .flat_map(|group| group.tiles().map(move |tile| (TileId(tile), group)))
+}
+
+/// Returns the least number of tiles of a batch: enough to keep all threads busy.
+fn batch_tiles(threads: usize) -> u32 {
+    4 * threads as u32
 }
 
 /// Adds a border's counts and bounds to its tile's state.
@@ -244,7 +324,7 @@ fn find_regions(
     seeded: &Seeded,
     nexts: &Nexts,
     threads: usize,
-    kept: &mut VecDeque<GroupMeshes>,
+    kept: &mut Vec<Batch>,
 ) -> Result<Regions, BuildError> {
     let late = log.next_number();
     let open: u64 = tiles.iter().map(|tile| u64::from(tile.open_components)).sum();
@@ -253,54 +333,35 @@ fn find_regions(
     let Some(mut finder) = finder else {
         return Err(conquest.memory.shortage(MemoryUse::Regions, needed).into());
     };
-    // Groups at the front stay in memory for the second pass while there is room for them.
-    let (mut kept_bytes, room) = (0, (budget - needed) / 2);
-    for number in 0..log.group_count() {
-        let _span = tracing::debug_span!("regions", group = number).entered();
-        if conquest.options.progress.is_cancelled() {
-            return Err(BuildError::Cancelled);
-        }
-        let group = log.read_group(number);
-        let group = group.map_err(|error| BuildError::io(&conquest.spill, "read the border log in", error))?;
-        let group = GroupMeshes::of(group, tiles, nexts, threads)?;
-        let links = links_of(&finder, &group, tiles, conquest, threads)?;
-        for (tile, links) in group.borders.tiles().zip(&links) {
-            let tile = TileId(tile);
-            let taken = finder.take(tile, &tiles[tile.0 as usize], links, seeded.of_tile(tile));
-            taken.map_err(|source| match source {
-                Some(source) => BuildError::OpenRing {
-                    obstacle: source.number(),
-                },
-                None => BuildError::Internal("regions are covered by different obstacles".to_owned()),
-            })?;
-        }
-        if kept.len() == number && kept_bytes + group.byte_size() <= room {
-            kept_bytes += group.byte_size();
-            kept.push_back(group);
-        }
-    }
-    Ok(finder.finish(tiles))
-}
-
-/// Returns the links of each tile of a group.
-fn links_of(
-    finder: &RegionFinder,
-    group: &GroupMeshes,
-    tiles: &[TileState],
-    conquest: &Conquest,
-    threads: usize,
-) -> Result<Vec<TileLinks>, BuildError> {
-    let mut links: Vec<_> = group.meshes.iter().map(|_| TileLinks::default()).collect();
-    let next = Mutex::new(group.borders.tiles().zip(&group.meshes).zip(&mut links));
-    let work = || {
-        loop {
-            let Some(((tile, mesh), links)) = next.lock().next() else {
-                return;
+    // Batches at the front stay in memory for the second pass while there is room for them.
+    let (mut kept_bytes, room, mut is_keeping) = (0, (budget - needed) / 2, true);
+    let batches = log.batches(batch_tiles(threads));
+    for_each_batch(
+        conquest,
+        threads,
+        batches,
+        |numbers| log.read_groups(numbers),
+        |groups| {
+            let links_of = |tile: TileId, mesh: &BorderMesh, group: &GroupBorders| {
+                finder.links_of((tile, &tiles[tile.0 as usize]), mesh, group, &conquest.rules.seeds)
             };
-            let its = (TileId(tile), &tiles[tile as usize]);
-            *links = finder.links_of(its, mesh, &group.borders, &conquest.rules.seeds);
-        }
-    };
-    on_threads(threads, work, || {})?;
-    Ok(links)
+            let (batch, links) = Batch::of(groups, tiles, nexts, threads, links_of)?;
+            for ((tile, ..), links) in batch.each().zip(&links) {
+                let taken = finder.take(tile, &tiles[tile.0 as usize], links, seeded.of_tile(tile));
+                taken.map_err(|source| match source {
+                    Some(source) => BuildError::OpenRing {
+                        obstacle: source.number(),
+                    },
+                    None => BuildError::Internal("regions are covered by different obstacles".to_owned()),
+                })?;
+            }
+            kept_bytes += batch.byte_size();
+            is_keeping &= kept_bytes <= room;
+            if is_keeping {
+                kept.push(batch);
+            }
+            Ok(())
+        },
+    )?;
+    Ok(finder.finish(tiles))
 }

@@ -4,8 +4,8 @@
 //! its tiles' cores and every late triangle with a vertex in it. With segments it also gets the
 //! constraint edges that belong to its tiles and are not in their cores, and the anchors of its
 //! tiles' components. The data fills buffers; full buffers are appended to one file, as checksummed
-//! chunks. After the root the log is read back group by group, so borders are made in leaf order
-//! and memory holds one group at a time.
+//! chunks. After the root the log is read back in batches of groups, so borders are made in leaf
+//! order and memory holds one batch at a time, and the next one.
 //!
 //! The positions of a finished block's chunks go to the journal, so that a resumed build finds
 //! them.
@@ -332,36 +332,47 @@ impl BorderLog {
         [self.read, self.written]
     }
 
-    /// Returns the number of groups.
-    pub(crate) fn group_count(&self) -> usize {
-        self.groups.len()
+    /// Returns the numbers of all groups, in batches of at least `tiles` tiles where one group has
+    /// fewer.
+    pub(crate) fn batches(&self, tiles: u32) -> Vec<Range<usize>> {
+        let mut batches = Vec::new();
+        let mut start = 0;
+        for end in 1..=self.groups.len() {
+            let count = self.end_of(end - 1) - self.groups[start].first_tile;
+            if count >= tiles || end == self.groups.len() {
+                batches.push(start..end);
+                start = end;
+            }
+        }
+        batches
     }
 
-    /// Reads a group back and forgets it.
-    pub(crate) fn take_group(&mut self, number: usize) -> io::Result<GroupBorders> {
-        let borders = self.read_group(number);
-        self.forget_group(number);
-        borders
+    /// Reads groups back.
+    pub(crate) fn read_groups(&mut self, numbers: Range<usize>) -> io::Result<Vec<GroupBorders>> {
+        numbers.map(|number| self.read_group(number)).collect()
     }
 
-    /// Forgets a group.
-    pub(crate) fn forget_group(&mut self, number: usize) {
-        let TileGroup {
-            first_tile, buffers, ..
-        } = std::mem::take(&mut self.groups[number]);
-        self.groups[number].first_tile = first_tile;
-        self.buffered -= buffers.iter().map(Vec::len).sum::<usize>();
+    /// Forgets groups.
+    pub(crate) fn forget_groups(&mut self, numbers: Range<usize>) {
+        for group in &mut self.groups[numbers] {
+            let forgotten = std::mem::take(group);
+            group.first_tile = forgotten.first_tile;
+            self.buffered -= forgotten.buffers.iter().map(Vec::len).sum::<usize>();
+        }
     }
 
-    /// Reads a group back.
-    pub(crate) fn read_group(&mut self, number: usize) -> io::Result<GroupBorders> {
+    /// Returns the end of the tiles of a group.
+    fn end_of(&self, group: usize) -> u32 {
+        self.groups.get(group + 1).map_or(self.tiles, |next| next.first_tile)
+    }
+
+    fn read_group(&mut self, number: usize) -> io::Result<GroupBorders> {
         let TileGroup {
             first_tile,
             buffers,
             chunks,
         } = &self.groups[number];
-        let end = self.groups.get(number + 1).map_or(self.tiles, |next| next.first_tile);
-        let tiles = *first_tile..end;
+        let tiles = *first_tile..self.end_of(number);
         let mut by_kind = [const { Vec::new() }; KINDS];
         for ((entries, buffer), chunks) in by_kind.iter_mut().zip(buffers).zip(chunks) {
             let spilled: usize = chunks.iter().map(|chunk| chunk.length as usize).sum();

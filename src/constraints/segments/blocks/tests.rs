@@ -27,7 +27,12 @@ fn distributed(folder: &Path, all: &[Segment], tree: &KdTree, memory: [u64; 2]) 
         }
     }
     spool.resolve(&points).unwrap();
-    spool.distribute(tree, memory[1]).unwrap()
+    let threads = 1 + all.len() % 2;
+    spool
+        .distribute(tree, memory[1], None, threads)
+        .unwrap()
+        .blocks
+        .unwrap()
 }
 
 /// Returns the segments in the order of a spool: first those that came by their ends.

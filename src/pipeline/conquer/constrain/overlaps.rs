@@ -177,12 +177,12 @@ impl LimitedSubsegments {
     ///
     /// The ends are less than `vertices`.
     pub(crate) fn sorted(self, vertices: usize) -> Vec<Subsegment> {
-        let mut subsegments = bucket_sort(
-            &self.subsegments,
-            vertices,
-            |subsegment| subsegment.ends[0],
-            |&subsegment| subsegment,
-        );
+        let mut subsegments = self.subsegments;
+        // Those that are inserted in order mostly are.
+        if !subsegments.is_sorted() {
+            let end = |subsegment: &Subsegment| subsegment.ends[0];
+            subsegments = bucket_sort(&subsegments, vertices, end, |&subsegment| subsegment);
+        }
         dedup(&mut subsegments);
         subsegments
     }
