@@ -3,7 +3,7 @@
 
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use std::thread;
+use std::{iter, thread};
 
 use tokio::sync::{mpsc, oneshot};
 
@@ -317,11 +317,20 @@ fn distribute(
             cannot_spill(&folder, error)
         }
     };
-    while let Some(incoming) = incoming.blocking_recv() {
-        match incoming {
-            Incoming::Points(batch) => spill.push(&batch).map_err(cannot)?,
+    loop {
+        let mut flush = None;
+        let batches = iter::from_fn(|| match incoming.blocking_recv()? {
+            Incoming::Points(batch) => Some(batch),
+            Incoming::Flush(reply) => {
+                flush = Some(reply);
+                None
+            }
+        });
+        spill.push_batches(batches, options.threads).map_err(cannot)?;
+        match flush {
             // The receiver may have been dropped.
-            Incoming::Flush(reply) => drop(reply.send(spill.flush().map_err(cannot)?)),
+            Some(reply) => drop(reply.send(spill.flush().map_err(cannot)?)),
+            None => break,
         }
     }
     if is_abandoned() {

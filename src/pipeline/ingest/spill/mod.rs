@@ -18,10 +18,11 @@
 pub(crate) mod resplit;
 pub(crate) mod run;
 
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
-use std::thread;
+use std::{io, iter, thread};
+
+use parking_lot::Mutex;
 
 use crate::collections::bucket_sort::bucket_sort;
 use crate::constraints::without_z::NO_Z;
@@ -44,7 +45,7 @@ pub(crate) const SAMPLE: usize = 1 << 16;
 /// Number of points that are sorted by cell at a time. They fit in the cache of a processor.
 const AT_ONCE: usize = 1 << 13;
 
-/// Number of pieces of a store that may wait until they are added to the runs.
+/// Number of pieces that may wait until they are added to the runs.
 const SORTED_AHEAD: usize = 2;
 
 /// Number of runs of which the files can stay open.
@@ -128,44 +129,44 @@ impl Spill {
     /// Distributes the points of a batch.
     pub(crate) fn push(&mut self, batch: &PointBatch) -> io::Result<()> {
         if !batch.z.is_empty() {
-            self.begin_z()?;
+            begin_z(&mut self.runs, &mut self.has_z)?;
         }
-        let numbered = batch.points.iter().zip(&batch.records).enumerate();
-        let records = numbered.map(|(index, (&point, &record))| Record {
-            point,
-            z: batch.z.get(index).copied().unwrap_or(NO_Z),
-            record,
+        self.push_records(&records_of(batch))
+    }
+
+    /// Distributes the points of batches, on up to two threads.
+    pub(crate) fn push_batches(
+        &mut self,
+        batches: impl Iterator<Item = PointBatch> + Send,
+        threads: usize,
+    ) -> io::Result<()> {
+        let (index, cells) = (&self.index, self.runs.len());
+        let pieces = batches.flat_map(|batch| {
+            let (records, has_z) = (records_of(&batch), !batch.z.is_empty());
+            let starts = (0..records.len()).step_by(AT_ONCE);
+            starts.map(move |start| {
+                let records = &records[start..records.len().min(start + AT_ONCE)];
+                let points = sorted_by_cell(records, index, cells);
+                Piece { points, has_z }
+            })
         });
-        self.push_records(&records.collect::<Vec<_>>())
+        push_pieces(&mut self.runs, &mut self.has_z, pieces, threads)
     }
 
     /// Distributes all points of a store, on up to two threads.
     pub(crate) fn push_store(&mut self, store: &PointStore, threads: usize) -> io::Result<()> {
         let attributes = &store.attributes;
-        if attributes.has_z() {
-            self.begin_z()?;
-        }
         let record = |item: &Item| Record {
             point: item.point,
             z: attributes.z(item.position),
             record: attributes.record(item.position),
         };
         let (index, cells) = (&self.index, self.runs.len());
-        let pieces = || {
-            let pieces = store.items.chunks(AT_ONCE);
-            pieces.map(|items| sorted_by_cell(&items.iter().map(record).collect::<Vec<_>>(), index, cells))
-        };
-        let (runs, has_z) = (&mut self.runs, self.has_z);
-        thread::scope(|scope| {
-            let (sorted, incoming) = mpsc::sync_channel(SORTED_AHEAD);
-            let pieces = &pieces;
-            let sort = move || pieces().all(|piece| sorted.send(piece).is_ok());
-            let sorter = (threads > 1).then(|| start_scoped(scope, "tile-sort", sort));
-            match sorter {
-                Some(Ok(_)) => incoming.iter().try_for_each(|piece| append(runs, piece, has_z)),
-                _ => pieces().try_for_each(|piece| append(runs, piece, has_z)),
-            }
-        })
+        let pieces = store.items.chunks(AT_ONCE).map(|items| Piece {
+            points: sorted_by_cell(&items.iter().map(record).collect::<Vec<_>>(), index, cells),
+            has_z: attributes.has_z(),
+        });
+        push_pieces(&mut self.runs, &mut self.has_z, pieces, threads)
     }
 
     /// Distributes points with their attributes, which have z if the runs do.
@@ -174,17 +175,6 @@ impl Spill {
             let sorted = sorted_by_cell(records, &self.index, self.runs.len());
             append(&mut self.runs, sorted, self.has_z)
         })
-    }
-
-    /// Switches to points with z.
-    fn begin_z(&mut self) -> io::Result<()> {
-        if !self.has_z {
-            self.has_z = true;
-            for run in &mut self.runs {
-                run.flush()?;
-            }
-        }
-        Ok(())
     }
 
     /// Writes the buffers. Returns the current runs and the tree of their cells.
@@ -207,6 +197,58 @@ impl Spill {
             has_z: self.has_z,
         })
     }
+}
+
+/// Points that are sorted by cell.
+struct Piece {
+    points: Vec<(u32, Record)>,
+    has_z: bool,
+}
+
+/// Adds pieces to the runs. With more than one thread, they are made on another one.
+fn push_pieces(
+    runs: &mut [RunWriter],
+    has_z: &mut bool,
+    pieces: impl Iterator<Item = Piece> + Send,
+    threads: usize,
+) -> io::Result<()> {
+    let mut push = |piece: Piece| {
+        if piece.has_z {
+            begin_z(runs, has_z)?;
+        }
+        append(runs, piece.points, *has_z)
+    };
+    let pieces = Mutex::new(pieces);
+    let next = || pieces.lock().next();
+    thread::scope(|scope| {
+        let (sorted, incoming) = mpsc::sync_channel(SORTED_AHEAD);
+        let next = &next;
+        let sort = move || iter::from_fn(next).all(|piece| sorted.send(piece).is_ok());
+        match (threads > 1).then(|| start_scoped(scope, "tile-sort", sort)) {
+            Some(Ok(_)) => incoming.iter().try_for_each(&mut push),
+            _ => iter::from_fn(next).try_for_each(&mut push),
+        }
+    })
+}
+
+/// Switches to points with z.
+fn begin_z(runs: &mut [RunWriter], has_z: &mut bool) -> io::Result<()> {
+    if !*has_z {
+        *has_z = true;
+        runs.iter_mut().try_for_each(RunWriter::flush)?;
+    }
+    Ok(())
+}
+
+/// Returns the points of a batch with their attributes.
+fn records_of(batch: &PointBatch) -> Vec<Record> {
+    let numbered = batch.points.iter().zip(&batch.records).enumerate();
+    let record = |(index, (&point, &record)): (usize, (&Point, &u64))| Record {
+        point,
+        z: batch.z.get(index).copied().unwrap_or(NO_Z),
+        record,
+    };
+    numbered.map(record).collect()
 }
 
 /// Sorts points by cell, so that the buffers of a run are fetched into the processor's cache once
