@@ -1,7 +1,8 @@
-//! Threads that compute.
+//! Threads that compute, and that work ahead.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::thread;
+use std::sync::mpsc;
+use std::{iter, thread};
 
 use parking_lot::Mutex;
 
@@ -39,4 +40,27 @@ pub(crate) fn on_threads(threads: usize, work: impl Fn() + Sync, abort: impl Fn(
         Some(text) => Err(BuildError::Internal(text)),
         None => Ok(()),
     }
+}
+
+/// Passes items to `take`. With more than one thread, they are made on another one, called `name`:
+/// `room` of them may wait, beside the one that was made last.
+pub(crate) fn for_each_ahead<T: Send, E>(
+    threads: usize,
+    name: &str,
+    room: usize,
+    items: impl Iterator<Item = T> + Send,
+    mut take: impl FnMut(T) -> Result<(), E>,
+) -> Result<(), E> {
+    let items = Mutex::new(items);
+    let next = || items.lock().next();
+    thread::scope(|scope| {
+        let (ahead, incoming) = mpsc::sync_channel(room);
+        let next = &next;
+        let make = move || iter::from_fn(next).all(|item| ahead.send(item).is_ok());
+        match (threads > 1).then(|| start_scoped(scope, name, make)) {
+            Some(Ok(_)) => incoming.iter().try_for_each(&mut take),
+            // If the system refuses the thread, this one does its work.
+            _ => iter::from_fn(next).try_for_each(&mut take),
+        }
+    })
 }

@@ -5,13 +5,12 @@
 //!
 //! The next batch is read while threads compute with the one before.
 
+use std::io;
 use std::ops::Range;
-use std::sync::mpsc;
-use std::{io, thread};
 
 use parking_lot::Mutex;
 
-use crate::io::{Buffers, start_scoped};
+use crate::io::Buffers;
 pub(crate) use crate::memory::MemoryUse;
 use crate::pipeline::conquer::conquest::Conquest;
 use crate::pipeline::error::BuildError;
@@ -22,7 +21,7 @@ use crate::pipeline::output::border_log::{BorderLog, GroupBorders};
 use crate::pipeline::output::ordered::{Closed, Ordered};
 use crate::pipeline::output::writer::{BorderToWrite, Sender, ToWrite};
 use crate::pipeline::records::{GENERATION, Nexts, TileState};
-use crate::pipeline::threads::on_threads;
+use crate::pipeline::threads::{for_each_ahead, on_threads};
 use crate::store::{Digest, Part, TileId, by_tile, component_table};
 
 /// Totals of the borders of a file and of its regions.
@@ -124,23 +123,12 @@ fn for_each_batch(
     read: impl FnMut(Range<usize>) -> io::Result<Vec<GroupBorders>> + Send,
     mut take: impl FnMut(Vec<GroupBorders>) -> Result<(), BuildError>,
 ) -> Result<(), BuildError> {
-    let take = |groups: io::Result<Vec<GroupBorders>>| {
+    // Without room, one batch at most waits.
+    for_each_ahead(threads, "tile-borders", 0, batches.into_iter().map(read), |groups| {
         if conquest.options.progress.is_cancelled() {
             return Err(BuildError::Cancelled);
         }
         take(groups.map_err(|error| BuildError::io(&conquest.spill, "read the border log in", error))?)
-    };
-    let read = Mutex::new(read);
-    let read_one = |numbers: &Range<usize>| (read.lock())(numbers.clone());
-    thread::scope(|scope| {
-        // Without room in the channel, one batch at most waits.
-        let (ahead, incoming) = mpsc::sync_channel(0);
-        let (read_one, batches) = (&read_one, &batches);
-        let run = move || batches.iter().all(|numbers| ahead.send(read_one(numbers)).is_ok());
-        match (threads > 1).then(|| start_scoped(scope, "tile-borders", run)) {
-            Some(Ok(_)) => incoming.iter().try_for_each(take),
-            _ => batches.iter().map(read_one).try_for_each(take),
-        }
     })
 }
 

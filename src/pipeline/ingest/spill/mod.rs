@@ -18,20 +18,17 @@
 pub(crate) mod resplit;
 pub(crate) mod run;
 
+use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc;
-use std::{io, iter, thread};
-
-use parking_lot::Mutex;
 
 use crate::collections::bucket_sort::bucket_sort;
 use crate::constraints::without_z::NO_Z;
 use crate::geometry::Point;
 use crate::input::PointBatch;
-use crate::io::start_scoped;
 use crate::pipeline::ingest::point_store::PointStore;
 pub(crate) use crate::pipeline::ingest::point_store::Record;
 pub(crate) use crate::pipeline::plan::Run;
+use crate::pipeline::threads::for_each_ahead;
 use crate::store::KdTree;
 use crate::store::divide::Item;
 use crate::store::divide::divide;
@@ -212,22 +209,11 @@ fn push_pieces(
     pieces: impl Iterator<Item = Piece> + Send,
     threads: usize,
 ) -> io::Result<()> {
-    let mut push = |piece: Piece| {
+    for_each_ahead(threads, "tile-sort", SORTED_AHEAD, pieces, |piece| {
         if piece.has_z {
             begin_z(runs, has_z)?;
         }
         append(runs, piece.points, *has_z)
-    };
-    let pieces = Mutex::new(pieces);
-    let next = || pieces.lock().next();
-    thread::scope(|scope| {
-        let (sorted, incoming) = mpsc::sync_channel(SORTED_AHEAD);
-        let next = &next;
-        let sort = move || iter::from_fn(next).all(|piece| sorted.send(piece).is_ok());
-        match (threads > 1).then(|| start_scoped(scope, "tile-sort", sort)) {
-            Some(Ok(_)) => incoming.iter().try_for_each(&mut push),
-            _ => iter::from_fn(next).try_for_each(&mut push),
-        }
     })
 }
 
